@@ -1,0 +1,47 @@
+"""The one family of errors that fpmatch raises for bad input.
+
+Every message is one line that names the thing at fault and the reason, ready to be shown to a
+person. Programming errors (a wrong type, say) stay the built-in exceptions they are.
+"""
+
+from __future__ import annotations
+
+
+class FpmatchError(Exception):
+    """Base of every error that fpmatch raises on purpose."""
+
+
+class ImageReadError(FpmatchError):
+    """A file could not be read as an image: missing, empty, truncated, or of another format."""
+
+
+class ImageError(FpmatchError):
+    """An image was read but cannot be a fingerprint image: wrong shape, size or pixel values."""
+
+
+class ResolutionError(FpmatchError):
+    """A resolution (dpi) lies outside what a fingerprint scanner delivers."""
+
+
+class MinutiaeError(FpmatchError):
+    """Minutiae or template arrays disagree in length, are not finite, or leave their range."""
+
+
+class PointSetError(FpmatchError):
+    """A bare point set is malformed: wrong shape, too few points, or not finite."""
+
+
+class TemplateError(FpmatchError):
+    """A template file could not be read or written."""
+
+
+class DatasetError(FpmatchError):
+    """A folder is not an FVC-style database, or cannot be evaluated."""
+
+
+class MatcherError(FpmatchError):
+    """An unknown matcher, or a threshold or false match rate outside its range."""
+
+
+class OutputError(FpmatchError):
+    """A result could not be written where it was asked for."""

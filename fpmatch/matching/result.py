@@ -1,0 +1,100 @@
+"""What a comparison of two templates yields: `Comparison` (a matcher's) and `Verification`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from fpmatch.minutiae import Template
+    from fpmatch.pointset.similarity import Similarity
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Hold a matcher's own result, before calibration.
+
+    Parameters
+    ----------
+    similarity : float
+        The matcher's raw similarity, 0 for nothing in common; only its order has meaning.
+    transform : Similarity or None
+        Maps the probe's pixels onto the reference's; None where no transform was found.
+    pairs : ndarray of int32, shape (K, 2)
+        Indices (probe minutia, reference minutia), one-to-one, sorted by the first.
+    rms_px : float
+        Root mean square distance of the pairs after the transform, in reference pixels.
+    agreement : float
+        Share (0..1) of the minutiae inside the common region that are paired.
+    overlap : float
+        Share (0..1) of the smaller print that lies inside the other's region.
+    reason : str
+        Where nothing was found: why, in words; else "".
+    """
+
+    similarity: float
+    transform: Similarity | None
+    pairs: NDArray[np.int32]
+    rms_px: float
+    agreement: float
+    overlap: float
+    reason: str = ""
+
+
+class Matcher(Protocol):
+    """Compare templates; a new matcher is one module that defines ``MATCHER`` of this shape.
+
+    `prepare` does once per template what does not depend on the other side; `compare` takes two
+    prepared templates. `compare` must be symmetric: exchanging the two sides gives the same
+    similarity to the last bit and the inverse transform.
+    """
+
+    name: str
+
+    def prepare(self, template: Template) -> Any:
+        """Return what `compare` needs of one template."""
+
+    def compare(self, probe: Any, reference: Any) -> Comparison:
+        """Compare two prepared templates."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """Hold the decision on two templates and the evidence for it.
+
+    Parameters
+    ----------
+    match : bool
+        The decision: whether `score` reaches `threshold`.
+    score : float
+        ``-10 * log10(FMR)`` of the calibrated matcher, 0 to 100.
+    fmr : float
+        Estimated rate at which impostors reach this score.
+    threshold : float
+        The score that was asked for.
+    matcher : str
+        Name of the matcher.
+    transform, pairs, rms_px, agreement, overlap
+        As in `Comparison`.
+    reason : str
+        Where the answer is no: why, in words; "" for a match.
+    probe, reference : Template
+        The two templates compared.
+    """
+
+    match: bool
+    score: float
+    fmr: float
+    threshold: float
+    matcher: str
+    transform: Similarity | None
+    pairs: NDArray[np.int32]
+    rms_px: float
+    agreement: float
+    overlap: float
+    reason: str
+    probe: Template = field(repr=False)
+    reference: Template = field(repr=False)

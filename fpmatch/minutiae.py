@@ -1,0 +1,259 @@
+"""`Minutiae` and `Template`: the one currency between the rooms of fpmatch.
+
+Conventions, the same everywhere:
+
+- coordinates are pixels of the input image, origin top-left, x to the right, y down;
+- angles are radians in [0, 2π), counter-clockwise on screen from +x, that is ``atan2(-dy, dx)``;
+  the direction is that of ISO/IEC 19794-2: for an ending, from the minutia back along its ridge;
+  for a bifurcation, along the valley that its two close branches enclose;
+- kinds are the ISO codes 0 other, 1 ending, 2 bifurcation; quality runs from 0 to 100;
+- resolutions are in dots per inch; distances are compared at 500 dpi.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MinutiaeError, ResolutionError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+STANDARD_DPI: Final = 500.0
+MIN_DPI: Final = 100.0
+MAX_DPI: Final = 4000.0
+
+
+class MinutiaKind(IntEnum):
+    """Kind of a minutia, by its ISO/IEC 19794-2 code."""
+
+    OTHER = 0
+    ENDING = 1
+    BIFURCATION = 2
+
+
+def check_dpi(dpi: float) -> float:
+    """Return `dpi` as a float, or refuse it.
+
+    Parameters
+    ----------
+    dpi : float
+        Resolution in dots per inch.
+
+    Returns
+    -------
+    float
+        The same resolution.
+
+    Raises
+    ------
+    ResolutionError
+        If `dpi` is not a finite number from 100 to 4000.
+
+    Examples
+    --------
+    >>> check_dpi(569)
+    569.0
+    """
+    value = float(dpi)
+    if not MIN_DPI <= value <= MAX_DPI:
+        raise ResolutionError(
+            f"resolution of {dpi:g} dpi is outside the usable range "
+            f"of {MIN_DPI:g} to {MAX_DPI:g} dpi"
+        )
+    return value
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Minutiae:
+    """Hold N minutiae as a struct of arrays.
+
+    Parameters
+    ----------
+    x, y : array_like of float, shape (N,)
+        Positions in pixels of the input image; kept as float32.
+    angle : array_like of float, shape (N,)
+        Directions in radians; wrapped into [0, 2π), kept as float32.
+    kind : array_like of int, shape (N,), optional
+        ISO codes 0 other, 1 ending, 2 bifurcation (default: all other); kept as uint8.
+    quality : array_like of float, shape (N,), optional
+        0 (worst) to 100 (best) (default: all 100); kept as uint8.
+
+    Raises
+    ------
+    MinutiaeError
+        If lengths differ, a value is not finite, or a kind or quality leaves its range.
+
+    Examples
+    --------
+    >>> m = Minutiae(x=[10, 20], y=[5, 8], angle=[0.0, 7.0])
+    >>> len(m), m.angle.round(3).tolist()
+    (2, [0.0, 0.7170000076293945])
+    """
+
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    angle: NDArray[np.float32]
+    kind: NDArray[np.uint8] = None  # type: ignore[assignment]
+    quality: NDArray[np.uint8] = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        x = _real_column("x", self.x)
+        n = x.size
+        y = _real_column("y", self.y, n)
+        angle = np.mod(_real_column("angle", self.angle, n), 2 * np.pi)
+        kind = np.zeros(n) if self.kind is None else _real_column("kind", self.kind, n)
+        quality = (
+            np.full(n, 100.0) if self.quality is None else _real_column("quality", self.quality, n)
+        )
+        if n and (kind.min() < 0 or kind.max() > max(MinutiaKind)):
+            raise MinutiaeError("minutia kind must be 0 (other), 1 (ending) or 2 (bifurcation)")
+        if n and (quality.min() < 0 or quality.max() > 100):
+            raise MinutiaeError("minutia quality must lie in 0..100")
+        angle32 = angle.astype(np.float32)
+        angle32[angle32 >= np.float32(2 * np.pi)] = 0.0
+        columns: dict[str, NDArray[Any]] = {
+            "x": x.astype(np.float32),
+            "y": y.astype(np.float32),
+            "angle": angle32,
+            "kind": kind.astype(np.uint8),
+            "quality": np.rint(quality).astype(np.uint8),
+        }
+        for name, column in columns.items():
+            column.setflags(write=False)
+            object.__setattr__(self, name, column)
+
+    @classmethod
+    def empty(cls) -> Minutiae:
+        """Return a set of no minutiae."""
+        return cls(np.empty(0), np.empty(0), np.empty(0))  # type: ignore[arg-type]
+
+    @property
+    def xy(self) -> NDArray[np.float32]:
+        """Positions as one array of shape (N, 2), float32, pixels."""
+        return np.column_stack([self.x, self.y])
+
+    def __len__(self) -> int:
+        return int(self.x.size)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Minutiae):
+            return NotImplemented
+        return all(
+            np.array_equal(getattr(self, c), getattr(other, c))
+            for c in ("x", "y", "angle", "kind", "quality")
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def take(self, index: ArrayLike) -> Minutiae:
+        """Return the minutiae that `index` (integers or a boolean mask, shape (N,)) selects."""
+        i = np.asarray(index)
+        return Minutiae(self.x[i], self.y[i], self.angle[i], self.kind[i], self.quality[i])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RidgeField:
+    """Hold the coarse ridge orientation field of a print, on square cells.
+
+    Cell ``[i, j]`` is centred at pixel ``((j + 0.5) * step, (i + 0.5) * step)``.
+
+    Parameters
+    ----------
+    step : float
+        Side of a cell in pixels of the input image.
+    orientation : ndarray of float32, shape (rows, columns)
+        Ridge orientation in radians in [0, π), counter-clockwise on screen from +x.
+    mask : ndarray of bool, shape (rows, columns)
+        Where the print has ridges; `orientation` means nothing elsewhere.
+
+    Raises
+    ------
+    MinutiaeError
+        If the shapes differ or the step is not positive.
+    """
+
+    step: float
+    orientation: NDArray[np.float32]
+    mask: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        orientation = np.ascontiguousarray(self.orientation, dtype=np.float32)
+        mask = np.ascontiguousarray(self.mask, dtype=bool)
+        if orientation.ndim != 2 or orientation.shape != mask.shape:
+            raise MinutiaeError("ridge field: orientation and mask must be 2-D and of one shape")
+        if not (np.isfinite(self.step) and self.step > 0):
+            raise MinutiaeError("ridge field: step must be a positive number of pixels")
+        if not np.isfinite(orientation[mask]).all():
+            raise MinutiaeError("ridge field: orientation must be finite inside the mask")
+        for name, array in (("orientation", orientation), ("mask", mask)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        object.__setattr__(self, "step", float(self.step))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, RidgeField):
+            return NotImplemented
+        return (
+            self.step == other.step
+            and np.array_equal(self.mask, other.mask)
+            and np.array_equal(self.orientation[self.mask], other.orientation[other.mask])
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """Hold what is kept of one impression: its minutiae and the frame they lie in.
+
+    Parameters
+    ----------
+    minutiae : Minutiae
+        The minutiae, in pixels of the input image.
+    width, height : int
+        Size of the input image in pixels.
+    dpi : float
+        Resolution of the input image in dots per inch (default 500).
+    field : RidgeField or None
+        Coarse ridge orientation field where it is known; matchers use it when both sides have it.
+
+    Raises
+    ------
+    MinutiaeError
+        If width or height is not positive.
+    ResolutionError
+        If `dpi` is outside 100 to 4000.
+    """
+
+    minutiae: Minutiae
+    width: int
+    height: int
+    dpi: float = STANDARD_DPI
+    field: RidgeField | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.width < 1 or self.height < 1:
+            raise MinutiaeError(f"template size must be positive, not {self.width} x {self.height}")
+        object.__setattr__(self, "dpi", check_dpi(self.dpi))
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _real_column(name: str, values: ArrayLike, length: int | None = None) -> NDArray[np.float64]:
+    """Return `values` as a new float64 vector, finite and of the given length, or refuse it."""
+    try:
+        column = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MinutiaeError(f"minutiae: {name} must be numbers") from error
+    if column.ndim != 1:
+        raise MinutiaeError(f"minutiae: {name} must be one-dimensional, not {column.ndim}-D")
+    if length is not None and column.size != length:
+        raise MinutiaeError(f"minutiae: {name} has {column.size} values where x has {length}")
+    if not np.isfinite(column).all():
+        raise MinutiaeError(f"minutiae: {name} has values that are not finite")
+    return column

@@ -1,0 +1,48 @@
+"""Compile the kernels where a compiler is found; the package works, slower, without.
+
+All other metadata is in pyproject.toml. Set ``FPMATCH_NO_COMPILE=1`` to leave the kernels
+interpreted on purpose.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+from setuptools import Extension, setup
+
+# A kernel is a file that says so in its name: `_something_kernel.py`.
+KERNELS = sorted(Path("fpmatch").rglob("_*_kernel.py"))
+COMPILE_ARGS = [] if sys.platform == "win32" else ["-O3", "-ffp-contract=off", "-fno-math-errno"]
+
+
+def extensions() -> list[Extension]:
+    """Return the optional extension modules, none where they are unwanted or Cython is missing."""
+    if os.environ.get("FPMATCH_NO_COMPILE"):
+        return []
+    try:
+        from Cython.Build import cythonize  # noqa: PLC0415
+    except ImportError:
+        return []
+    modules = [
+        Extension(
+            ".".join(path.with_suffix("").parts),
+            [path.as_posix()],
+            extra_compile_args=COMPILE_ARGS,
+            optional=True,
+        )
+        for path in KERNELS
+    ]
+    return cythonize(
+        modules,
+        build_dir="build/cython",
+        language_level=3,
+        compiler_directives={
+            "boundscheck": False,
+            "wraparound": False,
+            "cdivision": True,
+            "initializedcheck": False,
+        },
+    )
+
+
+setup(ext_modules=extensions())

@@ -1,0 +1,97 @@
+"""Which impressions are compared with which: the genuine and the impostor pairs of a database.
+
+References
+----------
+Maio, Maltoni, Cappelli, Wayman, Jain, "FVC2002: Second Fingerprint Verification Competition",
+ICPR 2002, for the "fvc" protocol.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import DatasetError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.dataset import Impression
+
+PROTOCOLS: Final = ("extended", "fvc")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pairs:
+    """Hold the pairs to compare, as indices into a database's impressions.
+
+    Parameters
+    ----------
+    probe, reference : ndarray of intp, shape (N,)
+        Indices of the two impressions of each pair; probe < reference.
+    genuine : ndarray of bool, shape (N,)
+        Whether both show the same finger.
+    """
+
+    probe: NDArray[np.intp]
+    reference: NDArray[np.intp]
+    genuine: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return int(self.probe.size)
+
+
+def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") -> Pairs:
+    """Choose the pairs that a protocol compares.
+
+    Both protocols take every unordered pair of impressions of one finger as genuine. As impostor
+    pairs, "extended" takes all unordered pairs of impressions of different fingers, "fvc" only
+    those of the fingers' first impressions (their lowest numbers).
+
+    Parameters
+    ----------
+    impressions : sequence of Impression
+        A database's impressions.
+    protocol : str
+        "extended" or "fvc".
+
+    Returns
+    -------
+    Pairs
+        The pairs, by probe and then reference.
+
+    Raises
+    ------
+    DatasetError
+        If the protocol is unknown.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from fpmatch.evaluation.dataset import Impression
+    >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2)]
+    >>> extended, fvc = (choose_pairs(prints, name) for name in PROTOCOLS)
+    >>> [(int(p.genuine.sum()), int((~p.genuine).sum())) for p in (extended, fvc)]
+    [(2, 4), (2, 1)]
+    """
+    if protocol not in PROTOCOLS:
+        raise DatasetError(f"unknown protocol {protocol!r}; known: {', '.join(PROTOCOLS)}")
+    finger = np.array([i.finger for i in impressions])
+    probe, reference = np.triu_indices(len(impressions), k=1)
+    genuine = finger[probe] == finger[reference]
+    if protocol == "fvc":
+        first = _is_first_impression(impressions)
+        chosen = genuine | (first[probe] & first[reference])
+        probe, reference, genuine = probe[chosen], reference[chosen], genuine[chosen]
+    return Pairs(probe, reference, genuine)
+
+
+def _is_first_impression(impressions: Sequence[Impression]) -> NDArray[np.bool_]:
+    lowest: dict[int, int] = {}
+    for i in impressions:
+        lowest[i.finger] = min(i.number, lowest.get(i.finger, i.number))
+    return np.array([i.number == lowest[i.finger] for i in impressions], dtype=bool)

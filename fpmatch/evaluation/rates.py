@@ -1,0 +1,169 @@
+"""Error rates of a set of genuine and impostor scores, exact where scores are tied.
+
+A comparison is a match where its score is at least the threshold t. Then
+
+- FMR(t), the false match rate, is the share of impostor scores ≥ t;
+- FNMR(t), the false non-match rate, is the share of genuine scores < t.
+
+Only the order of the scores matters, so any increasing function of them gives the same rates.
+
+References
+----------
+ISO/IEC 19795-1, "Biometric performance testing and reporting", for FMR and FNMR; Maio et al.,
+"FVC2000: Fingerprint Verification Competition", PAMI 24 (2002), for EER, FMR100, FMR1000 and
+ZeroFMR.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import DatasetError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+# floor(share * n) must not lose a comparison to the rounding of `share`.
+_ROUNDING: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """Hold the error rates of a test, as fractions; None where the pairs do not allow one.
+
+    Parameters
+    ----------
+    eer : float or None
+        Equal error rate; None without genuine or without impostor scores.
+    fmr100 : float or None
+        FNMR at the lowest threshold whose FMR is at most 1 %; None under 100 impostor scores.
+    fmr1000 : float or None
+        FNMR at the lowest threshold whose FMR is at most 0.1 %; None under 1,000 impostor scores.
+    zero_fmr : float or None
+        FNMR at the lowest threshold that no impostor score reaches.
+    """
+
+    eer: float | None
+    fmr100: float | None
+    fmr1000: float | None
+    zero_fmr: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorCurves:
+    """Hold FMR and FNMR at every threshold where one of them changes.
+
+    Parameters
+    ----------
+    threshold : ndarray of float64, shape (N,)
+        Every distinct score in increasing order, then infinity.
+    fmr, fnmr : ndarray of float64, shape (N,)
+        The rates at these thresholds: FMR falls from 1 to 0, FNMR rises from 0 to 1.
+    """
+
+    threshold: NDArray[np.float64]
+    fmr: NDArray[np.float64]
+    fnmr: NDArray[np.float64]
+
+
+def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
+    """Compute the four rates of `Rates`.
+
+    Parameters
+    ----------
+    genuine, impostor : array_like of float, shapes (G,) and (I,)
+        Scores, greater for more alike; either may be empty.
+
+    Returns
+    -------
+    Rates
+        The rates as fractions.
+
+    Raises
+    ------
+    DatasetError
+        If a score is not a finite number.
+
+    Examples
+    --------
+    >>> error_rates([2, 3, 4, 5], [0, 1, 2, 2]).eer
+    0.25
+    """
+    g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
+    if not g.size or not i.size:
+        return Rates(None, None, None, None)
+    return Rates(
+        eer=_equal_error_rate(error_curves(g, i)),
+        fmr100=_fnmr_at_fmr(g, i, 1 / 100),
+        fmr1000=_fnmr_at_fmr(g, i, 1 / 1000),
+        zero_fmr=_fnmr_at_fmr(g, i, 0.0),
+    )
+
+
+def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
+    """Compute FMR and FNMR at every threshold where one of them changes.
+
+    Parameters
+    ----------
+    genuine, impostor : array_like of float, shapes (G,) and (I,), neither empty
+        Scores, greater for more alike.
+
+    Returns
+    -------
+    ErrorCurves
+        The thresholds and both rates.
+
+    Raises
+    ------
+    DatasetError
+        If a score is not a finite number, or a side has none.
+
+    Examples
+    --------
+    >>> curves = error_curves([1, 2], [0, 1])
+    >>> curves.fmr.tolist(), curves.fnmr.tolist()
+    ([1.0, 0.5, 0.0, 0.0], [0.0, 0.0, 0.5, 1.0])
+    """
+    g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
+    if not g.size or not i.size:
+        raise DatasetError("error curves need at least one genuine and one impostor score")
+    threshold = np.append(np.unique(np.concatenate([g, i])), np.inf)
+    return ErrorCurves(
+        threshold=threshold,
+        fmr=1.0 - np.searchsorted(i, threshold, side="left") / i.size,
+        fnmr=np.searchsorted(g, threshold, side="left") / g.size,
+    )
+
+
+def _equal_error_rate(curves: ErrorCurves) -> float:
+    """Return where the polyline through the (FMR, FNMR) points crosses FMR = FNMR."""
+    surplus = curves.fmr - curves.fnmr  # falls from 1 to -1
+    after = int(np.argmax(surplus <= 0))
+    before = after - 1
+    way = surplus[before] / (surplus[before] - surplus[after])
+    return float(curves.fmr[before] + way * (curves.fmr[after] - curves.fmr[before]))
+
+
+def _fnmr_at_fmr(
+    genuine: NDArray[np.float64], impostor: NDArray[np.float64], fmr: float
+) -> float | None:
+    """Return FNMR at the lowest threshold whose FMR is at most `fmr`; both sides sorted.
+
+    That threshold lies just above the first impostor score, from the top, that is one too many.
+    """
+    allowed = math.floor(fmr * impostor.size + _ROUNDING)
+    if fmr > 0 and allowed < 1:
+        return None
+    one_too_many = impostor[impostor.size - 1 - allowed]
+    return float(np.searchsorted(genuine, one_too_many, side="right") / genuine.size)
+
+
+def _sorted_scores(name: str, scores: ArrayLike) -> NDArray[np.float64]:
+    array = np.sort(np.asarray(scores, dtype=np.float64).ravel())
+    if not np.isfinite(array).all():
+        raise DatasetError(f"{name} scores must be finite numbers")
+    return array

@@ -90,7 +90,7 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
 
     Examples
     --------
-    >>> error_rates([2, 3, 4, 5], [0, 1, 2, 2]).eer
+    >>> error_rates([2, 3, 4, 5], [0, 0, 1, 3]).eer
     0.25
     """
     g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
@@ -134,7 +134,7 @@ def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
     threshold = np.append(np.unique(np.concatenate([g, i])), np.inf)
     return ErrorCurves(
         threshold=threshold,
-        fmr=1.0 - np.searchsorted(i, threshold, side="left") / i.size,
+        fmr=(i.size - np.searchsorted(i, threshold, side="left")) / i.size,
         fnmr=np.searchsorted(g, threshold, side="left") / g.size,
     )
 

@@ -1,0 +1,152 @@
+"""Compare the chosen pairs of whole databases with one matcher."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.evaluation.workers import Progress, no_progress, run_chunks
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.protocol import Pairs
+    from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.minutiae import Template
+
+PAIRS_PER_CHUNK: Final = 200
+
+# What is kept of each comparison; lengths in pixels of the reference, CPU time in microseconds.
+OUTCOME: Final = np.dtype(
+    [
+        ("similarity", np.float64),
+        ("pairs", np.int32),
+        ("scale", np.float64),
+        ("rotation_deg", np.float64),
+        ("tx", np.float64),
+        ("ty", np.float64),
+        ("rms_px", np.float64),
+        ("agreement", np.float64),
+        ("overlap", np.float64),
+        ("reason", object),
+        ("cpu_us", np.float64),
+    ]
+)
+_NOTHING: Final = float("nan")
+NO_TEMPLATE: Final = "no template"
+
+
+@dataclass(slots=True)
+class _Bench:
+    """Hold all templates, and what the matcher prepared of those of the set at hand."""
+
+    matcher: Matcher
+    templates: list[list[Template | None]]
+    set_at_hand: int = -1
+    prepared: dict[int, Any] = field(default_factory=dict)
+
+    def get(self, set_index: int, impression: int) -> Any:
+        """Return one impression, prepared; None where it has no template."""
+        if set_index != self.set_at_hand:
+            self.set_at_hand = set_index
+            self.prepared.clear()
+        if impression not in self.prepared:
+            template = self.templates[set_index][impression]
+            self.prepared[impression] = None if template is None else self.matcher.prepare(template)
+        return self.prepared[impression]
+
+
+@dataclass(frozen=True, slots=True)
+class _Chunk:
+    set_index: int
+    probe: NDArray[np.intp]
+    reference: NDArray[np.intp]
+
+
+def compare_sets(
+    sets: Sequence[ExtractedSet],
+    pairs: Sequence[Pairs],
+    matcher: Matcher,
+    *,
+    workers: int | None = None,
+    progress: Progress = no_progress,
+) -> list[NDArray[np.void]]:
+    """Compare the chosen pairs of every database.
+
+    Parameters
+    ----------
+    sets : sequence of ExtractedSet
+        The databases.
+    pairs : sequence of Pairs
+        The pairs to compare in each.
+    matcher : Matcher
+        The matcher; it is sent to the workers, so it must pickle.
+    workers : int, optional
+        Processes to use (default: one a core).
+    progress : callable
+        Told of stage "compare", in pairs.
+
+    Returns
+    -------
+    list of ndarray of `OUTCOME`
+        One array a database, in the order of its pairs. Where a side has no template, the
+        similarity is 0 and the CPU time not a number.
+    """
+    templates = [[e.template for e in extracted.extractions] for extracted in sets]
+    chunks = [
+        _Chunk(s, p.probe[k : k + PAIRS_PER_CHUNK], p.reference[k : k + PAIRS_PER_CHUNK])
+        for s, p in enumerate(pairs)
+        for k in range(0, len(p), PAIRS_PER_CHUNK)
+    ]
+    total, done = sum(map(len, pairs)), 0
+
+    def finished(chunk: _Chunk) -> None:
+        nonlocal done
+        done += chunk.probe.size
+        progress("compare", done, total)
+
+    progress("compare", 0, total)
+    results = run_chunks(
+        _compare_chunk, _Bench(matcher, templates), chunks, workers=workers, finished=finished
+    )
+    outcomes = np.concatenate(results) if results else np.empty(0, OUTCOME)
+    return np.split(outcomes, np.cumsum([len(p) for p in pairs])[:-1])
+
+
+def _compare_chunk(bench: _Bench, chunk: _Chunk) -> NDArray[np.void]:
+    outcomes = np.empty(chunk.probe.size, OUTCOME)
+    for row, (i, j) in enumerate(zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)):
+        probe, reference = bench.get(chunk.set_index, i), bench.get(chunk.set_index, j)
+        if probe is None or reference is None:
+            outcomes[row] = _no_template()
+            continue
+        start = time.process_time_ns()
+        comparison = bench.matcher.compare(probe, reference)
+        cpu_us = (time.process_time_ns() - start) / 1000.0
+        outcomes[row] = _as_outcome(comparison, cpu_us)
+    return outcomes
+
+
+def _as_outcome(comparison: Comparison, cpu_us: float) -> tuple[Any, ...]:
+    t = comparison.transform
+    moved = (_NOTHING,) * 4 if t is None else (t.scale, t.rotation_deg, t.tx, t.ty)
+    return (
+        comparison.similarity,
+        len(comparison.pairs),
+        *moved,
+        comparison.rms_px,
+        comparison.agreement,
+        comparison.overlap,
+        comparison.reason,
+        cpu_us,
+    )
+
+
+def _no_template() -> tuple[Any, ...]:
+    return (0.0, 0, *(_NOTHING,) * 5, 0.0, 0.0, NO_TEMPLATE, _NOTHING)

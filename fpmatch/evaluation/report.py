@@ -1,0 +1,161 @@
+"""What an evaluation found: a row a database, their mean, and all scores pooled."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fpmatch.evaluation.rates import Rates, error_rates
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.evaluation.protocol import Pairs
+
+
+@dataclass(frozen=True, slots=True)
+class SetResult:
+    """Hold what was found on one database.
+
+    Parameters
+    ----------
+    name : str
+        The database.
+    genuine, impostor : int
+        Numbers of pairs compared.
+    rates : Rates
+        Error rates as fractions.
+    failures : tuple of (Path, str)
+        Images that gave no template, and why; they score 0 in all their pairs.
+    extract_ms : float
+        Median CPU time to extract an image, in milliseconds.
+    match_us : float
+        Median CPU time of a comparison of prepared templates, in microseconds.
+    extracted : ExtractedSet
+        The database and its templates.
+    pairs : Pairs
+        The pairs compared.
+    outcomes : ndarray of OUTCOME, shape (number of pairs,)
+        What each comparison gave; see `fpmatch.evaluation.comparison`.
+    """
+
+    name: str
+    genuine: int
+    impostor: int
+    rates: Rates
+    failures: tuple[tuple[Path, str], ...]
+    extract_ms: float
+    match_us: float
+    extracted: ExtractedSet = field(repr=False)
+    pairs: Pairs = field(repr=False)
+    outcomes: NDArray[np.void] = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluationReport:
+    """Hold what was found on some databases by one matcher.
+
+    Parameters
+    ----------
+    matcher, protocol : str
+        Names of the matcher and the protocol.
+    sets : tuple of SetResult
+        A row a database.
+    mean : Rates
+        The mean over the databases of each rate; None where a database lacks it.
+    pooled : Rates
+        The rates of all databases' scores together, one threshold for all.
+    """
+
+    matcher: str
+    protocol: str
+    sets: tuple[SetResult, ...]
+    mean: Rates
+    pooled: Rates
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the report as JSON values: rates as fractions, null where undefined."""
+        return {
+            "sets": [_row_as_json(row) for row in self.sets],
+            "mean": {
+                **asdict(self.mean),
+                "extract_ms": _rounded(np.mean([row.extract_ms for row in self.sets])),
+                "match_us": _rounded(np.mean([row.match_us for row in self.sets])),
+            },
+            "pooled": {
+                "genuine": sum(row.genuine for row in self.sets),
+                "impostor": sum(row.impostor for row in self.sets),
+                **asdict(self.pooled),
+                "failures": sum(len(row.failures) for row in self.sets),
+            },
+        }
+
+
+def summarise_set(extracted: ExtractedSet, pairs: Pairs, outcomes: NDArray[np.void]) -> SetResult:
+    """Summarise the comparisons of one database."""
+    cpu_us = outcomes["cpu_us"][np.isfinite(outcomes["cpu_us"])]
+    return SetResult(
+        name=extracted.dataset.name,
+        genuine=int(pairs.genuine.sum()),
+        impostor=int((~pairs.genuine).sum()),
+        rates=_rates([pairs], [outcomes]),
+        failures=tuple(extracted.failures),
+        extract_ms=extracted.median_cpu_ms,
+        match_us=float(np.median(cpu_us)) if cpu_us.size else float("nan"),
+        extracted=extracted,
+        pairs=pairs,
+        outcomes=outcomes,
+    )
+
+
+def summarise(matcher: str, protocol: str, sets: Sequence[SetResult]) -> EvaluationReport:
+    """Summarise the databases' rows: their mean, and their scores pooled."""
+    return EvaluationReport(
+        matcher=matcher,
+        protocol=protocol,
+        sets=tuple(sets),
+        mean=_mean([row.rates for row in sets]),
+        pooled=_rates([row.pairs for row in sets], [row.outcomes for row in sets]),
+    )
+
+
+def _rates(pairs: Sequence[Pairs], outcomes: Sequence[NDArray[np.void]]) -> Rates:
+    """Compute the rates on the raw similarity: calibration keeps its order, but ties its ends."""
+    genuine = np.concatenate([p.genuine for p in pairs])
+    similarity = np.concatenate([o["similarity"] for o in outcomes])
+    return error_rates(similarity[genuine], similarity[~genuine])
+
+
+def _mean(rates: Sequence[Rates]) -> Rates:
+    def of(values: list[float | None]) -> float | None:
+        known = [value for value in values if value is not None]
+        return float(np.mean(known)) if known and len(known) == len(values) else None
+
+    return Rates(
+        eer=of([r.eer for r in rates]),
+        fmr100=of([r.fmr100 for r in rates]),
+        fmr1000=of([r.fmr1000 for r in rates]),
+        zero_fmr=of([r.zero_fmr for r in rates]),
+    )
+
+
+def _row_as_json(row: SetResult) -> dict[str, Any]:
+    return {
+        "name": row.name,
+        "genuine": row.genuine,
+        "impostor": row.impostor,
+        **asdict(row.rates),
+        "failures": len(row.failures),
+        "extract_ms": _rounded(row.extract_ms),
+        "match_us": _rounded(row.match_us),
+    }
+
+
+def _rounded(time: float | np.floating[Any]) -> float | None:
+    return round(float(time), 3) if np.isfinite(time) else None

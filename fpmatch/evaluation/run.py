@@ -1,0 +1,118 @@
+"""Evaluate a matcher on FVC-style databases: extract, compare, count errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.comparison import compare_sets
+from fpmatch.evaluation.dataset import Dataset, load_dataset
+from fpmatch.evaluation.extraction import extract_datasets, extract_image
+from fpmatch.evaluation.protocol import choose_pairs
+from fpmatch.evaluation.report import EvaluationReport, summarise, summarise_set
+from fpmatch.evaluation.workers import Progress, no_progress
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from fpmatch.evaluation.extraction import ExtractedSet, Extractor
+    from fpmatch.matching.result import Matcher
+
+
+def evaluate(
+    datasets: Sequence[Dataset | str | os.PathLike[str]],
+    *,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    protocol: str = "extended",
+    workers: int | None = None,
+    progress: Progress = no_progress,
+    extractor: Extractor = extract_image,
+) -> EvaluationReport:
+    """Evaluate a matcher on FVC-style databases.
+
+    Parameters
+    ----------
+    datasets : sequence of Dataset or path
+        The databases, or their folders.
+    matcher : str or Matcher
+        The matcher, or its name.
+    protocol : str
+        "extended" or "fvc"; see `choose_pairs`.
+    workers : int, optional
+        Processes to use (default: one a core). The results are the same for any number.
+    progress : callable
+        Called as ``progress(stage, done, total)`` for the stages "extract" and "compare".
+    extractor : callable
+        Makes a template from a path and a resolution (default: `fpmatch.image.extract`).
+
+    Returns
+    -------
+    EvaluationReport
+        A row a database, their mean, all scores pooled, and every comparison's outcome.
+
+    Raises
+    ------
+    DatasetError
+        If a folder is not an FVC-style database, is given twice or has nothing to compare, or
+        the protocol is unknown.
+    MatcherError
+        If the matcher is unknown.
+    FpmatchError
+        If a worker process died.
+
+    Examples
+    --------
+    >>> report = evaluate(["fvc2002/DB1_B", "fvc2002/DB2_B"])  # doctest: +SKIP
+    >>> report.pooled.eer  # doctest: +SKIP
+    0.0123
+    """
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    loaded = load_datasets(datasets, protocol)
+    extracted = extract_datasets(loaded, extractor=extractor, workers=workers, progress=progress)
+    return evaluate_templates(
+        extracted, matcher=chosen, protocol=protocol, workers=workers, progress=progress
+    )
+
+
+def evaluate_templates(
+    sets: Sequence[ExtractedSet],
+    *,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    protocol: str = "extended",
+    workers: int | None = None,
+    progress: Progress = no_progress,
+) -> EvaluationReport:
+    """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`."""
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    pairs = [choose_pairs(extracted.dataset.impressions, protocol) for extracted in sets]
+    outcomes = compare_sets(sets, pairs, chosen, workers=workers, progress=progress)
+    rows = [summarise_set(*row) for row in zip(sets, pairs, outcomes, strict=True)]
+    return summarise(chosen.name, protocol, rows)
+
+
+def load_datasets(
+    datasets: Sequence[Dataset | str | os.PathLike[str]], protocol: str = "extended"
+) -> list[Dataset]:
+    """Load the databases among `datasets` that are given as folders, and check that all can run.
+
+    Raises
+    ------
+    DatasetError
+        If there is none, a folder is not an FVC-style database or is given twice, or a database
+        has no pair to compare.
+    """
+    loaded = [d if isinstance(d, Dataset) else load_dataset(d) for d in datasets]
+    if not loaded:
+        raise DatasetError("no database given")
+    seen: set[Path] = set()
+    for dataset in loaded:
+        if not len(choose_pairs(dataset.impressions, protocol)):
+            raise DatasetError(f"{dataset.name}: has no two prints that the protocol compares")
+        first = dataset.impressions[0].path.resolve()
+        if first in seen:
+            raise DatasetError(f"{first.parent}: database given twice")
+        seen.add(first)
+    return loaded

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Template files in and out: one module a format, each defining its ``CODEC``."""

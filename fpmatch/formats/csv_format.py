@@ -1,0 +1,107 @@
+"""Templates as CSV, for eyes and spreadsheets.
+
+A file looks like this::
+
+    # fpmatch-template 1 width=388 height=374 dpi=500
+    # pixels from the top left, y down; angle_deg counter-clockwise on screen from +x
+    x,y,angle_deg,kind,quality
+    101,57.5,278.4,ending,90
+
+Directions are those of ISO/IEC 19794-2: for an ending, from the minutia back along its ridge; for
+a bifurcation, along the valley between its two close branches. Kinds are other, ending and
+bifurcation; quality runs from 0 to 100. The ridge field is not kept.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import TemplateError
+from fpmatch.formats.codec import LARGEST, Codec
+from fpmatch.minutiae import Minutiae, MinutiaKind, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MAGIC: Final = "# fpmatch-template"
+VERSION: Final = "1"
+CONVENTION: Final = (
+    "# pixels from the top left, y down; angle_deg counter-clockwise on screen from +x"
+)
+COLUMNS: Final = ["x", "y", "angle_deg", "kind", "quality"]
+DIGITS: Final = 9  # significant digits that give back the same float32
+
+
+def encode(template: Template) -> bytes:
+    """Return `template` as the bytes of a CSV file."""
+    m = template.minutiae
+    frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
+    lines = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
+    degrees = np.degrees(m.angle.astype(np.float64))
+    for x, y, angle, kind, quality in zip(m.x, m.y, degrees, m.kind, m.quality, strict=True):
+        numbers = ",".join(f"{float(value):.{DIGITS}g}" for value in (x, y, angle))
+        lines.append(f"{numbers},{MinutiaKind(kind).name.lower()},{quality}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def decode(data: bytes) -> Template:
+    """Return the template that the bytes of a CSV file hold, or raise TemplateError."""
+    try:
+        lines = data.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise TemplateError(f"not UTF-8 text (byte {error.start})") from error
+    width, height, dpi = _frame(lines[0])
+    rows = _rows(lines)
+    number, header = next(rows, (len(lines), []))
+    if header != COLUMNS:
+        raise TemplateError(f"line {number}: expected the columns {','.join(COLUMNS)}")
+    table = [_minutia(number, row) for number, row in rows]
+    x, y, degrees, kind, quality = np.array(table, dtype=np.float64).reshape(-1, len(COLUMNS)).T
+    minutiae = Minutiae(x, y, np.radians(degrees), kind, quality)  # type: ignore[arg-type]
+    return Template(minutiae, width, height, dpi)
+
+
+def _recognises(data: bytes) -> bool:
+    return data.removeprefix(b"\xef\xbb\xbf").startswith(MAGIC.encode())
+
+
+def _frame(line: str) -> tuple[int, int, float]:
+    """Return width, height and dpi from the first line."""
+    version = line.removeprefix(MAGIC).split()[:1]
+    if version != [VERSION]:
+        raise TemplateError(f"line 1: unknown version of the format (known: {VERSION})")
+    values = dict(re.findall(r"(\w+)=([^\s,]+)", line))
+    try:
+        return int(values["width"]), int(values["height"]), float(values["dpi"])
+    except (KeyError, ValueError) as error:
+        raise TemplateError("line 1: expected width=, height= and dpi= as numbers") from error
+
+
+def _rows(lines: list[str]) -> Iterator[tuple[int, list[str]]]:
+    """Yield number and cells of each line that is neither a comment nor blank."""
+    for number, line in enumerate(lines, start=1):
+        if line.strip() and not line.startswith("#"):
+            yield number, [cell.strip() for cell in next(csv.reader([line]))]
+
+
+def _minutia(number: int, row: list[str]) -> tuple[float, float, float, float, float]:
+    """Return the numbers of one row, its kind as a code."""
+    if len(row) != len(COLUMNS):
+        raise TemplateError(f"line {number}: expected {len(COLUMNS)} values, found {len(row)}")
+    *position, kind, quality = row
+    if kind.upper() not in MinutiaKind.__members__:
+        raise TemplateError(f"line {number}: unknown kind of minutia {kind!r}")
+    try:
+        x, y, angle, grade = map(float, [*position, quality])
+    except ValueError as error:
+        raise TemplateError(f"line {number}: {error}") from error
+    if not all(abs(value) <= LARGEST for value in (x, y, angle)) or not 0 <= grade <= 100:
+        raise TemplateError(f"line {number}: a value is not finite, or a quality not in 0..100")
+    return x, y, angle, MinutiaKind[kind.upper()].value, grade
+
+
+CODEC: Final = Codec("csv", ".csv", _recognises, decode, encode)

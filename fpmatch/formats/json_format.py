@@ -1,0 +1,161 @@
+"""Templates as JSON, complete and exact.
+
+A file looks like this::
+
+    {"format": "fpmatch-template", "version": 1, "width": 388, "height": 374, "dpi": 500.0,
+     "minutiae": {"x": [...], "y": [...], "angle": [...], "kind": [...], "quality": [...]},
+     "ridge_field": {"step": 8.0, "rows": 47, "columns": 49, "orientation": "...", "mask": "..."}}
+
+Values follow the conventions of `fpmatch.minutiae` (pixels, radians, ISO kinds). ``ridge_field``
+is null where it is unknown. Its ``orientation`` is base64 of one byte a cell in row order, 0..255
+for [0, π), 0 outside the mask: a quantisation to 0.7°, finer than an orientation is known. Its
+``mask`` is base64 of one bit a cell in row order, the highest bit of a byte first.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+from typing import TYPE_CHECKING, Any, Final, NoReturn
+
+import numpy as np
+
+from fpmatch.errors import TemplateError
+from fpmatch.formats.codec import LARGEST, Codec
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FORMAT: Final = "fpmatch-template"
+VERSION: Final = 1
+COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
+ORIENTATION_STEPS: Final = 256  # of a half turn
+
+
+def encode(template: Template) -> bytes:
+    """Return `template` as the bytes of a JSON file."""
+    document = {
+        "format": FORMAT,
+        "version": VERSION,
+        "width": template.width,
+        "height": template.height,
+        "dpi": template.dpi,
+        "minutiae": {name: _numbers(getattr(template.minutiae, name)) for name in COLUMNS},
+        "ridge_field": None if template.field is None else _encode_field(template.field),
+    }
+    members = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in document.items()]
+    return ("{\n " + ",\n ".join(members) + "\n}\n").encode()
+
+
+def decode(data: bytes) -> Template:
+    """Return the template that the bytes of a JSON file hold, or raise TemplateError."""
+    document = _parse(data)
+    if document.get("format") != FORMAT:
+        raise TemplateError(f'not a template: expected the member "format": "{FORMAT}"')
+    if document.get("version") != VERSION:
+        raise TemplateError(f"unknown version of the format (known: {VERSION})")
+    columns = _member(document, "minutiae", dict)
+    minutiae = Minutiae(*(_column(columns, name) for name in COLUMNS))
+    stored_field = document.get("ridge_field")
+    return Template(
+        minutiae,
+        _member(document, "width", int),
+        _member(document, "height", int),
+        _number(document, "dpi"),
+        None if stored_field is None else _decode_field(_member(document, "ridge_field", dict)),
+    )
+
+
+def _recognises(data: bytes) -> bool:
+    return data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{")
+
+
+def _parse(data: bytes) -> dict[str, Any]:
+    """Return the JSON object in `data`."""
+
+    def refuse(constant: str) -> NoReturn:
+        raise TemplateError(f"not JSON: {constant} is not a number")
+
+    try:
+        document = json.loads(data.decode("utf-8-sig"), parse_constant=refuse)
+    except (ValueError, RecursionError) as error:
+        raise TemplateError(f"not JSON: {error}") from error
+    if not isinstance(document, dict):
+        raise TemplateError("not a template: expected one JSON object")
+    return document
+
+
+def _member(parent: dict[str, Any], name: str, kind: type) -> Any:
+    """Return the member `name` of `parent`, of type `kind` exactly (a bool is not an int)."""
+    if type(parent.get(name)) is not kind:
+        raise TemplateError(f'"{name}" must be there and of type {kind.__name__}')
+    return parent[name]
+
+
+def _number(parent: dict[str, Any], name: str) -> float:
+    """Return the finite number `name` of `parent`."""
+    value: Any = parent.get(name)
+    if type(value) not in (int, float) or not abs(value) <= LARGEST:
+        raise TemplateError(f'"{name}" must be a finite number')
+    return float(value)
+
+
+def _column(columns: dict[str, Any], name: str) -> NDArray[Any]:
+    """Return one column of numbers."""
+    values = _member(columns, name, list)
+    if not all(type(value) in (int, float) and abs(value) <= LARGEST for value in values):
+        raise TemplateError(f"minutiae: {name} must be a list of finite numbers")
+    return np.array(values, dtype=np.float64)
+
+
+def _numbers(column: NDArray[Any]) -> list[float] | list[int]:
+    """Return a column as Python numbers, the shortest that give back the same float32."""
+    if column.dtype.kind == "f":
+        return [float(str(value)) for value in column]
+    return [int(value) for value in column]
+
+
+def _encode_field(field: RidgeField) -> dict[str, Any]:
+    steps = np.rint(np.where(field.mask, field.orientation, 0.0) * (ORIENTATION_STEPS / np.pi))
+    rows, columns = field.mask.shape
+    return {
+        "step": field.step,
+        "rows": rows,
+        "columns": columns,
+        "orientation": _to_base64(np.mod(steps, ORIENTATION_STEPS).astype(np.uint8)),
+        "mask": _to_base64(np.packbits(field.mask)),
+    }
+
+
+def _decode_field(stored: dict[str, Any]) -> RidgeField:
+    rows, columns = _member(stored, "rows", int), _member(stored, "columns", int)
+    if rows < 1 or columns < 1:
+        raise TemplateError("ridge_field: rows and columns must be positive")
+    cells = rows * columns
+    steps = _from_base64(stored, "orientation", cells)
+    bits = np.unpackbits(_from_base64(stored, "mask", -(-cells // 8)), count=cells)
+    orientation = (steps * (np.pi / ORIENTATION_STEPS)).astype(np.float32)
+    shape = (rows, columns)
+    return RidgeField(
+        _number(stored, "step"), orientation.reshape(shape), bits.astype(bool).reshape(shape)
+    )
+
+
+def _to_base64(values: NDArray[np.uint8]) -> str:
+    return base64.b64encode(values.tobytes()).decode("ascii")
+
+
+def _from_base64(stored: dict[str, Any], name: str, length: int) -> NDArray[np.uint8]:
+    """Return the bytes under `name`, of which there must be `length`."""
+    try:
+        data = base64.b64decode(_member(stored, name, str), validate=True)
+    except (binascii.Error, ValueError) as error:
+        raise TemplateError(f"ridge_field: {name} is not base64 ({error})") from error
+    if len(data) != length:
+        raise TemplateError(f"ridge_field: {name} has {len(data)} bytes, expected {length}")
+    return np.frombuffer(data, dtype=np.uint8)
+
+
+CODEC: Final = Codec("json", ".json", _recognises, decode, encode)

@@ -1,0 +1,96 @@
+"""Kernel: follow the skeleton from each node (ending or bifurcation) along its branches.
+
+A walk goes from pixel to neighbouring pixel, edge neighbours before corner neighbours, never back
+beside the pixel it just left, until it meets another node, runs out of ridge, or has made as many
+steps as `paths` has room for. Interpreted, it runs as it stands and gives the same paths.
+"""
+
+import cython
+
+COMPILED = cython.compiled
+
+
+@cython.boundscheck(False)
+@cython.wraparound(False)
+def trace_branches(
+    skeleton: cython.uchar[:, ::1],
+    node_at: cython.int[:, ::1],
+    nodes: cython.int[:, ::1],
+    step: cython.int[:, ::1],
+    paths: cython.int[:, :, :, ::1],
+    made: cython.int[:, ::1],
+    target: cython.int[:, ::1],
+) -> None:
+    """Follow up to ``paths.shape[1]`` branches of each node.
+
+    `skeleton` (0/1) and `node_at` (index of the node at a pixel, or -1) have a border of at least
+    one pixel without ridge; `nodes` holds the nodes' (y, x); `step` the eight (dy, dx), the four
+    edge neighbours first, then the corners in the order NE, NW, SW, SE of E, N, W, S. For node i
+    and branch b, ``paths[i, b, :made[i, b]]`` receives the (y, x) walked and ``target[i, b]`` the
+    node that was met, or -1.
+    """
+    limit: cython.Py_ssize_t = paths.shape[2]
+    i: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    branch: cython.Py_ssize_t
+    walked: cython.Py_ssize_t
+    y: cython.int
+    x: cython.int
+    from_y: cython.int
+    from_x: cython.int
+    way: cython.Py_ssize_t
+    for i in range(nodes.shape[0]):
+        branch = 0
+        for k in range(8):
+            y = nodes[i, 0] + step[k, 0]
+            x = nodes[i, 1] + step[k, 1]
+            if skeleton[y, x] == 0 or branch == paths.shape[1]:
+                continue
+            # a corner neighbour beside an edge neighbour is the same branch
+            if k >= 4 and (skeleton[y, nodes[i, 1]] != 0 or skeleton[nodes[i, 0], x] != 0):
+                continue
+            from_y = nodes[i, 0]
+            from_x = nodes[i, 1]
+            walked = 0
+            while True:
+                paths[i, branch, walked, 0] = y
+                paths[i, branch, walked, 1] = x
+                walked += 1
+                if node_at[y, x] >= 0 and node_at[y, x] != i:
+                    target[i, branch] = node_at[y, x]
+                    break
+                if walked == limit:
+                    break
+                way = _way_on(skeleton, step, y, x, from_y, from_x)
+                if way < 0:
+                    break
+                from_y = y
+                from_x = x
+                y += step[way, 0]
+                x += step[way, 1]
+            made[i, branch] = walked
+            branch += 1
+
+
+@cython.cfunc
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.exceptval(check=False)
+def _way_on(
+    skeleton: cython.uchar[:, ::1],
+    step: cython.int[:, ::1],
+    y: cython.int,
+    x: cython.int,
+    from_y: cython.int,
+    from_x: cython.int,
+) -> cython.Py_ssize_t:
+    """Return which step leads on from (y, x) when one came from (from_y, from_x), or -1."""
+    k: cython.Py_ssize_t
+    dy: cython.int
+    dx: cython.int
+    for k in range(8):
+        dy = y + step[k, 0] - from_y
+        dx = x + step[k, 1] - from_x
+        if dy * dy + dx * dx > 2 and skeleton[y + step[k, 0], x + step[k, 1]] != 0:
+            return k
+    return -1

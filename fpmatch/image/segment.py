@@ -1,0 +1,131 @@
+"""Segmentation: where the print is, that is, where the image has ridges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.image.normalize import NormalizedImage
+    from fpmatch.image.spectrum import RidgeSpectrum
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentationParameters:
+    """Set the segmentation; lengths in cells of the spectrum (8 px at 500 dpi)."""
+
+    smoothing_cells: float = 1.2
+    min_strength: float = 0.14
+    min_contrast: float = 8.0
+    min_relative_contrast: float = 0.25
+    closing_cells: int = 5
+    opening_cells: int = 5
+    min_area_cells: int = 40
+    min_relative_area: float = 0.2
+
+
+def segment(
+    image: NormalizedImage,
+    spectrum: RidgeSpectrum,
+    parameters: SegmentationParameters | None = None,
+) -> NDArray[np.bool_]:
+    """Find the cells that hold ridges.
+
+    A cell belongs to the print where one wave carries enough of the local energy and the local
+    contrast is no small fraction of the print's own; ragged edges are smoothed, holes filled and
+    small parts dropped.
+
+    Parameters
+    ----------
+    image : NormalizedImage
+        Normalised image with its local contrast.
+    spectrum : RidgeSpectrum
+        Local ridge spectrum of the normalised image.
+    parameters : SegmentationParameters, optional
+        Thresholds and smoothing.
+
+    Returns
+    -------
+    ndarray of bool, shape (rows, columns)
+        The segmentation mask on the cells of the spectrum; all False where there is no print.
+    """
+    p = parameters or SegmentationParameters()
+    rows, columns = spectrum.total.shape
+    strength = ridge_strength(spectrum, p.smoothing_cells)
+    contrast = _at_cells(image.contrast * image.valid, spectrum)
+    valid = _at_cells(image.valid.astype(np.float32), spectrum) > 0.5
+    ridges = (strength >= p.min_strength) & valid
+    if not ridges.any():
+        return np.zeros((rows, columns), bool)
+    usual = float(np.median(contrast[ridges & (strength >= np.median(strength[ridges]))]))
+    ridges &= contrast >= max(p.min_contrast, p.min_relative_contrast * usual)
+    return _tidy(ridges, p)
+
+
+def ridge_strength(spectrum: RidgeSpectrum, smoothing_cells: float) -> NDArray[np.float32]:
+    """Return the largest share of the local energy in one wave, 0..1, shape (rows, columns)."""
+    rows, columns, angles, periods = spectrum.energy.shape
+    energy = _smooth(spectrum.energy.reshape(rows, columns, angles * periods), smoothing_cells)
+    total = _smooth(spectrum.total, smoothing_cells)
+    strength: NDArray[np.float32] = energy.max(axis=2) / (total + 1e-3)
+    return strength
+
+
+def mask_at_pixels(mask: NDArray[np.bool_], spectrum: RidgeSpectrum) -> NDArray[np.bool_]:
+    """Return the mask of cells as a smooth mask of pixels, shape (H, W)."""
+    height, width = spectrum.shape
+    rows, columns = mask.shape
+    step = spectrum.step_px
+    large = cv2.resize(
+        mask.astype(np.float32), (columns * step, rows * step), interpolation=cv2.INTER_LINEAR
+    )
+    pixels: NDArray[np.bool_] = large[:height, :width] > 0.5
+    return pixels
+
+
+def _tidy(ridges: NDArray[np.bool_], p: SegmentationParameters) -> NDArray[np.bool_]:
+    """Close, open, drop small parts, fill holes."""
+    margin = p.closing_cells
+    padded = np.pad(ridges, margin).astype(np.uint8)
+    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _disc(p.closing_cells))
+    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(p.opening_cells))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
+    area = stats[:, cv2.CC_STAT_AREA].copy()
+    area[0] = 0
+    keep = area >= max(p.min_area_cells, p.min_relative_area * area.max(initial=0))
+    print_ = keep[labels]
+    _, outside = cv2.connectedComponents((~print_).astype(np.uint8), connectivity=4)
+    filled: NDArray[np.bool_] = outside != outside[0, 0]
+    return filled[margin:-margin, margin:-margin]
+
+
+def _at_cells(pixels: NDArray[np.float32], spectrum: RidgeSpectrum) -> NDArray[np.float32]:
+    """Return the mean of `pixels` over each cell."""
+    height, width = spectrum.shape
+    rows, columns = spectrum.total.shape
+    step = spectrum.step_px
+    padded = np.pad(pixels, ((0, rows * step - height), (0, columns * step - width)), mode="edge")
+    cells: NDArray[np.float32] = padded.reshape(rows, step, columns, step).mean(axis=(1, 3))
+    return cells
+
+
+def _smooth(cells: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
+    """Blur over the grid of cells, channel by channel."""
+    smoothed = np.empty_like(cells)
+    if cells.ndim == 2:
+        return np.asarray(cv2.GaussianBlur(cells, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE))
+    for start in range(0, cells.shape[2], 4):  # OpenCV blurs four channels at a time
+        part = np.ascontiguousarray(cells[:, :, start : start + 4])
+        smoothed[:, :, start : start + 4] = cv2.GaussianBlur(
+            part, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE
+        ).reshape(part.shape)
+    return smoothed
+
+
+def _disc(diameter: int) -> NDArray[np.uint8]:
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter)), np.uint8)

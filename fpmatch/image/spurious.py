@@ -1,0 +1,186 @@
+"""Spurious minutiae: what the skeleton shows and the finger does not have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from fpmatch.image.crossing_number import find_nodes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.image.crossing_number import SkeletonNodes
+
+
+@dataclass(frozen=True, slots=True)
+class SpuriousParameters:
+    """Set which structures are spurious; lengths in pixels at 500 dpi, angles in degrees."""
+
+    max_spur_px: int = 8
+    max_island_px: int = 14
+    max_bridge_px: int = 8
+    min_mask_distance_px: float = 6.0
+    min_border_distance_px: float = 4.0
+    crowded_px: float = 6.0
+    broken_px: float = 10.0
+    broken_angle_deg: float = 50.0
+    direction_px: int = 14
+
+
+def remove_spurs_and_islands(
+    skeleton: NDArray[np.bool_], parameters: SpuriousParameters | None = None
+) -> NDArray[np.bool_]:
+    """Erase short side branches and short ridges of no company from a skeleton.
+
+    Parameters
+    ----------
+    skeleton : ndarray of bool, shape (H, W)
+        Skeleton one pixel wide.
+    parameters : SpuriousParameters, optional
+        ``max_spur_px`` and ``max_island_px``.
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+        The skeleton without them.
+
+    Examples
+    --------
+    >>> line = np.zeros((20, 60), bool)
+    >>> line[10, 5:55] = True
+    >>> line[6:10, 30] = True
+    >>> int(remove_spurs_and_islands(line)[:10].sum())
+    0
+    """
+    p = parameters or SpuriousParameters()
+    nodes = find_nodes(skeleton, p.max_island_px)
+    kept = skeleton.copy()
+    for i in np.flatnonzero(nodes.crossing_number == 1):
+        steps, target = int(nodes.steps[i, 0]), int(nodes.target[i, 0])
+        path = nodes.paths[i, 0, :steps]
+        if target < 0:
+            continue
+        is_island = nodes.crossing_number[target] == 1
+        if is_island:
+            kept[tuple(path.T)] = False
+        elif steps <= p.max_spur_px:
+            kept[tuple(path[:-1].T)] = False
+        else:
+            continue
+        kept[nodes.y[i], nodes.x[i]] = False
+    return kept
+
+
+def directions(nodes: SkeletonNodes, length_px: int) -> NDArray[np.float32]:
+    """Compute the direction of each minutia from the first `length_px` pixels of its branches.
+
+    Parameters
+    ----------
+    nodes : SkeletonNodes
+        Nodes with their traced branches.
+    length_px : int
+        How far along a branch its direction is taken.
+
+    Returns
+    -------
+    ndarray of float32, shape (N,)
+        Radians in [0, 2π), ISO/IEC 19794-2: for an ending along its ridge; for a bifurcation
+        along the valley between its two closest branches.
+    """
+    last = np.clip(np.minimum(nodes.steps, length_px) - 1, 0, None)
+    ends = np.take_along_axis(nodes.paths, last[..., None, None], axis=2)[:, :, 0]
+    dx = (ends[..., 1] - nodes.x[:, None]).astype(np.float64)
+    dy = (ends[..., 0] - nodes.y[:, None]).astype(np.float64)
+    branch = np.where(nodes.steps > 0, dx - 1j * dy, 0)
+    branch = branch / np.maximum(np.abs(branch), 1e-9)
+    towards = branch[:, 0].copy()
+    forks = np.flatnonzero(np.count_nonzero(nodes.steps, axis=1) >= 3)
+    for i in forks:
+        u = branch[i, :3]
+        closeness = (u * np.conj(np.roll(u, -1))).real
+        k = int(np.argmax(closeness))
+        towards[i] = u[k] + u[(k + 1) % 3] - u[(k + 2) % 3]
+    angle = np.mod(np.angle(towards), 2 * np.pi)
+    return np.asarray(angle, np.float32)
+
+
+def keep_genuine(
+    nodes: SkeletonNodes,
+    angle: NDArray[np.float32],
+    mask: NDArray[np.bool_],
+    parameters: SpuriousParameters | None = None,
+) -> NDArray[np.bool_]:
+    """Tell the minutiae that may be genuine from those that have a known innocent cause.
+
+    Refused are nodes near the mask's or the image's border, both ends of a bridge or lake, the
+    two ends of a broken ridge, and minutiae that crowd each other.
+
+    Parameters
+    ----------
+    nodes : SkeletonNodes
+        Nodes of the cleaned skeleton.
+    angle : ndarray of float32, shape (N,)
+        Their directions.
+    mask : ndarray of bool, shape (H, W)
+        Segmentation mask.
+    parameters : SpuriousParameters, optional
+        Limits.
+
+    Returns
+    -------
+    ndarray of bool, shape (N,)
+        True where the node is kept.
+    """
+    p = parameters or SpuriousParameters()
+    keep = (nodes.crossing_number == 1) | (nodes.crossing_number == 3)
+    keep &= _inside(nodes, mask, p)
+    keep &= ~_bridged(nodes, p)
+    here = np.flatnonzero(keep)
+    keep[here] = ~_crowded(nodes, angle, here, p)
+    return keep
+
+
+def _inside(
+    nodes: SkeletonNodes, mask: NDArray[np.bool_], p: SpuriousParameters
+) -> NDArray[np.bool_]:
+    """Tell which nodes keep their distance from the mask's border and from the image's."""
+    height, width = mask.shape
+    distance = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 3)
+    edge = np.minimum.reduce([nodes.x, nodes.y, width - 1 - nodes.x, height - 1 - nodes.y])
+    far = distance[nodes.y, nodes.x] >= p.min_mask_distance_px
+    return np.asarray(far & (edge >= p.min_border_distance_px))
+
+
+def _bridged(nodes: SkeletonNodes, p: SpuriousParameters) -> NDArray[np.bool_]:
+    """Tell which bifurcations are joined to another by a short branch: a bridge or a lake."""
+    forked = nodes.crossing_number >= 3
+    linked = (nodes.target >= 0) & (nodes.steps <= p.max_bridge_px)
+    linked &= forked[:, None] & forked[np.maximum(nodes.target, 0)]
+    bridged: NDArray[np.bool_] = linked.any(axis=1)
+    return bridged
+
+
+def _crowded(
+    nodes: SkeletonNodes,
+    angle: NDArray[np.float32],
+    index: NDArray[np.intp],
+    p: SpuriousParameters,
+) -> NDArray[np.bool_]:
+    """Tell which of the minutiae `index` crowd another, or face another across a broken ridge."""
+    z = nodes.x[index] - 1j * nodes.y[index]
+    away = z[:, None] - z[None, :]
+    distance = np.abs(away)
+    np.fill_diagonal(distance, np.inf)
+    near = distance < p.crowded_px
+    ending = nodes.crossing_number[index] == 1
+    along = np.exp(1j * angle[index].astype(np.float64))
+    # an ending's direction runs along its own ridge: away from the other across a break
+    agreement = (away * np.conj(along)[:, None]).real / np.where(distance < np.inf, distance, 1)
+    away_from_other = agreement > np.cos(np.radians(p.broken_angle_deg))
+    broken = (distance < p.broken_px) & away_from_other & away_from_other.T
+    broken &= ending[:, None] & ending[None, :]
+    return np.asarray((near | broken).any(axis=1))

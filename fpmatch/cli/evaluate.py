@@ -1,0 +1,111 @@
+"""`fpmatch evaluate`: error rates on FVC-style databases."""
+
+from __future__ import annotations
+
+import json
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import click
+
+_STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  fpmatch evaluate fvc2002/DB1_B
+  fpmatch evaluate fvc2002/DB*_B --matcher paper --json
+  fpmatch evaluate fvc2002/DB1_B --protocol fvc --scores scores.csv
+"""
+)
+@click.argument(
+    "folders", metavar="DIR...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+@click.option(
+    "--protocol",
+    type=click.Choice(["extended", "fvc"]),
+    default="extended",
+    show_default=True,
+    help="Impostor pairs: all impressions of different fingers, or first impressions only.",
+)
+@click.option("--matcher", default="unit-circle", show_default=True, help="Matcher to evaluate.")
+@click.option(
+    "--scores",
+    metavar="OUT.csv",
+    type=click.Path(path_type=Path),
+    help="Write every comparison to a CSV file.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
+@click.option(
+    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
+)
+def evaluate(
+    folders: tuple[Path, ...],
+    protocol: str,
+    matcher: str,
+    scores: Path | None,
+    as_json: bool,
+    workers: int | None,
+) -> None:
+    r"""Measure error rates on FVC-style databases.
+
+    Each DIR holds prints named FFF_M.tif (finger FFF, impression M; other image formats too) and
+    may hold a dataset.toml that gives name, dpi and sensor. Printed are, per database, their
+    mean, and all scores pooled:
+
+    \b
+    EER       equal error rate
+    FMR100    false non-match rate where one impostor in 100 matches
+    FMR1000   the same for one in 1,000
+    ZeroFMR   the same where none matches
+    failed    images that gave no template; they score 0 in all their pairs
+    extract   median CPU time to extract an image
+    match     median CPU time of a comparison
+    """
+    from fpmatch.evaluation import run
+    from fpmatch.evaluation.scores_file import check_writable, write_scores
+    from fpmatch.evaluation.table import format_table
+
+    if scores is not None:
+        check_writable(scores)
+    with _ProgressBars() as bars:
+        report = run.evaluate(
+            folders, matcher=matcher, protocol=protocol, workers=workers, progress=bars.show
+        )
+    if scores is not None:
+        write_scores(scores, report)
+    for row in report.sets:
+        for _, reason in row.failures:
+            click.echo(f"no template: {reason}", err=True)
+    click.echo(json.dumps(report.as_json(), indent=2) if as_json else format_table(report))
+
+
+class _ProgressBars:
+    """Show one bar a stage on stderr, and nothing where that is not a terminal."""
+
+    def __init__(self) -> None:
+        self._open = ExitStack()
+        self._stage = ""
+        self._bar: Any = None
+        self._done = 0
+
+    def __enter__(self) -> _ProgressBars:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._open.close()
+
+    def show(self, stage: str, done: int, total: int) -> None:
+        """Move the bar of `stage`, opening it first where it is a new one."""
+        if not sys.stderr.isatty():
+            return
+        if stage != self._stage:
+            self._open.close()
+            bar: Any = click.progressbar(length=total, label=_STAGES[stage], file=sys.stderr)
+            self._bar = self._open.enter_context(bar)
+            self._stage, self._done = stage, 0
+        self._bar.update(done - self._done)
+        self._done = done

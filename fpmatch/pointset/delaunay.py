@@ -11,8 +11,11 @@ rule:
   there are no triangles;
 - *co-circular points*: the convex polygon that they span is fanned out from its smallest vertex
   (smallest x, then smallest y), so the triangulation does not depend on the order of the points.
-  Points count as co-circular where the in-circle determinant is exactly 0 in float64, which is
-  exact for whole coordinates that span less than 4096.
+  Points count as co-circular where the in-circle determinant is 0 in float64, which is exact for
+  whole coordinates that span less than 4096.
+
+Before all this, coordinates are rounded to one part in 2^20 of the extent: a whole number of
+pixels stays itself, and points nearer than that coincide.
 """
 
 from __future__ import annotations
@@ -29,12 +32,19 @@ if TYPE_CHECKING:
 
     Ints = NDArray[np.int64]
     Floats = NDArray[np.float64]
+    Plane = NDArray[np.complex128]  # points or vectors as x + iy
+
+GRID_BITS: Final = 20
+"""Coordinates are triangulated to 2**-20 of the extent."""
 
 FLATNESS: Final = 1e-9
 """Width over extent below which points count as lying on one line."""
 
 _NO_TRIANGLES: Final = np.empty((0, 3), np.int64)
 _NO_PAIRS: Final = np.empty((0, 2), np.int64)
+_NEXT: Final = np.array([1, 2, 0])
+_AFTER_NEXT: Final = np.array([2, 0, 1])
+_SWAPPED: Final = np.array([1, 0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +61,7 @@ class Triangulation:
     triangles : ndarray of int32, shape (T, 3)
         Corners of each triangle, counter-clockwise.
     edges : ndarray of int32, shape (E, 2)
-        Joined points, the smaller index first, sorted.
+        Joined points, the smaller index first.
     hull : ndarray of int32, shape (H,)
         Points on the outer boundary, counter-clockwise from the smallest (x, then y); all of them
         in order along the line where the points are collinear or coincide.
@@ -105,21 +115,22 @@ def triangulate(points: ArrayLike) -> Triangulation:
     ([0, 1, 2, 3], [False, False, False, False, True])
     """
     given = as_points(points)
-    unit = _to_unit_extent(given)
-    distinct, twins = _split_coincident(unit)
+    z = _on_unit_grid(given)
+    distinct, twins = _split_coincident(z)
     if len(distinct) == 1:
-        return _assemble(given, unit, _NO_TRIANGLES, twins, np.arange(len(given)), _NO_PAIRS)
-    along = _order_on_line(unit[distinct])
+        return _assemble(given, z, _NO_TRIANGLES, twins, np.arange(len(z)), _NO_PAIRS)
+    along = _order_on_line(z[distinct])
     if along is not None:
         line = distinct[along]
         joined = np.column_stack([line[:-1], line[1:]])
-        return _assemble(given, unit, _NO_TRIANGLES, joined, line, twins)
-    corners, near_twins = _qhull_triangles(unit[distinct])
-    corners = _fan_out_ties(unit[distinct], corners)
-    triangles = distinct[corners]
-    twins = np.vstack([twins, distinct[near_twins]])
-    joined, boundary = _edges_of(triangles, len(given))
-    return _assemble(given, unit, triangles, joined, _hull_order(unit, boundary), twins)
+        return _assemble(given, z, _NO_TRIANGLES, joined, line, twins)
+    triangles = distinct[_qhull_triangles(z[distinct])]
+    sides = _Sides.of(triangles, len(z))
+    tied = _ties(z, sides)
+    if len(tied):
+        triangles = _fan_out(z, triangles, tied)
+        sides = _Sides.of(triangles, len(z))
+    return _assemble(given, z, triangles, sides.edges, _hull_order(z, sides.boundary), twins)
 
 
 def as_points(points: ArrayLike, name: str = "points") -> Floats:
@@ -160,104 +171,131 @@ def as_points(points: ArrayLike, name: str = "points") -> Floats:
     return array
 
 
-def _to_unit_extent(points: Floats) -> Floats:
-    """Shift and scale points into [0, 1]² by a power of two, exactly for whole pixels."""
+def _on_unit_grid(points: Floats) -> Plane:
+    """Return the points as x + iy, shifted and scaled by a power of two onto a grid in [0, 1]²."""
     if not len(points):
-        return points
+        return np.empty(0, np.complex128)
     tamed = np.ldexp(points, -_exponent(points))
     shifted = tamed - tamed.min(axis=0)
-    return np.asarray(np.ldexp(shifted, -_exponent(shifted)))
+    steps = np.rint(np.ldexp(shifted, GRID_BITS - _exponent(shifted)))
+    return np.asarray(np.ldexp(steps, -GRID_BITS).view(np.complex128).ravel())
 
 
 def _exponent(values: Floats) -> int:
     return int(np.frexp(np.abs(values).max())[1])
 
 
-def _split_coincident(points: Floats) -> tuple[Ints, Ints]:
+def _cross(u: Plane, v: Plane) -> Floats:
+    """Return the cross product of the vectors, positive where v lies counter-clockwise of u."""
+    return np.asarray(u.real * v.imag - u.imag * v.real)
+
+
+def _square(u: Plane) -> Floats:
+    return np.asarray(u.real * u.real + u.imag * u.imag)
+
+
+def _split_coincident(z: Plane) -> tuple[Ints, Ints]:
     """Return the points that stand for all, and pairs (stand-in, coincident point)."""
-    order = np.lexsort((points[:, 1], points[:, 0]))
-    new = np.ones(len(points), bool)
-    new[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
+    order = z.argsort(kind="stable")  # complex numbers sort by x, then y
+    ordered = z[order]
+    new = np.ones(len(z), bool)
+    new[1:] = ordered[1:] != ordered[:-1]
     if new.all():
-        return np.arange(len(points)), _NO_PAIRS
-    stand_in = order[new][np.cumsum(new) - 1]
+        return np.arange(len(z)), _NO_PAIRS
+    stand_in = order[new][new.cumsum() - 1]
     return np.sort(order[new]), np.column_stack([stand_in[~new], order[~new]])
 
 
-def _order_on_line(points: Floats) -> Ints | None:
+def _order_on_line(z: Plane) -> Ints | None:
     """Return the order of the points along their common line, or None where there is none."""
-    if len(points) < 2:
-        return np.arange(len(points))
-    first = points[np.lexsort((points[:, 1], points[:, 0]))[0]]
-    offset = points - first
-    squared = (offset * offset).sum(axis=1)
-    axis = offset[squared.argmax()]
-    width = np.abs(offset[:, 0] * axis[1] - offset[:, 1] * axis[0]).max()
-    if width > FLATNESS * squared.max():
+    if len(z) < 2:
+        return np.arange(len(z))
+    offset = z - z.min()
+    length = _square(offset)
+    axis = offset[length.argmax()]
+    if np.abs(_cross(axis, offset)).max() > FLATNESS * length.max():
         return None
-    return np.lexsort((points[:, 1], points[:, 0], offset @ axis))
+    return (offset * axis.conjugate()).real.argsort(kind="stable")
 
 
-def _qhull_triangles(points: Floats) -> tuple[Ints, Ints]:
-    """Return counter-clockwise triangles, and pairs (stand-in, point too near to it for Qhull)."""
+def _qhull_triangles(z: Plane) -> Ints:
+    """Return Qhull's Delaunay triangles of distinct points, counter-clockwise."""
     from scipy.spatial import Delaunay  # noqa: PLC0415  (slow to import)
 
-    qhull = Delaunay(points)
-    corners = qhull.simplices.astype(np.int64)
-    area = _twice_area(points, corners)
-    corners[area < 0] = corners[area < 0][:, [0, 2, 1]]
-    return corners[area != 0], qhull.coplanar[:, [2, 0]].astype(np.int64)
+    triangles = Delaunay(z.view(np.float64).reshape(-1, 2)).simplices.astype(np.int64)
+    a, b, c = z[triangles.T]
+    area = _cross(b - a, c - a)
+    clockwise = area < 0
+    triangles[clockwise] = triangles[clockwise][:, ::-1]
+    return triangles if area.all() else triangles[area != 0]
 
 
-def _twice_area(points: Floats, triangles: Ints) -> Floats:
-    a, b, c = points[triangles[:, 0]], points[triangles[:, 1]], points[triangles[:, 2]]
-    u, v = b - a, c - a
-    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sides:
+    """Hold the sides of triangles: side 3t + k runs from corner k of triangle t to the next one.
+
+    `edges` are the sides as joined points (E, 2), each once, sorted; `boundary` the points on
+    sides that one triangle has alone; `shared` the pairs (2, S) of sides that are one edge; and
+    `start`, `end`, `opposite` the points of each side and across from it.
+    """
+
+    edges: Ints
+    boundary: Ints
+    shared: Ints
+    start: Ints
+    end: Ints
+    opposite: Ints
+
+    @classmethod
+    def of(cls, triangles: Ints, n: int) -> _Sides:
+        start = triangles.ravel()
+        end = triangles[:, _NEXT].ravel()
+        key = np.minimum(start, end) * n + np.maximum(start, end)
+        order = key.argsort(kind="stable")
+        key = key[order]
+        again = np.zeros(len(key) + 1, bool)
+        again[1:-1] = key[1:] == key[:-1]
+        single = order[~again[:-1] & ~again[1:]]
+        second = again.nonzero()[0]
+        key = key[~again[:-1]]
+        return cls(
+            edges=np.column_stack([key // n, key % n]),
+            boundary=start[single],
+            shared=np.stack([order[second - 1], order[second]]),
+            start=start,
+            end=end,
+            opposite=triangles[:, _AFTER_NEXT].ravel(),
+        )
 
 
-def _half_edges(triangles: Ints) -> tuple[Ints, Ints, Ints]:
-    """Return start, end and opposite corner of every side of every triangle."""
-    following = triangles[:, [1, 2, 0]]
-    opposite = triangles[:, [2, 0, 1]]
-    return triangles.ravel(), following.ravel(), opposite.ravel()
+def _ties(z: Plane, sides: _Sides) -> Ints:
+    """Return pairs (K, 2) of neighbouring triangles whose four corners lie on one circle."""
+    one, other = sides.shared
+    apex = z[sides.opposite[other]]
+    a, b, c = z[sides.start[one]] - apex, z[sides.end[one]] - apex, z[sides.opposite[one]] - apex
+    in_circle = _square(a) * _cross(b, c) + _square(b) * _cross(c, a) + _square(c) * _cross(a, b)
+    tied = in_circle == 0
+    return np.column_stack([one[tied], other[tied]]) // 3
 
 
-def _fan_out_ties(points: Floats, triangles: Ints) -> Ints:
+def _fan_out(z: Plane, triangles: Ints, tied: Ints) -> Ints:
     """Replace each group of co-circular triangles by the fan from its smallest vertex."""
-    start, end, opposite = _half_edges(triangles)
-    key = np.minimum(start, end) * len(points) + np.maximum(start, end)
-    order = key.argsort(kind="stable")
-    shared = (key[order[1:]] == key[order[:-1]]).nonzero()[0]
-    one, other = order[shared], order[shared + 1]
-    apex = points[opposite[other]]
-    tied = _in_circle(points[start[one]], points[end[one]], points[opposite[one]], apex) == 0
-    if not tied.any():
-        return triangles
-    pieces = []
-    grouped = np.zeros(len(triangles), bool)
-    for group in _connected(one[tied] // 3, other[tied] // 3):
-        fan = _fan(points, np.unique(triangles[group]))
-        if len(fan) == len(group) and (_twice_area(points, fan) > 0).all():
-            grouped[group] = True
-            pieces.append(fan)
-    return np.vstack([triangles[~grouped], *pieces])
+    kept = np.ones(len(triangles), bool)
+    fans = []
+    for group in _connected(tied):
+        fan = _fan(z, np.unique(triangles[group]))
+        a, b, c = z[fan.T]
+        # where rounding took points for co-circular that are not, their triangles stay
+        if len(fan) == len(group) and (_cross(b - a, c - a) > 0).all():
+            kept[group] = False
+            fans.append(fan)
+    return np.vstack([triangles[kept], *fans])
 
 
-def _in_circle(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
-    """Return the in-circle determinant: 0 where d lies on the circle through a, b and c."""
-    a, b, c = a - d, b - d, c - d
-    lift_a, lift_b, lift_c = ((v * v).sum(axis=1) for v in (a, b, c))
-    return np.asarray(
-        lift_a * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
-        + lift_b * (c[:, 0] * a[:, 1] - c[:, 1] * a[:, 0])
-        + lift_c * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    )
-
-
-def _connected(one: Ints, other: Ints) -> list[list[int]]:
-    """Return the groups of triangles that the ties (one[k], other[k]) hold together."""
+def _connected(pairs: Ints) -> list[list[int]]:
+    """Return the groups that the pairs hold together."""
     group_of: dict[int, list[int]] = {}
-    for i, j in zip(one.tolist(), other.tolist(), strict=True):
+    for i, j in pairs.tolist():
         a = group_of.setdefault(i, [i])
         b = group_of.setdefault(j, [j])
         if a is not b:
@@ -266,54 +304,47 @@ def _connected(one: Ints, other: Ints) -> list[list[int]]:
     return list({id(group): group for group in group_of.values()}.values())
 
 
-def _fan(points: Floats, vertices: Ints) -> Ints:
+def _fan(z: Plane, vertices: Ints) -> Ints:
     """Triangulate the convex polygon of `vertices` from its smallest one (x, then y)."""
-    smallest = vertices[np.lexsort((points[vertices, 1], points[vertices, 0]))[0]]
+    smallest = vertices[z[vertices].argmin()]
     rest = vertices[vertices != smallest]
-    away = points[rest] - points[smallest]
-    rest = rest[np.arctan2(away[:, 1], away[:, 0]).argsort(kind="stable")]
+    rest = rest[np.angle(z[rest] - z[smallest]).argsort(kind="stable")]
     return np.column_stack([np.full(len(rest) - 1, smallest), rest[:-1], rest[1:]])
 
 
-def _edges_of(triangles: Ints, n: int) -> tuple[Ints, Ints]:
-    """Return the sides of the triangles, each once, and the points on the outer boundary."""
-    start, end, _ = _half_edges(triangles)
-    key, count = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_counts=True)
-    edges = np.column_stack([key // n, key % n])
-    return edges, np.unique(edges[count == 1])
-
-
-def _hull_order(points: Floats, boundary: Ints) -> Ints:
+def _hull_order(z: Plane, boundary: Ints) -> Ints:
     """Return the boundary points counter-clockwise, from the smallest (x, then y)."""
-    corners = points[boundary]
-    away = corners - corners.mean(axis=0)
-    order = np.arctan2(away[:, 1], away[:, 0]).argsort(kind="stable")
-    first = np.lexsort((corners[:, 1], corners[:, 0]))[0]
-    return np.roll(boundary[order], -int((order == first).argmax()))
+    corners = z[boundary]
+    order = np.angle(corners - corners.mean()).argsort(kind="stable")
+    first = int((order == corners.argmin()).argmax())
+    return boundary[np.concatenate([order[first:], order[:first]])]
 
 
 def _assemble(
-    given: Floats, unit: Floats, triangles: Ints, joined: Ints, hull: Ints, twins: Ints
+    given: Floats, z: Plane, triangles: Ints, joined: Ints, hull: Ints, twins: Ints
 ) -> Triangulation:
     """Build the result from its triangles, the edges between stand-ins, the hull and the twins."""
     n = len(given)
-    ends = np.vstack([joined, joined[:, ::-1], twins[:, ::-1]])
-    away = unit[ends[:, 1]] - unit[ends[:, 0]]
-    order = np.lexsort((np.arctan2(away[:, 1], away[:, 0]), ends[:, 0]))
-    ring_start = np.zeros(n + 1, np.int64)
-    np.cumsum(np.bincount(ends[:, 0], minlength=n), out=ring_start[1:])
-    edges = np.vstack([joined, twins])
-    edges = np.sort(edges, axis=1)
+    edges = joined
+    start, end = np.concatenate([joined, joined[:, _SWAPPED]]).T
+    if len(twins):
+        start, end = np.concatenate([start, twins[:, 1]]), np.concatenate([end, twins[:, 0]])
+        edges = np.concatenate([joined, twins])
+    if not len(triangles):
+        edges = np.sort(edges, axis=1)
+    order = np.lexsort((np.angle(z[end] - z[start]), start))
+    ring_start = np.zeros(n + 1, np.int32)
+    np.bincount(start, minlength=n).cumsum(out=ring_start[1:])
     interior = np.ones(n, bool)
     interior[hull] = False
     interior[twins[:, 1]] = False
     return Triangulation(
         points=_frozen(given),
         triangles=_frozen(triangles.astype(np.int32)),
-        edges=_frozen(edges[np.lexsort((edges[:, 1], edges[:, 0]))].astype(np.int32)),
+        edges=_frozen(edges.astype(np.int32)),
         hull=_frozen(hull.astype(np.int32)),
-        ring_start=_frozen(ring_start.astype(np.int32)),
-        ring=_frozen(ends[order, 1].astype(np.int32)),
+        ring_start=_frozen(ring_start),
+        ring=_frozen(end[order].astype(np.int32)),
         interior=_frozen(interior),
     )
 

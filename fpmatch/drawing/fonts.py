@@ -1,0 +1,65 @@
+"""The one font of the drawings: the scalable one that comes inside Pillow."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, cast
+
+if TYPE_CHECKING:
+    from PIL.ImageFont import FreeTypeFont
+
+_SPELLINGS: Final = str.maketrans(
+    {
+        "−": "-",
+        "–": "-",
+        "—": "-",
+        "×": "x",
+        "≥": ">=",
+        "≤": "<=",
+        "→": "->",
+        "≈": "~",
+        "θ": "theta",
+    }
+)
+
+
+@lru_cache(maxsize=32)
+def font(size: float) -> FreeTypeFont:
+    """Return the font at `size` pixels."""
+    from PIL import ImageFont  # noqa: PLC0415
+
+    return cast("FreeTypeFont", ImageFont.load_default(size))
+
+
+def printable(text: str) -> str:
+    r"""Return `text` on one line, in letters that the font has where a spelling is known.
+
+    Examples
+    --------
+    >>> printable("rotation\n −3°")
+    'rotation -3°'
+    """
+    return " ".join(text.translate(_SPELLINGS).split())
+
+
+def text_width(text: str, size: float) -> float:
+    """Return the width of `text` in pixels at `size`."""
+    return float(font(size).getlength(printable(text)))
+
+
+def wrapped(text: str, size: float, width: float) -> list[str]:
+    """Break `text` between words into lines no wider than `width` where its words allow it.
+
+    Examples
+    --------
+    >>> wrapped("one two", 10.0, 30.0)
+    ['one', 'two']
+    """
+    lines: list[str] = []
+    for word in printable(text).split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and text_width(longer, size) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines

@@ -1,0 +1,114 @@
+"""The overlay: two prints, one over the other or side by side, and what was found, in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fpmatch.drawing.files import png_bytes, write_whole
+from fpmatch.drawing.page import Print
+from fpmatch.drawing.raster import paint
+from fpmatch.drawing.side_by_side import side_by_side as beside
+from fpmatch.drawing.superposed import superposed
+from fpmatch.drawing.svg import svg_text
+from fpmatch.errors import OutputError
+
+if TYPE_CHECKING:
+    import os
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from fpmatch.drawing.scene import Scene
+    from fpmatch.matching.result import Verification
+
+
+def draw(
+    probe_image: Any,
+    reference_image: Any,
+    verification: Verification,
+    *,
+    side_by_side: bool = False,
+) -> NDArray[np.uint8]:
+    """Draw the probe, moved by the recovered transform, over the reference.
+
+    The reference is printed in orange ink and the probe in blue: where ridges of both fall
+    together they turn dark. Paired minutiae are joined, their directions drawn, unpaired ones
+    fainter; decision, score, transform and a legend stand above and below. Where no transform was
+    found the prints stand side by side.
+
+    Parameters
+    ----------
+    probe_image, reference_image : ndarray of uint8, shape (H, W), or object with ``pixels``
+        The grey images that the templates of `verification` were taken from.
+    verification : Verification
+        Their comparison.
+    side_by_side : bool
+        Stand the prints beside each other, with the pairs numbered and joined.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width, 3)
+        The picture, RGB.
+
+    Raises
+    ------
+    ImageError
+        If an image is not grey of 8 bits, or not of its template's size.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fpmatch.matching.result import Verification
+    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> blank = Template(Minutiae.empty(), width=60, height=40)
+    >>> nothing = Verification(False, 0.0, 1.0, 40.0, "unit-circle", None,
+    ...     np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, "no ridges found", blank, blank)
+    >>> image = np.full((40, 60), 255, np.uint8)
+    >>> draw(image, image, nothing).shape[2]
+    3
+    """
+    return paint(_scene(probe_image, reference_image, verification, side_by_side))
+
+
+def save_overlay(
+    path: str | os.PathLike[str],
+    probe_image: Any,
+    reference_image: Any,
+    verification: Verification,
+    *,
+    side_by_side: bool = False,
+) -> None:
+    """Write what `draw` draws as a PNG, or as an SVG with vector marks and text.
+
+    Parameters
+    ----------
+    path : path
+        Where to; its ending, ``.png`` or ``.svg``, says which.
+    probe_image, reference_image, verification, side_by_side
+        As for `draw`.
+
+    Raises
+    ------
+    ImageError
+        As for `draw`.
+    OutputError
+        If the ending is another, or the file cannot be written.
+    """
+    target = Path(path)
+    suffix = target.suffix.lower()
+    if suffix not in {".png", ".svg"}:
+        raise OutputError(f"{target}: an overlay is written as .png or .svg")
+    scene = _scene(probe_image, reference_image, verification, side_by_side)
+    if suffix == ".svg":
+        write_whole(target, svg_text(scene).encode())
+    else:
+        write_whole(target, png_bytes(paint(scene)))
+
+
+def _scene(probe: Any, reference: Any, verification: Verification, apart: bool) -> Scene:
+    ours = Print.of("probe image", probe, verification.probe)
+    theirs = Print.of("reference image", reference, verification.reference)
+    if apart or verification.transform is None:
+        return beside(ours, theirs, verification)
+    return superposed(ours, theirs, verification, verification.transform)

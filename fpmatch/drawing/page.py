@@ -1,0 +1,132 @@
+"""What every page shares: its limits, its prints, and header, panel and legend under each other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.drawing.caption import MARGIN, header, odds, verdict
+from fpmatch.drawing.ink import grey_pixels, ink_coverage, shrunk
+from fpmatch.drawing.palette import PANEL_EDGE
+from fpmatch.drawing.placement import magnification, of_shrunk
+from fpmatch.drawing.scene import Box, Ink, Item, Path, Pen, Scene
+from fpmatch.errors import ImageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from fpmatch.drawing.palette import Colour
+    from fpmatch.matching.result import Verification
+    from fpmatch.minutiae import Template
+
+_LEAST_PAGE_WIDTH: Final = 800.0
+_LARGEST_ZOOM: Final = 3.0
+LARGEST_PANEL_SIDE: Final = 2000.0  # page pixels that nothing exceeds
+_FRAME_PEN: Final = Pen(PANEL_EDGE, width=1.0)
+_MAGNIFICATIONS: Final = (1e-3, 1e3)  # outside, a print is a dot or one flat pixel: not drawn
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Print:
+    """Hold one side of a comparison: its pixels (uint8, (H, W)) and its template."""
+
+    pixels: NDArray[np.uint8]
+    template: Template
+
+    @classmethod
+    def of(cls, name: str, image: Any, template: Template) -> Print:
+        """Check that `image` is a grey image of its template's size, and hold both.
+
+        Raises
+        ------
+        ImageError
+            If it is not; `name` is what the message calls it.
+        """
+        pixels = grey_pixels(name, image)
+        height, width = pixels.shape
+        if (width, height) != (template.width, template.height):
+            raise ImageError(
+                f"{name}: the image is {width} x {height} pixels, "
+                f"but its template is of one of {template.width} x {template.height}"
+            )
+        return cls(pixels, template)
+
+
+def comfortable_zoom(side: float, comfortable: float) -> float:
+    """Return how much to magnify a view so that marks are crisp and the page fits a screen.
+
+    Parameters
+    ----------
+    side : float
+        Longer side of the view in pixels of its print.
+    comfortable : float
+        Page pixels that a small view is magnified towards; a larger one is shown as it is,
+        and shrunk only where it would exceed the largest panel.
+    """
+    zoom = min(max(comfortable / side, 1.0), _LARGEST_ZOOM)
+    return min(zoom, LARGEST_PANEL_SIDE / side)
+
+
+def ink_layers(
+    side: Print, matrix: NDArray[np.float64], colour: Colour, role: str
+) -> tuple[Ink, ...]:
+    """Return a print as an ink placed by `matrix`, or nothing where it would be out of all size."""
+    enlarged = magnification(matrix)
+    low, high = _MAGNIFICATIONS
+    if not low <= enlarged <= high:
+        return ()
+    factor = min(enlarged, 1.0)
+    coverage = ink_coverage(shrunk(side.pixels, factor), side.template.dpi * factor)
+    return (Ink(coverage, colour, matrix @ of_shrunk(factor), role),)
+
+
+def page(
+    verification: Verification,
+    panel_size: tuple[float, float],
+    panel: Callable[[Box], list[Item]],
+    legend: Callable[[float, float], tuple[list[Item], float]],
+) -> Scene:
+    """Compose a page around a panel.
+
+    Parameters
+    ----------
+    verification : Verification
+        What the header says.
+    panel_size : tuple of two floats
+        Width and height of the panel in pixels.
+    panel : callable
+        Given the panel's place, returns its items.
+    legend : callable
+        Given the page's width and its own top, returns its items and its height.
+
+    Returns
+    -------
+    Scene
+        The page, ready to be painted.
+    """
+    panel_width, panel_height = panel_size
+    width = max(_LEAST_PAGE_WIDTH, panel_width + 2 * MARGIN)
+    head, head_height = header(verification, width)
+    place = Box((width - panel_width) // 2, math.ceil(head_height + 16), panel_width, panel_height)
+    foot, foot_height = legend(width, place.bottom + 10)
+    items = (*head, *panel(place), *foot)
+    height = math.ceil(place.bottom + 10 + foot_height + 12)
+    return Scene(math.ceil(width), height, items, _description(verification))
+
+
+def frame(panel: Box) -> Path:
+    """Draw the line around a panel, just outside it."""
+    x, y, right, bottom = panel.x - 0.5, panel.y - 0.5, panel.right + 0.5, panel.bottom + 0.5
+    return Path(((x, y), (right, y), (right, bottom), (x, bottom)), _FRAME_PEN, closed=True)
+
+
+def _description(verification: Verification) -> str:
+    v = verification
+    return (
+        f"{verdict(v)}: score {v.score:.1f}, threshold {v.threshold:.1f}, "
+        f"false match rate {odds(v.fmr)}, {len(v.pairs)} pairs of minutiae"
+    )

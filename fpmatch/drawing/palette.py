@@ -1,0 +1,57 @@
+"""Colours of the drawings, told apart with any kind of colour vision.
+
+Blue and orange differ in lightness as well as in hue, and lie on the axis that the common colour
+deficiencies leave alone; laid over each other as inks they make a near black. They are darkened
+relatives of the palette in Okabe and Ito, "Color Universal Design" (2008).
+"""
+
+from __future__ import annotations
+
+from typing import Final, TypeAlias
+
+Colour: TypeAlias = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
+
+PAPER: Final[Colour] = (255, 255, 255)
+PANEL_EDGE: Final[Colour] = (198, 202, 208)
+BAND: Final[Colour] = (243, 245, 247)
+
+TEXT: Final[Colour] = (24, 28, 33)
+TEXT_MUTED: Final[Colour] = (99, 106, 115)
+
+PROBE_INK: Final[Colour] = (66, 142, 244)
+REFERENCE_INK: Final[Colour] = (255, 150, 38)
+NEUTRAL_INK: Final[Colour] = (120, 122, 126)
+
+PROBE_MARK: Final[Colour] = (0, 62, 150)
+REFERENCE_MARK: Final[Colour] = (190, 62, 0)
+PAIR_LINK: Final[Colour] = (12, 12, 12)
+
+MATCH: Final[Colour] = (0, 114, 86)
+NO_MATCH: Final[Colour] = (168, 34, 28)
+
+
+def hexadecimal(colour: Colour) -> str:
+    """Write a colour as CSS and SVG do.
+
+    Examples
+    --------
+    >>> hexadecimal((255, 128, 0))
+    '#ff8000'
+    """
+    red, green, blue = colour
+    return f"#{red:02x}{green:02x}{blue:02x}"
+
+
+def mixed(colours: tuple[Colour, ...]) -> Colour:
+    """Return the colour of inks printed over each other on white paper.
+
+    Examples
+    --------
+    >>> mixed(((255, 128, 0), (0, 128, 255)))
+    (0, 64, 0)
+    """
+    red, green, blue = 255.0, 255.0, 255.0
+    for r, g, b in colours:
+        red, green, blue = red * r / 255, green * g / 255, blue * b / 255
+    return round(red), round(green), round(blue)

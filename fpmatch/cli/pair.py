@@ -1,0 +1,108 @@
+"""What `verify` and `overlay` share: two images, their options, and the comparison."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fpmatch.cli.resolution import ResolutionChoice
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from fpmatch.image.read import GreyImage
+    from fpmatch.matching.result import Verification
+
+IMAGE = click.Path(path_type=Path)
+FMR_HELP = (
+    "Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  [default: 0.0001]"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class PairOptions:
+    """Hold what the command line says about one comparison.
+
+    Parameters
+    ----------
+    probe, reference : Path
+        The two images.
+    dpi, probe_dpi, reference_dpi : float or None
+        Resolution of both, or of either, in dots per inch; None where the file shall tell.
+    matcher : str
+        Name of the matcher.
+    fmr, threshold : float or None
+        False match rate or score to decide at; at most one of them.
+    """
+
+    probe: Path
+    reference: Path
+    dpi: float | None
+    probe_dpi: float | None
+    reference_dpi: float | None
+    matcher: str
+    fmr: float | None
+    threshold: float | None
+
+
+def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the arguments and options that `PairOptions` holds."""
+    for decorate in reversed(
+        [
+            click.argument("probe", type=IMAGE),
+            click.argument("reference", type=IMAGE),
+            click.option("--dpi", type=float, help="Resolution of both images, in dots per inch."),
+            click.option("--probe-dpi", type=float, help="Resolution of the probe."),
+            click.option("--reference-dpi", type=float, help="Resolution of the reference."),
+            click.option("--fmr", type=float, metavar="RATE", help=FMR_HELP),
+            click.option(
+                "--threshold", type=float, metavar="SCORE", help="Decide at this score, 0 to 100."
+            ),
+            click.option(
+                "--matcher", default="unit-circle", show_default=True, help="Matcher to use."
+            ),
+        ]
+    ):
+        command = decorate(command)
+    return command
+
+
+def compare(options: PairOptions) -> tuple[GreyImage, GreyImage, Verification]:
+    """Return both images of a pair as they were read, and the decision on them.
+
+    Raises
+    ------
+    FpmatchError
+        If an image cannot be read or used, or an option is out of its range.
+    """
+    from fpmatch.image.extract import extract
+    from fpmatch.image.read import read_image
+    from fpmatch.matching.verify import verify
+
+    threshold = _threshold(options)
+    resolution = ResolutionChoice()
+    images = read_image(options.probe), read_image(options.reference)
+    own = options.probe_dpi, options.reference_dpi
+    probe, reference = (
+        extract(image, resolution.of(image, options.dpi if dpi is None else dpi))
+        for image, dpi in zip(images, own, strict=True)
+    )
+    return *images, verify(probe, reference, matcher=options.matcher, threshold=threshold)
+
+
+def _threshold(options: PairOptions) -> float:
+    """Return the score to decide at."""
+    from fpmatch.matching.calibration import fmr_to_score, score_to_fmr
+    from fpmatch.matching.verify import DEFAULT_THRESHOLD
+
+    if options.fmr is not None and options.threshold is not None:
+        raise click.UsageError("--fmr and --threshold exclude each other")
+    if options.fmr is not None:
+        return fmr_to_score(options.fmr)
+    if options.threshold is not None:
+        score_to_fmr(options.threshold)
+        return options.threshold
+    return DEFAULT_THRESHOLD

@@ -1,0 +1,40 @@
+"""`fpmatch stages`: look at every stage of an extraction."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fpmatch.cli.resolution import ResolutionChoice
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  fpmatch stages print.tif -o stages
+  fpmatch stages print.png -o stages --dpi 1000
+"""
+)
+@click.argument("image", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="Folder for the pictures; made if missing.",
+)
+@click.option("--dpi", type=float, help="Resolution of the image, in dots per inch.")
+def stages(image: Path, output: Path, dpi: float | None) -> None:
+    """Write what each stage of the extraction makes of IMAGE, and one sheet of them all."""
+    from fpmatch.drawing.stage_sheet import write_stages
+    from fpmatch.image.extract import extract
+    from fpmatch.image.read import read_image
+    from fpmatch.image.recorder import StageRecorder
+
+    picture = read_image(image)
+    recorder = StageRecorder()
+    template = extract(picture, ResolutionChoice().of(picture, dpi), recorder=recorder)
+    write_stages(recorder.stages, output)
+    click.echo(f"{len(recorder.stages)} stages, {len(template.minutiae)} minutiae: {output}")

@@ -1,0 +1,54 @@
+"""`fpmatch verify`: the decision on two images."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fpmatch.cli.pair import PairOptions, compare, pair_options
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  fpmatch verify probe.tif reference.tif
+  fpmatch verify probe.tif reference.tif --fmr 0.001 --overlay overlay.png
+  fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
+
+Exit status: 0 match, 1 no match, 2 could not decide (bad input).
+"""
+)
+@pair_options
+@click.option(
+    "--overlay",
+    "overlay_file",
+    metavar="OUT.png|.svg",
+    type=click.Path(path_type=Path),
+    help="Draw the probe, moved by the recovered transform, over the reference.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.pass_context
+def verify(ctx: click.Context, /, overlay_file: Path | None, as_json: bool, **values: Any) -> None:
+    """Decide whether two images show the same finger.
+
+    PROBE and REFERENCE are TIFF, PNG, BMP, JPEG or PGM files of one print each. The score is
+    -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000 would
+    reach it. The transform maps the probe's pixels onto the reference's.
+    """
+    options = PairOptions(**values)
+    probe, reference, verification = compare(options)
+    if overlay_file is not None:
+        from fpmatch.drawing.overlay import save_overlay
+
+        save_overlay(overlay_file, probe, reference, verification)
+    from fpmatch.cli.report import as_dict, as_text
+
+    if as_json:
+        report = as_dict(verification, options.probe, options.reference)
+        click.echo(json.dumps(report, indent=2, allow_nan=False))
+    else:
+        click.echo(as_text(verification))
+    ctx.exit(0 if verification.match else 1)

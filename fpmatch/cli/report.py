@@ -3,27 +3,44 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.caption import facts, verdict
+from fpmatch.drawing.caption import odds, verdict
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.matching.result import Verification
+    from fpmatch.pointset.similarity import Similarity
 
-LABEL_WIDTH = 28
+LABEL_WIDTH: Final = 12
 
 
 def as_text(verification: Verification) -> str:
-    """Return decision, evidence and reason, the decision alone on the first line."""
-    score = f"{verification.score:.1f} of 100 (a match needs {verification.threshold:.1f})"
-    rows = [("Score", score), *facts(verification)]
-    if verification.reason:
-        rows.append(("Why", verification.reason))
-    return "\n".join(
-        [verdict(verification), *(f"  {label:<{LABEL_WIDTH}}{value}" for label, value in rows)]
-    )
+    """Return decision, evidence and reason, the decision on the first line."""
+    v = verification
+    rows = [
+        ("Score", f"{v.score:.1f} on a scale to 100; a match needs {v.threshold:.1f}"),
+        ("FMR", f"{odds(v.fmr)} pairs of different fingers scores as high"),
+        (
+            "Minutiae",
+            f"{len(v.pairs)} pairs among {len(v.probe.minutiae)} of the probe "
+            f"and {len(v.reference.minutiae)} of the reference",
+        ),
+    ]
+    if v.transform is not None:
+        rows += [
+            (
+                "Agreement",
+                f"{v.agreement:.0%} of the minutiae where the prints overlap are paired",
+            ),
+            ("Overlap", f"{v.overlap:.0%} of the smaller print"),
+            ("Transform", _in_words(v.transform)),
+            ("Residual", f"{v.rms_px:.1f} px rms"),
+        ]
+    if v.reason:
+        rows.append(("Reason", v.reason))
+    return "\n".join([verdict(v), *(f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)])
 
 
 def as_dict(verification: Verification, probe: Path, reference: Path) -> dict[str, Any]:
@@ -58,3 +75,13 @@ def as_dict(verification: Verification, probe: Path, reference: Path) -> dict[st
         "probe": str(probe),
         "reference": str(reference),
     }
+
+
+def _in_words(transform: Similarity) -> str:
+    """Return how the probe moves onto the reference; on screen y points down."""
+    degrees = transform.rotation_deg
+    sense = "clockwise" if degrees >= 0 else "counter-clockwise"
+    return (
+        f"rotation {abs(degrees):.1f}° {sense}, scale {transform.scale:.3f}, "
+        f"shift {transform.tx:+.1f} px right, {transform.ty:+.1f} px down"
+    )

@@ -1,0 +1,83 @@
+# Sourced by the other scripts: find a Python, keep a virtual environment with fpmatch in it.
+
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# Print the path of a Python that can make environments: $PYTHON if set, else the first that suits.
+find_python() {
+    local candidate
+    for candidate in ${PYTHON:-python3.13 python3.12 python3.11 python3 python3.14 python}; do
+        if "$candidate" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' \
+            >/dev/null 2>&1; then
+            command -v "$candidate"
+            return
+        fi
+    done
+    echo "fpmatch needs Python 3.11 or newer with its venv module; none was found." >&2
+    echo "Install one (on Debian or Ubuntu: apt install python3-venv) or name it: PYTHON=... $0" >&2
+    return 1
+}
+
+# Print a fingerprint of this folder's path and of the given files.
+fingerprint() {
+    { pwd; cat "$@"; } | cksum
+}
+
+# make_venv FOLDER: make the virtual environment where it is missing or broken.
+make_venv() {
+    if ! "$1/bin/python" -m pip --version >/dev/null 2>&1; then
+        local python
+        python=$(find_python)
+        echo "Making $1 with $python" >&2
+        "$python" -m venv --clear "$1"
+    fi
+}
+
+# installed FOLDER NAME STATE: whether FOLDER keeps a note NAME that says STATE.
+installed() {
+    [[ -f $1/.fpmatch-$2 && $(<"$1/.fpmatch-$2") == "$3" ]]
+}
+
+# install FOLDER NAME STATE PIP-ARGUMENTS...: pip install, and leave the note NAME that says STATE.
+install() {
+    local folder=$1 name=$2 state=$3
+    shift 3
+    echo "Installing fpmatch into $folder (a minute or two the first time)" >&2
+    "$folder/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
+    echo "$state" >"$folder/.fpmatch-$name"
+}
+
+# install_editable run|test|dev: install this folder into .venv, compiled where there is a
+# compiler, with what running, testing or developing needs, unless it is there, or more of it.
+install_editable() {
+    make_venv .venv
+    local state enough
+    # shellcheck disable=SC2046  # file names of ours hold no spaces
+    state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '_*_kernel.py' | sort))
+    case $1 in
+    run) enough="run test dev" ;;
+    test) enough="test dev" ;;
+    *) enough=$1 ;;
+    esac
+    for name in $enough; do
+        if installed .venv "$name" "$state"; then return; fi
+    done
+    if [[ $1 == run ]]; then
+        install .venv "$1" "$state" --editable .
+    else
+        install .venv "$1" "$state" --editable ".[$1]"
+    fi
+}
+
+# install_interpreted: install a copy of this folder into .venv-interpreted, with no kernel compiled.
+install_interpreted() {
+    make_venv .venv-interpreted
+    local state
+    # shellcheck disable=SC2046
+    state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '*.py*' -not -name '*.pyc' | sort) \
+        $(find fpmatch -name '*.json' | sort))
+    if ! installed .venv-interpreted test "$state"; then
+        rm -rf build/lib # would carry files into the copy that are no longer here
+        FPMATCH_NO_COMPILE=1 install .venv-interpreted test "$state" ".[test]"
+    fi
+}

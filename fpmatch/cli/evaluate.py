@@ -15,6 +15,16 @@ _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 
 @click.command(
     epilog="""\b
+Columns:
+  EER       equal error rate
+  FMR100    false non-match rate where one impostor in 100 matches
+  FMR1000   the same for one in 1,000
+  ZeroFMR   the same where none matches
+  failed    images that gave no template; they score 0 in all their pairs
+  extract   median CPU time to extract an image
+  match     median CPU time to compare two prepared templates
+
+\b
 Examples:
   fpmatch evaluate fvc2002/DB1_B
   fpmatch evaluate fvc2002/DB*_B --matcher paper --json
@@ -50,20 +60,11 @@ def evaluate(
     as_json: bool,
     workers: int | None,
 ) -> None:
-    r"""Measure error rates on FVC-style databases.
+    """Measure error rates on FVC-style databases.
 
     Each DIR holds prints named FFF_M.tif (finger FFF, impression M; other image formats too) and
-    may hold a dataset.toml that gives name, dpi and sensor. Printed are, per database, their
-    mean, and all scores pooled:
-
-    \b
-    EER       equal error rate
-    FMR100    false non-match rate where one impostor in 100 matches
-    FMR1000   the same for one in 1,000
-    ZeroFMR   the same where none matches
-    failed    images that gave no template; they score 0 in all their pairs
-    extract   median CPU time to extract an image
-    match     median CPU time of a comparison
+    may hold a dataset.toml that gives name, dpi and sensor. Printed are the rates per database,
+    their mean, and those of all scores pooled.
     """
     from fpmatch.evaluation import run
     from fpmatch.evaluation.scores_file import check_writable, write_scores

@@ -130,7 +130,8 @@ class Calibration:
         x = np.asarray(similarities, dtype=np.float64)
         knot_x, knot_score = np.array(self.knots).T
         inner = np.interp(x, knot_x, knot_score)
-        excess = np.maximum(x - knot_x[-1], 0.0) / self.tail_scale
+        with np.errstate(over="ignore"):  # infinitely far out on a very thin tail is MAX_SCORE
+            excess = np.maximum(x - knot_x[-1], 0.0) / self.tail_scale
         if self.tail_shape > 0:
             excess = np.log1p(self.tail_shape * excess) / self.tail_shape
         clipped: NDArray[np.float64] = np.clip(inner + _DECIBEL * excess, 0.0, MAX_SCORE)

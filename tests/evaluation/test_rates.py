@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.rates import error_curves, error_rates
+
+few_scores = st.lists(st.integers(0, 9), min_size=1, max_size=30)
+
+
+def fmr(impostor, threshold):
+    return Fraction(sum(s >= threshold for s in impostor), len(impostor))
+
+
+def fnmr(genuine, threshold):
+    return Fraction(sum(s < threshold for s in genuine), len(genuine))
+
+
+def slow_thresholds(genuine, impostor):
+    return [*sorted({*genuine, *impostor}), math.inf]
+
+
+def slow_eer(genuine, impostor):
+    """Walk up the thresholds to where FNMR first reaches FMR; cross the diagonal on the way."""
+    points = [(fmr(impostor, t), fnmr(genuine, t)) for t in slow_thresholds(genuine, impostor)]
+    for (x0, y0), (x1, y1) in pairwise(points):
+        if y1 >= x1:
+            way = (x0 - y0) / ((x0 - y0) + (y1 - x1))
+            return x0 + way * (x1 - x0)
+    raise AssertionError("FNMR is 1 and FMR 0 at infinity")
+
+
+def slow_fnmr_at(genuine, impostor, limit):
+    for t in slow_thresholds(genuine, impostor):
+        if fmr(impostor, t) <= limit:
+            return fnmr(genuine, t)
+    raise AssertionError("FMR is 0 at infinity")
+
+
+@given(few_scores, few_scores)
+def test_eer_and_zero_fmr_agree_with_the_definition(genuine, impostor):
+    rates = error_rates(genuine, impostor)
+    assert rates.eer == pytest.approx(float(slow_eer(genuine, impostor)), abs=1e-12)
+    assert rates.zero_fmr == float(slow_fnmr_at(genuine, impostor, 0))
+
+
+@given(few_scores, st.integers(0, 2**32 - 1), st.integers(1000, 1100), st.integers(4, 12))
+def test_fmr100_and_fmr1000_agree_with_the_definition(genuine, seed, count, highest):
+    skewed = np.random.default_rng(seed).exponential(1.5, count)
+    impostor = np.minimum(skewed.astype(int), highest).tolist()
+    rates = error_rates(genuine, impostor)
+    assert rates.fmr100 == float(slow_fnmr_at(genuine, impostor, Fraction(1, 100)))
+    assert rates.fmr1000 == float(slow_fnmr_at(genuine, impostor, Fraction(1, 1000)))
+
+
+@given(few_scores, few_scores)
+def test_rates_depend_on_the_order_alone(genuine, impostor):
+    stretched = error_rates(np.exp(genuine), np.exp(impostor))
+    assert stretched == error_rates(genuine[::-1], impostor[::-1])
+
+
+@given(few_scores, few_scores)
+def test_curves_agree_with_the_definition(genuine, impostor):
+    curves = error_curves(genuine, impostor)
+    assert curves.threshold.tolist() == slow_thresholds(genuine, impostor)
+    assert curves.fmr.tolist() == [float(fmr(impostor, t)) for t in curves.threshold]
+    assert curves.fnmr.tolist() == [float(fnmr(genuine, t)) for t in curves.threshold]
+
+
+def test_separated_scores_have_no_errors():
+    rates = error_rates([5] * 10, [4] * 1000)
+    assert (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr) == (0, 0, 0, 0)
+
+
+def test_swapped_scores_are_all_errors():
+    rates = error_rates([4] * 10, [5] * 1000)
+    assert (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr) == (1, 1, 1, 1)
+
+
+def test_all_scores_tied_is_a_coin_toss():
+    rates = error_rates([0] * 10, [0] * 1000)
+    assert (rates.eer, rates.fmr100) == (0.5, 1.0)
+
+
+def test_by_hand():
+    # Impostors 0..999. Ten may match at FMR100: the threshold lies just above 989.
+    genuine = [989, 990, 998, 998.5, 999, 1000, 2000, 2000, 2000, 2000]
+    rates = error_rates(genuine, range(1000))
+    assert rates.fmr100 == 0.1
+    assert rates.fmr1000 == 0.3
+    assert rates.zero_fmr == 0.5
+
+
+def test_tied_impostors_fall_on_one_side_together():
+    # Of 100 impostors one may match; two share the top score, so neither may.
+    assert error_rates([7, 8, 9], [1] * 98 + [8, 8]).fmr100 == pytest.approx(2 / 3)
+
+
+def test_eer_is_interpolated_between_thresholds():
+    # At t = 2: FMR 1/2, FNMR 0. At t = 3: FMR 0, FNMR 1/4. They meet at a third of 1/2.
+    assert error_rates([2, 3, 4, 5], [0, 1, 2, 2]).eer == pytest.approx(1 / 6)
+
+
+@pytest.mark.parametrize(
+    ("impostors", "fmr100", "fmr1000"), [(99, None, None), (100, 0, None), (1000, 0, 0)]
+)
+def test_rates_that_the_pairs_do_not_allow_are_none(impostors, fmr100, fmr1000):
+    rates = error_rates([1], [0] * impostors)
+    assert (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr) == (0, fmr100, fmr1000, 0)
+
+
+@pytest.mark.parametrize(("genuine", "impostor"), [([], [1.0]), ([1.0], []), ([], [])])
+def test_one_sided_scores_have_no_rates(genuine, impostor):
+    rates = error_rates(genuine, impostor)
+    assert (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr) == (None, None, None, None)
+    with pytest.raises(DatasetError, match="at least one genuine and one impostor"):
+        error_curves(genuine, impostor)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_scores_must_be_finite(bad):
+    with pytest.raises(DatasetError, match="impostor scores must be finite"):
+        error_rates([1.0], [bad])

@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from fpmatch.evaluation.workers import available_cores, run_chunks
+
+
+def add(shared, chunk):
+    return shared + chunk
+
+
+def test_results_come_in_order_and_are_reported_in_order():
+    finished = []
+    assert run_chunks(add, 10, [3, 1, 2], workers=1, finished=finished.append) == [13, 11, 12]
+    assert finished == [3, 1, 2]
+
+
+def test_nothing_to_do():
+    assert run_chunks(add, 10, []) == []
+
+
+def test_there_is_a_core():
+    assert 1 <= available_cores() <= (os.cpu_count() or 1)
+
+
+INTERRUPTED = """
+import sys
+import fake_bench
+from fpmatch.evaluation.run import evaluate
+if __name__ == "__main__":
+    tell = lambda stage, done, total: print(stage, done, flush=True)
+    evaluate(sys.argv[1:], matcher=fake_bench.MATCHER, extractor=fake_bench.slow_extractor,
+             workers=2, progress=tell)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+def test_interrupt_ends_parent_and_workers_quickly(make_database, tmp_path):
+    script = tmp_path / "interrupted.py"
+    script.write_text(INTERRUPTED)
+    folder = make_database(fingers=20, impressions=8)
+    process = subprocess.Popen(
+        [sys.executable, script, folder],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    with process:
+        for line in process.stdout:
+            if not line.startswith("extract 0"):
+                break
+        os.killpg(process.pid, signal.SIGINT)
+        start = time.monotonic()
+        # Returns once nobody holds the pipes any more: neither the parent nor a worker.
+        _, errors = process.communicate(timeout=30)
+    assert time.monotonic() - start < 3
+    assert process.returncode != 0
+    assert errors.count("Traceback") == 1
+    assert errors.rstrip().endswith("KeyboardInterrupt")

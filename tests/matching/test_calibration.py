@@ -1,0 +1,239 @@
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.errors import MatcherError
+from fpmatch.matching import calibration as module
+from fpmatch.matching.calibration import (
+    Calibration,
+    CalibrationParameters,
+    Provenance,
+    calibrated_matchers,
+    fit_calibration,
+    fmr_to_score,
+    load_calibration,
+    score_to_fmr,
+)
+
+
+def impostors(kind, n=20_000, seed=0):
+    rng = np.random.default_rng(seed)
+    return {
+        "exponential": lambda: rng.exponential(0.1, n),
+        "heavy": lambda: rng.pareto(4, n),
+        "bounded": lambda: rng.beta(2, 8, n),
+        "mostly zero": lambda: np.where(rng.random(n) < 0.7, 0.0, rng.exponential(1.0, n)),
+        "counts": lambda: rng.poisson(3, n).astype(float),
+        "close together": lambda: 1.0 + 1e-12 * rng.random(n) + (rng.random(n) < 0.02),
+    }[kind]()
+
+
+KINDS = ("exponential", "heavy", "bounded", "mostly zero", "counts")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_score_is_the_empirical_fmr_of_what_it_was_fitted_on(kind):
+    s = impostors(kind)
+    calibration = fit_calibration(s)
+    ordered = np.sort(s)
+    for x in np.unique(np.quantile(s, [0.0, 0.1, 0.5, 0.9, 0.99, 0.998])):
+        fmr = (s.size - np.searchsorted(ordered, x)) / s.size
+        assert calibration.score(x) == pytest.approx(-10 * math.log10(fmr), abs=0.51)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_score_holds_on_fresh_impostors(kind):
+    calibration, fresh = fit_calibration(impostors(kind)), impostors(kind, 400_000, seed=1)
+    scores = calibration.scores(fresh)
+    for score in (10.0, 20.0, 30.0):
+        assert np.mean(scores >= score) <= 1.6 * score_to_fmr(score)
+    assert np.mean(scores >= 40.0) <= 2.5 * score_to_fmr(40.0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_score_increases_strictly_between_its_limits(kind):
+    calibration = fit_calibration(impostors(kind))
+    first, last = calibration.knots[0][0], calibration.knots[-1][0]
+    x = np.linspace(first, last + 5 * (last - first), 5000)
+    scores = calibration.scores(x)
+    inside = scores < 100
+    assert (np.diff(scores[inside]) > 0).all()
+    assert (np.diff(scores) >= 0).all()
+    assert scores[0] == 0.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_tail_is_finite_and_never_steepens(kind):
+    calibration = fit_calibration(impostors(kind))
+    last = calibration.knots[-1][0]
+    x = last + calibration.tail_scale * np.linspace(0, 10, 200)
+    scores = calibration.scores(x)
+    rise = np.diff(scores[scores < 100])
+    assert np.isfinite(scores).all()
+    assert (np.diff(rise) <= 1e-9).all()
+    assert scores[0] == pytest.approx(calibration.knots[-1][1])
+
+
+def test_empirical_part_ends_where_impostors_get_few():
+    s = impostors("exponential", 5000)
+    last, score = fit_calibration(s).knots[-1]
+    assert (s >= last - 1e-8).sum() == 20
+    assert score == pytest.approx(-10 * math.log10(20 / 5000))
+
+
+def test_exponential_tail_is_recovered():
+    calibration = fit_calibration(np.random.default_rng(3).exponential(0.1, 100_000))
+    x = 0.1 * math.log(1e6)
+    assert calibration.score(x) == pytest.approx(60.0, abs=6.0)
+
+
+def test_heavy_tail_is_recovered():
+    calibration = fit_calibration(np.random.default_rng(3).pareto(4, 100_000))
+    assert calibration.tail_shape == pytest.approx(0.25, abs=0.15)
+
+
+def test_short_tail_is_held_at_exponential():
+    assert fit_calibration(impostors("bounded")).tail_shape == 0.0
+
+
+def test_jump_of_the_curve_stays_a_jump():
+    # Half the impostors score 0, nobody else below 1: whatever reaches 1 is worth 3 dB.
+    s = np.concatenate([np.zeros(5000), 1 + np.random.default_rng(0).exponential(1, 5000)])
+    calibration = fit_calibration(s)
+    assert calibration.knots[0] == (0.0, 0.0)
+    assert calibration.knots[1] == (pytest.approx(1.0, abs=1e-3), pytest.approx(3.0103))
+
+
+def test_similarities_closer_than_the_digits_kept():
+    calibration = fit_calibration(impostors("close together"))
+    assert len(calibration.knots) == 2
+    assert calibration.score(2.0) == pytest.approx(-10 * math.log10(0.02), abs=0.5)
+
+
+@given(st.lists(st.floats(0, 1e6), min_size=30, max_size=80), st.randoms())
+def test_any_similarities_give_a_calibration_or_a_clear_refusal(similarities, random):
+    parameters = CalibrationParameters(min_impostors=30, min_above=3, min_tail=10)
+    if sum(s > sorted(similarities)[-11] for s in similarities) == 0:
+        with pytest.raises(MatcherError, match="all the same"):
+            fit_calibration(similarities, parameters=parameters)
+        return
+    calibration = fit_calibration(similarities, parameters=parameters)
+    random.shuffle(similarities)
+    assert fit_calibration(similarities, parameters=parameters) == calibration
+    ordered = calibration.scores(np.sort([*similarities, 1e9]))
+    assert (np.diff(ordered) >= 0).all()
+    assert ((ordered >= 0) & (ordered <= 100)).all()
+
+
+def test_scores_agree_with_score():
+    calibration = fit_calibration(impostors("heavy"))
+    x = np.array([[-1.0, 0.0, 0.3], [2.0, 20.0, 1e9]])
+    assert calibration.scores(x).tolist() == [[calibration.score(v) for v in row] for row in x]
+
+
+@pytest.mark.parametrize(
+    ("similarities", "reason"),
+    [
+        (np.zeros(999), "999 impostor comparisons are too few"),
+        (np.zeros(5000), "all the same"),
+        ([math.nan] * 2000, "must be finite"),
+        ([], "0 impostor comparisons are too few"),
+    ],
+)
+def test_unusable_impostors(similarities, reason):
+    with pytest.raises(MatcherError, match=reason):
+        fit_calibration(similarities)
+
+
+def test_json_round_trip():
+    origin = Provenance(("FVC", "Größe"), 20_000, "1.2.3", "scripts/calibrate DIR...")
+    calibration = fit_calibration(impostors("heavy"), provenance=origin)
+    text = calibration.as_json()
+    again = Calibration.from_json(text)
+    assert again == calibration
+    assert again.as_json() == text
+
+
+def broken_files():
+    good = json.loads(fit_calibration(impostors("heavy")).as_json())
+    yield "not json", "{"
+    yield "not an object", "[]"
+    yield "null", "null"
+    for key in good:
+        yield f"without {key}", json.dumps({k: v for k, v in good.items() if k != key})
+    for key, value in [
+        ("knots", []),
+        ("knots", [[0, 0], [1]]),
+        ("knots", [[0, 0, 0]]),
+        ("knots", [[0, 0], [0, 1]]),
+        ("knots", [[0, 1], [1, 1]]),
+        ("knots", [[0, -1], [1, 1]]),
+        ("knots", [[0, math.nan]]),
+        ("tail_scale", 0),
+        ("tail_scale", "wide"),
+        ("tail_scale", math.inf),
+        ("tail_shape", -0.1),
+        ("provenance", None),
+    ]:
+        yield f"{key} = {value}", json.dumps({**good, key: value})
+
+
+@pytest.mark.parametrize("text", [pytest.param(t, id=name) for name, t in broken_files()])
+def test_broken_file_is_named(text):
+    with pytest.raises(MatcherError, match=r"^some\.json: ") as caught:
+        Calibration.from_json(text, "some.json")
+    assert "\n" not in str(caught.value)
+
+
+def test_package_files_load_and_say_where_they_come_from():
+    for name in calibrated_matchers():
+        calibration = load_calibration(name)
+        assert calibration.provenance.impostors >= 1000
+        assert calibration.provenance.sets
+        assert calibration.score(calibration.knots[-1][0] + 1e6 * calibration.tail_scale) == 100
+
+
+def test_matcher_without_calibration():
+    with pytest.raises(MatcherError, match="matcher 'nobody' has no calibration"):
+        load_calibration("nobody")
+
+
+def test_damaged_package_file_is_named(tmp_path, monkeypatch):
+    (tmp_path / "odd.json").write_text("{}")
+    monkeypatch.setattr(module, "CALIBRATION_FOLDER", tmp_path)
+    assert calibrated_matchers() == ["odd"]
+    with pytest.raises(MatcherError, match=r"odd\.json: not a calibration file"):
+        load_calibration("odd")
+
+
+@pytest.mark.parametrize(("fmr", "score"), [(1.0, 0.0), (0.001, 30.0), (1e-4, 40.0), (1e-10, 100)])
+def test_fmr_and_score_are_two_forms_of_one_number(fmr, score):
+    assert fmr_to_score(fmr) == pytest.approx(score)
+    assert score_to_fmr(score) == pytest.approx(fmr)
+
+
+@given(st.floats(0, 100))
+def test_fmr_of_a_score_gives_the_score_back(score):
+    assert fmr_to_score(score_to_fmr(score)) == pytest.approx(score, abs=1e-9)
+
+
+def test_certain_false_match_is_plain_zero():
+    assert math.copysign(1.0, fmr_to_score(1.0)) == 1.0
+
+
+@pytest.mark.parametrize("fmr", [0.0, -0.1, 1.1, 1e-11, math.nan, math.inf])
+def test_impossible_fmr(fmr):
+    with pytest.raises(MatcherError, match="a false match rate lies from 1e-10 to 1"):
+        fmr_to_score(fmr)
+
+
+@pytest.mark.parametrize("score", [-0.1, 100.1, math.nan])
+def test_impossible_score(score):
+    with pytest.raises(MatcherError, match="a score lies from 0 to 100"):
+        score_to_fmr(score)

@@ -6,9 +6,16 @@ import json
 import sys
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+from fpmatch.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fpmatch.evaluation.report import EvaluationReport
 
 _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 
@@ -78,10 +85,24 @@ def evaluate(
         )
     if scores is not None:
         write_scores(scores, report)
+    for note in _notes(report):
+        click.echo(f"fpmatch: note: {note}", err=True)
+    click.echo(
+        json.dumps(report.as_json(), indent=2, allow_nan=False) if as_json else format_table(report)
+    )
+
+
+def _notes(report: EvaluationReport) -> Iterator[str]:
+    """Yield what a reader of the rates should know about the prints."""
+    silent = [r.name for r in report.sets if r.extracted.dataset.dpi is None]
+    if silent:
+        yield (
+            f"no dpi in dataset.toml: {', '.join(silent)}; "
+            f"each file's own resolution holds, or {STANDARD_DPI:g} dpi"
+        )
     for row in report.sets:
         for _, reason in row.failures:
-            click.echo(f"no template: {reason}", err=True)
-    click.echo(json.dumps(report.as_json(), indent=2) if as_json else format_table(report))
+            yield f"no template: {reason}"
 
 
 class _ProgressBars:

@@ -69,8 +69,8 @@ def evaluate(
     >>> report.pooled.eer  # doctest: +SKIP
     0.0123
     """
-    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     loaded = load_datasets(datasets, protocol)
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     extracted = extract_datasets(loaded, extractor=extractor, workers=workers, progress=progress)
     return evaluate_templates(
         extracted, matcher=chosen, protocol=protocol, workers=workers, progress=progress

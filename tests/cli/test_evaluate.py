@@ -1,0 +1,147 @@
+from __future__ import annotations
+
+import csv
+import importlib
+import io
+import json
+import sys
+from functools import partial
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from fpmatch.cli import main
+from fpmatch.evaluation import run
+from fpmatch.evaluation.protocol import PROTOCOLS
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+
+EVALUATION_TESTS = Path(__file__).parents[1] / "evaluation"
+
+
+@pytest.fixture
+def fpmatch():
+    return lambda *arguments: CliRunner().invoke(main, ["evaluate", *map(str, arguments)])
+
+
+@pytest.fixture
+def known_answers(monkeypatch):
+    """Let the command run with a matcher and an extractor whose answers are known."""
+    monkeypatch.syspath_prepend(str(EVALUATION_TESTS))
+    fake_bench = importlib.import_module("fake_bench")
+    monkeypatch.setattr(run, "get_matcher", lambda name: fake_bench.MATCHER)
+    monkeypatch.setattr(run, "evaluate", partial(run.evaluate, extractor=fake_bench.extractor))
+
+
+@pytest.fixture
+def database(tmp_path):
+    folder = tmp_path / "prints"
+    folder.mkdir()
+    for finger in range(1, 6):
+        for number in range(1, 5):
+            (folder / f"{finger}_{number}.tif").write_text("print")
+    (folder / "3_3.tif").write_text("broken")
+    (folder / "dataset.toml").write_text('name = "Five fingers"\ndpi = 500\n')
+    return folder
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_table_on_stdout_and_failures_on_stderr(fpmatch, database):
+    result = fpmatch(database, "--workers", 1)
+    assert result.exit_code == 0
+    head, row, mean, pooled = result.stdout.splitlines()
+    assert head.startswith("database ")
+    assert row.split()[:4] == ["Five", "fingers", "30", "160"]
+    assert (mean.split()[0], pooled.split()[0]) == ("mean", "pooled")
+    assert result.stderr.splitlines() == [
+        f"fpmatch: note: no template: {database / '3_3.tif'}: broken"
+    ]
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_json_is_one_object_with_fractions(fpmatch, database):
+    result = fpmatch(database, "--json", "--workers", 1)
+    document = json.loads(result.stdout)
+    assert list(document) == ["sets", "mean", "pooled"]
+    assert document["sets"][0]["name"] == "Five fingers"
+    assert document["sets"][0]["failures"] == 1
+    assert 0 < document["pooled"]["eer"] < 1
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_protocol_chooses_the_impostors(fpmatch, database):
+    document = json.loads(fpmatch(database, "--json", "--protocol", "fvc").stdout)
+    assert (document["sets"][0]["genuine"], document["sets"][0]["impostor"]) == (30, 10)
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_scores_file_holds_every_comparison(fpmatch, database, tmp_path):
+    path = tmp_path / "scores.csv"
+    assert fpmatch(database, "--scores", path, "--workers", 1).exit_code == 0
+    with path.open(newline="") as stream:
+        assert sum(1 for _ in csv.DictReader(stream)) == 190
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["{root}/nowhere"], "nowhere: no such folder"),
+        (["{root}/notes.txt"], "notes.txt: not a folder of prints"),
+        (["{root}"], "holds no prints named FFF_M.tif"),
+        (["{db}", "{db}"], "prints: database given twice"),
+        (["{db}", "--matcher", "nobody"], "unknown matcher 'nobody'"),
+        (["{db}", "--scores", "{root}/nowhere/s.csv"], "s.csv: cannot be written"),
+        (["{db}", "--scores", "{root}"], "is a folder"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(fpmatch, database, tmp_path, arguments, reason):
+    (tmp_path / "notes.txt").write_text("")
+    result = fpmatch(*(a.format(root=tmp_path, db=database) for a in arguments))
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("fpmatch: error: ")
+    assert reason in line
+
+
+@pytest.mark.parametrize("arguments", [[], ["x", "--workers", "0"], ["x", "--protocol", "all"]])
+def test_wrong_usage(fpmatch, arguments):
+    result = fpmatch(*arguments)
+    assert result.exit_code == 2
+    assert "Usage:" in result.stderr
+
+
+def test_help_names_what_there_is(fpmatch):
+    text = fpmatch("--help").stdout
+    assert f"[{'|'.join(PROTOCOLS)}]" in text
+    assert f"[default: {DEFAULT_MATCHER}]" in text
+    assert "  fpmatch evaluate fvc2002/DB1_B\n" in text
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_no_bar_where_stderr_is_no_terminal(fpmatch, database):
+    assert "extracting" not in fpmatch(database, "--workers", 1).stderr
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_bars_on_a_terminal_follow_both_stages(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with importlib.import_module("fpmatch.cli.evaluate")._ProgressBars() as bars:
+        for stage, total in (("extract", 20), ("compare", 190)):
+            for done in (0, total // 2, total):
+                bars.show(stage, done, total)
+    shown = terminal.getvalue()
+    assert shown.index("extracting prints") < shown.index("comparing pairs")
+    assert shown.count("100%") >= 2
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_unknown_resolution_is_said_once(fpmatch, database):
+    (database / "dataset.toml").unlink()
+    notes = fpmatch(database, "--workers", 1).stderr.splitlines()
+    assert sum("no dpi in dataset.toml: prints; " in note for note in notes) == 1

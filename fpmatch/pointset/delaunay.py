@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
+from fpmatch.pointset.points import UnitFrame, as_points
+from fpmatch.pointset.triangulation import Triangulation
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -45,48 +46,6 @@ _NO_PAIRS: Final = np.empty((0, 2), np.int64)
 _NEXT: Final = np.array([1, 2, 0])
 _AFTER_NEXT: Final = np.array([2, 0, 1])
 _SWAPPED: Final = np.array([1, 0])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Triangulation:
-    """Hold a Delaunay triangulation of N points and its one-rings.
-
-    Counter-clockwise means the mathematical sense in the coordinates as they stand: from +x
-    towards +y (with y pointing down, that is clockwise on screen).
-
-    Parameters
-    ----------
-    points : ndarray of float64, shape (N, 2)
-        The points.
-    triangles : ndarray of int32, shape (T, 3)
-        Corners of each triangle, counter-clockwise.
-    edges : ndarray of int32, shape (E, 2)
-        Joined points, the smaller index first.
-    hull : ndarray of int32, shape (H,)
-        Points on the outer boundary, counter-clockwise from the smallest (x, then y); all of them
-        in order along the line where the points are collinear or coincide.
-    ring_start : ndarray of int32, shape (N + 1,)
-        The one-ring of point i is ``ring[ring_start[i]:ring_start[i + 1]]``.
-    ring : ndarray of int32
-        Neighbours of each point in turn, counter-clockwise by direction, from -π on.
-    interior : ndarray of bool, shape (N,)
-        Whether the one-ring is a closed polygon around the point.
-    """
-
-    points: NDArray[np.float64]
-    triangles: NDArray[np.int32]
-    edges: NDArray[np.int32]
-    hull: NDArray[np.int32]
-    ring_start: NDArray[np.int32]
-    ring: NDArray[np.int32]
-    interior: NDArray[np.bool_]
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-    def one_ring(self, i: int) -> NDArray[np.int32]:
-        """Return the neighbours of point `i`, counter-clockwise."""
-        return self.ring[self.ring_start[i] : self.ring_start[i + 1]]
 
 
 def triangulate(points: ArrayLike) -> Triangulation:
@@ -133,56 +92,10 @@ def triangulate(points: ArrayLike) -> Triangulation:
     return _assemble(given, z, triangles, sides.edges, _hull_order(z, sides.boundary), twins)
 
 
-def as_points(points: ArrayLike, name: str = "points") -> Floats:
-    """Return `points` as float64 of shape (N, 2), or refuse them.
-
-    Parameters
-    ----------
-    points : array_like of float, shape (N, 2)
-        The points; an empty array of any shape stands for no points.
-    name : str
-        What to call them in an error.
-
-    Returns
-    -------
-    ndarray of float64, shape (N, 2)
-        The points; a copy.
-
-    Raises
-    ------
-    PointSetError
-        If the values are not numbers, not finite, or not of that shape.
-
-    Examples
-    --------
-    >>> as_points([[1, 2]]).dtype
-    dtype('float64')
-    """
-    try:
-        array = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise PointSetError(f"{name}: expected an array of numbers of shape (N, 2)") from error
-    if array.size == 0:
-        return array.reshape(0, 2)
-    if array.ndim != 2 or array.shape[1] != 2:
-        raise PointSetError(f"{name}: expected an array of shape (N, 2), not {array.shape}")
-    if not np.isfinite(array).all():
-        raise PointSetError(f"{name}: coordinates must be finite")
-    return array
-
-
 def _on_unit_grid(points: Floats) -> Plane:
     """Return the points as x + iy, shifted and scaled by a power of two onto a grid in [0, 1]²."""
-    if not len(points):
-        return np.empty(0, np.complex128)
-    tamed = np.ldexp(points, -_exponent(points))
-    shifted = tamed - tamed.min(axis=0)
-    steps = np.rint(np.ldexp(shifted, GRID_BITS - _exponent(shifted)))
+    steps = np.rint(np.ldexp(UnitFrame.of(points).apply(points), GRID_BITS))
     return np.asarray(np.ldexp(steps, -GRID_BITS).view(np.complex128).ravel())
-
-
-def _exponent(values: Floats) -> int:
-    return int(np.frexp(np.abs(values).max())[1])
 
 
 def _cross(u: Plane, v: Plane) -> Floats:
@@ -215,7 +128,7 @@ def _order_on_line(z: Plane) -> Ints | None:
     axis = offset[length.argmax()]
     if np.abs(_cross(axis, offset)).max() > FLATNESS * length.max():
         return None
-    return (offset * axis.conjugate()).real.argsort(kind="stable")
+    return np.asarray((offset * axis.conjugate()).real.argsort(kind="stable"))
 
 
 def _qhull_triangles(z: Plane) -> Ints:
@@ -317,7 +230,7 @@ def _hull_order(z: Plane, boundary: Ints) -> Ints:
     corners = z[boundary]
     order = np.angle(corners - corners.mean()).argsort(kind="stable")
     first = int((order == corners.argmin()).argmax())
-    return boundary[np.concatenate([order[first:], order[:first]])]
+    return np.asarray(boundary[np.concatenate([order[first:], order[:first]])])
 
 
 def _assemble(

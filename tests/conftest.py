@@ -43,3 +43,25 @@ def whorl() -> NDArray[np.uint8]:
     radius = np.hypot(x - 110, (y - 120) * 0.9)
     ridges = 127 + 100 * np.cos(2 * np.pi * radius / 9)
     return np.where(radius < 100, ridges, 255).astype(np.uint8)
+
+
+def ridge_pattern(seed: int, height: int = 300, width: int = 280) -> NDArray[np.uint8]:
+    """Return a picture of a finger that never was: arched ridges with 36 minutiae, on white.
+
+    Each minutia is a spiral in the phase of the ridge wave, after Larkin and Fletcher, "A coherent
+    framework for fingerprint analysis", Optics Express 15 (2007).
+    """
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[:height, :width].astype(float)
+    phase = 2 * np.pi / 9 * np.hypot(x - rng.uniform(60, width - 60), y - height * 1.2)
+    for _ in range(36):
+        column, row = rng.uniform(40, width - 40), rng.uniform(40, height - 40)
+        phase += rng.choice([-1, 1]) * np.arctan2(y - row, x - column)
+    inside = ((x - width / 2) / (width / 2 - 8)) ** 2 + ((y - height / 2) / (height / 2 - 8)) ** 2
+    return np.where(inside < 1, 127 + 100 * np.cos(phase), 255).astype(np.uint8)
+
+
+@pytest.fixture(scope="session")
+def fingers() -> list[NDArray[np.uint8]]:
+    """Return pictures of two different fingers that never were."""
+    return [ridge_pattern(1), ridge_pattern(2)]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from fpmatch.cli.resolution import ResolutionChoice
+from fpmatch.matching.matchers import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,9 +17,11 @@ if TYPE_CHECKING:
     from fpmatch.image.read import GreyImage
     from fpmatch.matching.result import Verification
 
-IMAGE = click.Path(path_type=Path)
-FMR_HELP = (
-    "Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  [default: 0.0001]"
+IMAGE: Final = click.Path(path_type=Path)
+DEFAULT_FMR: Final = 0.0001
+FMR_HELP: Final = (
+    "Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  "
+    f"[default: {DEFAULT_FMR}]"
 )
 
 
@@ -62,7 +65,7 @@ def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
                 "--threshold", type=float, metavar="SCORE", help="Decide at this score, 0 to 100."
             ),
             click.option(
-                "--matcher", default="unit-circle", show_default=True, help="Matcher to use."
+                "--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use."
             ),
         ]
     ):
@@ -96,13 +99,10 @@ def compare(options: PairOptions) -> tuple[GreyImage, GreyImage, Verification]:
 def _threshold(options: PairOptions) -> float:
     """Return the score to decide at."""
     from fpmatch.matching.calibration import fmr_to_score, score_to_fmr
-    from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
     if options.fmr is not None and options.threshold is not None:
         raise click.UsageError("--fmr and --threshold exclude each other")
-    if options.fmr is not None:
-        return fmr_to_score(options.fmr)
     if options.threshold is not None:
-        score_to_fmr(options.threshold)
+        score_to_fmr(options.threshold)  # refuses what is no score
         return options.threshold
-    return DEFAULT_THRESHOLD
+    return fmr_to_score(DEFAULT_FMR if options.fmr is None else options.fmr)

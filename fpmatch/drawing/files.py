@@ -69,7 +69,7 @@ def write_whole(path: Path, content: bytes) -> None:
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {_why(error)}") from error
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
     neighbour = Path(name)
     try:
         with os.fdopen(handle, "wb") as file:
@@ -78,10 +78,11 @@ def write_whole(path: Path, content: bytes) -> None:
         neighbour.replace(path)
     except OSError as error:
         neighbour.unlink(missing_ok=True)
-        raise OutputError(f"{path}: cannot be written: {_why(error)}") from error
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
 
 
-def _why(error: OSError) -> str:
+def reason(error: OSError) -> str:
+    """Return what the system says of a failure, to end a sentence with."""
     return (error.strerror or str(error)).lower()
 
 

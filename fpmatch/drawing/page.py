@@ -71,17 +71,15 @@ def comfortable_zoom(side: float, comfortable: float) -> float:
     return min(zoom, LARGEST_PANEL_SIDE / side)
 
 
-def ink_layers(
-    side: Print, matrix: NDArray[np.float64], colour: Colour, role: str
-) -> tuple[Ink, ...]:
-    """Return a print as an ink placed by `matrix`, or nothing where it would be out of all size."""
+def ink_of(side: Print, matrix: NDArray[np.float64], colour: Colour, role: str) -> Ink | None:
+    """Return a print as an ink placed by `matrix`, or None where it would be out of all size."""
     enlarged = magnification(matrix)
     low, high = _MAGNIFICATIONS
     if not low <= enlarged <= high:
-        return ()
+        return None
     factor = min(enlarged, 1.0)
     coverage = ink_coverage(shrunk(side.pixels, factor), side.template.dpi * factor)
-    return (Ink(coverage, colour, matrix @ of_shrunk(factor), role),)
+    return Ink(coverage, colour, matrix @ of_shrunk(factor), role)
 
 
 def page(

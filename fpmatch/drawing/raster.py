@@ -15,7 +15,7 @@ import numpy as np
 
 from fpmatch.drawing.fonts import font, printable
 from fpmatch.drawing.palette import PAPER
-from fpmatch.drawing.scene import Box, Circle, Group, Ink, Path, Text
+from fpmatch.drawing.scene import Box, Circle, Group, Ink, Overprint, Path, Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -39,9 +39,16 @@ def paint(scene: Scene) -> NDArray[np.uint8]:
     >>> paint(Scene(width=3, height=2, items=())).shape
     (2, 3, 3)
     """
-    page = np.empty((scene.height, scene.width, 3), dtype=np.float32)
+    page = np.empty((scene.height, scene.width, 3), dtype=np.uint8)
     page[:] = scene.paper
-    _paint_items(page, scene.items, Box(0, 0, scene.width, scene.height))
+    return paint_over(page, scene.items)
+
+
+def paint_over(picture: NDArray[np.uint8], items: tuple[Item, ...]) -> NDArray[np.uint8]:
+    """Return a copy of `picture` (RGB, uint8, shape (H, W, 3)) with `items` painted over it."""
+    page = picture.astype(np.float32)
+    height, width = picture.shape[:2]
+    _paint_items(page, items, Box(0, 0, width, height))
     return np.rint(page).astype(np.uint8)
 
 
@@ -49,6 +56,8 @@ def _paint_items(page: NDArray[np.float32], items: tuple[Item, ...], clip: Box) 
     for item in items:
         if isinstance(item, Group):
             _paint_items(page, item.items, _common(clip, item.clip))
+        elif isinstance(item, Overprint):
+            _paint_items(page, (item.lower, item.upper), clip)
         elif isinstance(item, Ink):
             _paint_ink(page, item, clip)
         elif isinstance(item, Text):

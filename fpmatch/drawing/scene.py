@@ -160,6 +160,14 @@ class Ink:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Overprint:
+    """Print two inks over each other; where both cover, their colours mix to a dark one."""
+
+    lower: Ink
+    upper: Ink
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Group:
     """Draw `items` in order, and only inside `clip`."""
 
@@ -168,7 +176,7 @@ class Group:
     role: str = ""
 
 
-Item: TypeAlias = Path | Circle | Text | Ink | Group
+Item: TypeAlias = Path | Circle | Text | Ink | Overprint | Group
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,7 +16,7 @@ from fpmatch.drawing.legend import (
     side_by_side_legend,
 )
 from fpmatch.drawing.marks import MarkStyle, marks
-from fpmatch.drawing.page import Print, comfortable_zoom, frame, ink_layers, page
+from fpmatch.drawing.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.palette import NEUTRAL_INK, TEXT
 from fpmatch.drawing.placement import direction_on_page, moved, zoomed
 from fpmatch.drawing.scene import Box, Group, Item, Path, Pen, Scene, Text
@@ -123,10 +123,10 @@ def _ground(side: _Side, matrix: NDArray[np.float64], panel: Box) -> list[Item]:
     role = side.title.lower()
     t = side.print_.template
     words = f"{side.title}: {len(t.minutiae)} minutiae, {t.width} x {t.height} px, {t.dpi:g} dpi"
-    inks = ink_layers(side.print_, matrix, NEUTRAL_INK, f"{role} ridges")
+    ink = ink_of(side.print_, matrix, NEUTRAL_INK, f"{role} ridges")
     return [
         Text(panel.x, panel.y - 9, words, _TITLE_SIZE, side.paired.colour),
-        Group(inks, panel, role),
+        Group((ink,) if ink else (), panel, role),
         frame(panel),
     ]
 

@@ -14,10 +14,10 @@ from fpmatch.drawing.marks import (
     described,
     marks,
 )
-from fpmatch.drawing.page import Print, comfortable_zoom, frame, ink_layers, page
+from fpmatch.drawing.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
 from fpmatch.drawing.placement import bounds, corners, moved, of_transform, zoomed
-from fpmatch.drawing.scene import Box, Group, Item, Path, Pen, Scene
+from fpmatch.drawing.scene import Box, Group, Ink, Item, Overprint, Path, Pen, Scene
 
 if TYPE_CHECKING:
     import numpy as np
@@ -58,8 +58,7 @@ def superposed(
         reference_to_page = zoomed(zoom, (view.x, view.y), (place.x, place.y))
         probe_to_page = reference_to_page @ probe_to_reference
         inside: tuple[Item, ...] = (
-            *ink_layers(reference, reference_to_page, REFERENCE_INK, "reference ridges"),
-            *ink_layers(probe, probe_to_page, PROBE_INK, "probe ridges"),
+            *_inks(probe, reference, probe_to_page, reference_to_page),
             _edge(reference, reference_to_page, REFERENCE_EDGE, "reference edge"),
             _edge(probe, probe_to_page, PROBE_EDGE, "probe edge"),
             *_minutiae(verification, probe_to_page, reference_to_page, place),
@@ -80,6 +79,19 @@ def _view(probe: Print, reference: Print, probe_to_reference: NDArray[np.float64
     right = min(max(own.right, other.right), limit.right)
     bottom = min(max(own.bottom, other.bottom), limit.bottom)
     return Box(left, top, right - left, bottom - top).grown(_BORDER_PX)
+
+
+def _inks(
+    probe: Print,
+    reference: Print,
+    probe_to_page: NDArray[np.float64],
+    reference_to_page: NDArray[np.float64],
+) -> tuple[Ink | Overprint, ...]:
+    lower = ink_of(reference, reference_to_page, REFERENCE_INK, "reference ridges")
+    upper = ink_of(probe, probe_to_page, PROBE_INK, "probe ridges")
+    if lower and upper:
+        return (Overprint(lower, upper),)
+    return tuple(ink for ink in (lower, upper) if ink)
 
 
 def _edge(side: Print, matrix: NDArray[np.float64], pen: Pen, role: str) -> Path:

@@ -8,12 +8,13 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree
 
+import cv2
 import numpy as np
 
 from fpmatch.drawing.files import png_bytes
 from fpmatch.drawing.fonts import text_width
-from fpmatch.drawing.palette import PAPER, hexadecimal
-from fpmatch.drawing.scene import Circle, Group, Ink, Path, Text
+from fpmatch.drawing.palette import PAPER, hexadecimal, mixed
+from fpmatch.drawing.scene import Circle, Group, Ink, Overprint, Path, Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,14 +25,14 @@ if TYPE_CHECKING:
 _NAMESPACE: Final = "http://www.w3.org/2000/svg"
 _FONTS: Final = "Aileron, 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
 _NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_STYLE: Final = f"text{{font-family:{_FONTS}}} image{{mix-blend-mode:multiply}}"
+_STYLE: Final = f"text{{font-family:{_FONTS}}}"
 
 
 def svg_text(scene: Scene) -> str:
     """Write `scene` as the text of an SVG file.
 
-    The inks multiply where the viewer knows ``mix-blend-mode``, and cover each other translucently
-    where it does not.
+    Not every viewer can multiply colours, so what two overprinted inks share becomes a third
+    picture above them.
 
     Examples
     --------
@@ -61,6 +62,9 @@ def _add_items(parent: Element, items: tuple[Item, ...], numbers: Iterator[int])
     for item in items:
         if isinstance(item, Group):
             _add_items(_clipped_group(parent, item, next(numbers)), item.items, numbers)
+        elif isinstance(item, Overprint):
+            for ink in (item.lower, item.upper, shared_ink(item)):
+                _add_ink(parent, ink)
         elif isinstance(item, Ink):
             _add_ink(parent, item)
         elif isinstance(item, Text):
@@ -74,7 +78,30 @@ def _clipped_group(parent: Element, group: Group, number: int) -> Element:
     clip = ElementTree.SubElement(parent, "clipPath", {"id": name})
     ElementTree.SubElement(clip, "rect", _rectangle(group.clip))
     attributes = {"clip-path": f"url(#{name})", **_class(group.role)}
-    return ElementTree.SubElement(parent, "g", {**attributes, "style": "isolation:auto"})
+    return ElementTree.SubElement(parent, "g", attributes)
+
+
+def shared_ink(print_: Overprint) -> Ink:
+    """Return where both inks of an overprint cover, in their mixed colour.
+
+    Parameters
+    ----------
+    print_ : Overprint
+        Two inks.
+
+    Returns
+    -------
+    Ink
+        Its coverage, in the pixels of the upper ink, is the product of both coverages.
+    """
+    lower, upper = print_.lower, print_.upper
+    height, width = upper.coverage.shape
+    lower_to_upper = (np.linalg.inv(upper.matrix) @ lower.matrix)[:2]
+    beneath = cv2.warpAffine(
+        lower.coverage, lower_to_upper, (width, height), flags=cv2.INTER_CUBIC, borderValue=0
+    )
+    both = np.rint(beneath.astype(np.float32) * upper.coverage / 255).astype(np.uint8)
+    return Ink(both, mixed((lower.colour, upper.colour)), upper.matrix, "agreement")
 
 
 def _add_ink(parent: Element, ink: Ink) -> None:

@@ -1,0 +1,259 @@
+"""One stage of an extraction as a picture, each kind of array in the way that shows it best."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+
+from fpmatch.drawing.marks import MarkStyle, marks
+from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK
+from fpmatch.drawing.placement import zoomed
+from fpmatch.drawing.raster import paint_over
+from fpmatch.drawing.scene import Box, Path, Pen
+from fpmatch.errors import ImageError
+from fpmatch.minutiae import Minutiae
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from fpmatch.drawing.scene import Item
+
+Picture: TypeAlias = "NDArray[np.uint8]"
+
+_UNITS: Final = {"orientation": " rad", "period": " px"}
+_OUTLIERS: Final = 1.0  # percent of the values at each end that contrast stretching cuts off
+_FADE: Final = 0.55  # how far a backdrop is bleached towards white
+_TINT: Final = (122, 150, 190)  # RGB of what a mask leaves out
+_SKELETON: Final = (168, 34, 28)
+_UNKNOWN: Final = (255, 255, 255)  # where a field is not finite
+_MARK_ZOOM: Final = 2  # how much the picture of the minutiae is magnified
+_NEEDLE_STEP: Final = 12  # pixels between the needles of an orientation field
+_NEEDLE: Final = Pen((20, 20, 20), width=1.3)
+_NEEDLE_LENGTH: Final = 9.0
+_HUES: Final = 180  # OpenCV's full circle of hue
+_PALE: Final = 95  # saturation, of 255, of an orientation's colour
+_ENDING: Final = MarkStyle(REFERENCE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, False, "ending")
+_BIFURCATION: Final = MarkStyle(PROBE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, False, "bifurcation")
+
+
+def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = None) -> Picture:
+    """Turn the array of one stage into a picture.
+
+    Parameters
+    ----------
+    name : str
+        Name of the stage; one of ``mask``, ``orientation``, ``coherence``, ``period``, ``binary``,
+        ``skeleton`` and ``minutiae`` is drawn in its own way, any other with its contrast
+        stretched.
+    array : ndarray, shape (H, W) or (H, W, 3); for ``minutiae`` (N, 5)
+        Booleans, integers or floats, NaN where unknown. Orientations are in radians,
+        counter-clockwise from +x. Minutiae are rows of x, y, angle, kind, quality.
+    backdrop : ndarray of uint8, shape (H, W), optional
+        The print beneath masks, orientations, skeletons and minutiae.
+
+    Returns
+    -------
+    ndarray of uint8, shape (H', W', 3)
+        RGB; the array's own size, or twice that for minutiae.
+
+    Raises
+    ------
+    ImageError
+        If the array is empty or its shape is not that of a picture.
+
+    Examples
+    --------
+    >>> stage_picture("binary", np.array([[True, False]])).tolist()
+    [[[0, 0, 0], [255, 255, 255]]]
+    """
+    values = np.asarray(array)
+    if name == "minutiae":
+        return _minutiae(_five_columns(values), backdrop)
+    if values.ndim == 3 and values.shape[2] == 3 and values.dtype == np.uint8 and values.size:
+        return np.ascontiguousarray(values)
+    if values.ndim != 2 or values.size == 0 or not _is_real(values):
+        raise ImageError(
+            f"stage {name}: an array of {values.dtype} and shape {values.shape} is no picture"
+        )
+    beneath = backdrop if backdrop is not None and backdrop.shape == values.shape else None
+    return _PICTURES.get(name, _stretched)(values, beneath)
+
+
+def value_range(name: str, array: NDArray[Any]) -> str:
+    """Put the range of a stage's values in words, or its number of minutiae.
+
+    Examples
+    --------
+    >>> value_range("period", np.array([[7.25, np.nan, 11.0]]))
+    '7.25 to 11.00 px'
+    """
+    values = np.asarray(array)
+    if name == "minutiae":
+        return f"{len(values)} found"
+    if values.dtype == bool:
+        return f"{100 * float(values.mean()):.0f} % set"
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return "no values"
+    digits = ".2f" if np.issubdtype(values.dtype, np.floating) else "d"
+    return f"{known.min():{digits}} to {known.max():{digits}}{_UNITS.get(name, '')}"
+
+
+def _is_real(values: NDArray[Any]) -> bool:
+    return (
+        values.dtype == bool
+        or bool(np.issubdtype(values.dtype, np.integer))
+        or bool(np.issubdtype(values.dtype, np.floating))
+    )
+
+
+def _grey_to_rgb(grey: Picture) -> Picture:
+    return np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB), dtype=np.uint8)
+
+
+def _faded(backdrop: Picture) -> Picture:
+    """Return a backdrop bleached, so that what is drawn over it stands out."""
+    pale = backdrop + (255 - backdrop.astype(np.float32)) * _FADE
+    return _grey_to_rgb(np.rint(pale).astype(np.uint8))
+
+
+def _share(values: NDArray[Any]) -> NDArray[np.float32]:
+    """Return finite values scaled to 0..1 between their outliers; NaN elsewhere."""
+    real = values.astype(np.float64)
+    known = np.isfinite(real)
+    if not known.any():
+        return np.full(values.shape, np.nan, dtype=np.float32)
+    low, high = np.percentile(real[known], [_OUTLIERS, 100 - _OUTLIERS])
+    if high <= low:
+        low, high = real[known].min(), real[known].max()
+    spread = high - low if high > low else 1.0
+    share = np.full(values.shape, np.nan, dtype=np.float32)
+    share[known] = np.clip((real[known] - low) / spread, 0, 1)
+    return share
+
+
+def _bytes(share: NDArray[np.float32]) -> Picture:
+    return np.rint(255 * np.nan_to_num(share)).astype(np.uint8)
+
+
+def _as_it_is(values: NDArray[Any], beneath: Picture | None) -> Picture:
+    return _grey_to_rgb(values) if values.dtype == np.uint8 else _stretched(values, beneath)
+
+
+def _stretched(values: NDArray[Any], _: Picture | None) -> Picture:
+    if values.dtype == bool:
+        return _ridges(values, None)
+    share = _share(values)
+    picture = _grey_to_rgb(_bytes(share))
+    picture[np.isnan(share)] = _UNKNOWN
+    return picture
+
+
+def _darkness(values: NDArray[Any], _: Picture | None) -> Picture:
+    """Draw a field that is high on ridges with high values dark, as ridges are."""
+    share = _share(values)
+    return _grey_to_rgb(_bytes(1 - np.where(np.isnan(share), 0, share)))
+
+
+def _graded(values: NDArray[Any], _: Picture | None) -> Picture:
+    """Draw a field of magnitudes from dark blue over green to yellow."""
+    share = _share(values)
+    coloured = cv2.applyColorMap(_bytes(share), cv2.COLORMAP_VIRIDIS)
+    picture = np.asarray(cv2.cvtColor(coloured, cv2.COLOR_BGR2RGB), dtype=np.uint8)
+    picture[np.isnan(share)] = _UNKNOWN
+    return picture
+
+
+def _ridges(values: NDArray[Any], _: Picture | None) -> Picture:
+    """Draw what is set in black on white."""
+    return _grey_to_rgb(np.where(values.astype(bool), 0, 255).astype(np.uint8))
+
+
+def _mask(values: NDArray[Any], beneath: Picture | None) -> Picture:
+    """Draw the print inside the mask, and tint what is left out."""
+    inside = values.astype(bool)
+    ground = np.full(values.shape, 255, dtype=np.uint8) if beneath is None else beneath
+    picture = _grey_to_rgb(ground)
+    left_out = picture[~inside].astype(np.float32)
+    picture[~inside] = np.rint(0.35 * left_out + 0.65 * np.array(_TINT)).astype(np.uint8)
+    return picture
+
+
+def _skeleton(values: NDArray[Any], beneath: Picture | None) -> Picture:
+    if beneath is None:
+        return _ridges(values, None)
+    picture = _faded(beneath)
+    picture[values.astype(bool)] = _SKELETON
+    return picture
+
+
+def _orientation(values: NDArray[Any], beneath: Picture | None) -> Picture:
+    """Draw orientations as colours of the circle and as needles, over the print."""
+    angle = values.astype(np.float64)
+    known = np.isfinite(angle)
+    turn = np.mod(np.nan_to_num(angle), math.pi) / math.pi
+    hsv = np.empty((*angle.shape, 3), dtype=np.uint8)
+    hsv[:, :, 0] = np.minimum(turn * _HUES, _HUES - 1).astype(np.uint8)
+    hsv[:, :, 1] = _PALE
+    hsv[:, :, 2] = 255
+    ground = np.full((*angle.shape, 3), 255, np.uint8) if beneath is None else _faded(beneath)
+    colour = cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB).astype(np.float32) / 255
+    picture = ground.copy()
+    picture[known] = np.rint(ground[known] * colour[known]).astype(np.uint8)
+    return paint_over(picture, tuple(_needles(angle, known)))
+
+
+def _needles(angle: NDArray[np.float64], known: NDArray[np.bool_]) -> list[Item]:
+    needles: list[Item] = []
+    half = _NEEDLE_LENGTH / 2
+    for y in range(_NEEDLE_STEP // 2, angle.shape[0], _NEEDLE_STEP):
+        for x in range(_NEEDLE_STEP // 2, angle.shape[1], _NEEDLE_STEP):
+            if known[y, x]:
+                dx, dy = half * math.cos(angle[y, x]), -half * math.sin(angle[y, x])
+                cx, cy = x + 0.5, y + 0.5
+                needles.append(Path(((cx - dx, cy - dy), (cx + dx, cy + dy)), _NEEDLE))
+    return needles
+
+
+def _five_columns(values: NDArray[Any]) -> Minutiae:
+    if values.ndim != 2 or values.shape[1] != 5:
+        raise ImageError(
+            f"stage minutiae: expected rows of x, y, angle, kind, quality, "
+            f"not an array of shape {values.shape}"
+        )
+    return Minutiae(*values.T)
+
+
+def _minutiae(minutiae: Minutiae, backdrop: Picture | None) -> Picture:
+    """Draw minutiae over the print: endings as circles, bifurcations as squares."""
+    if backdrop is None:
+        right, bottom = minutiae.xy.max(axis=0, initial=0.0)
+        backdrop = np.full((int(bottom) + 1, int(right) + 1), 255, dtype=np.uint8)
+    height, width = backdrop.shape[0] * _MARK_ZOOM, backdrop.shape[1] * _MARK_ZOOM
+    large = cv2.resize(_faded(backdrop), (width, height), interpolation=cv2.INTER_CUBIC)
+    matrix = zoomed(_MARK_ZOOM, (-0.5, -0.5), (0.0, 0.0))
+    panel = Box(0, 0, width, height)
+    forked = minutiae.kind == 2
+    drawn = (
+        *marks(minutiae, np.flatnonzero(~forked).tolist(), matrix, _ENDING, panel),
+        *marks(minutiae, np.flatnonzero(forked).tolist(), matrix, _BIFURCATION, panel),
+    )
+    return paint_over(np.asarray(large, dtype=np.uint8), drawn)
+
+
+_PICTURES: Final[dict[str, Callable[[NDArray[Any], Picture | None], Picture]]] = {
+    "input": _as_it_is,
+    "normalised": _darkness,
+    "mask": _mask,
+    "orientation": _orientation,
+    "coherence": _graded,
+    "period": _graded,
+    "enhanced": _darkness,
+    "binary": _ridges,
+    "skeleton": _skeleton,
+}

@@ -1,23 +1,76 @@
-"""Measure what a matcher's similarity is worth, on the impostor pairs of some databases."""
+"""Measure what a matcher's similarity is worth, on impostor comparisons.
+
+- *Where impostors reach*, the FMR at a similarity x is the share of impostors at x or above it.
+  Knots, at most half a unit of score apart unless the curve jumps, keep this curve.
+- *Beyond*, where fewer than `CalibrationParameters.min_above` impostors are left, the excesses
+  over a high similarity follow a generalised Pareto distribution: the limit that the tails of
+  nearly all distributions approach (Pickands 1975). Its shape is held at 0 (exponential tail,
+  the score grows linearly) or above (heavy tail, the score grows ever more slowly): a tail that
+  ends would grant unlimited scores just above the highest impostor seen.
+
+References
+----------
+Pickands, "Statistical inference using extreme order statistics", Annals of Statistics 3 (1975).
+Hosking, Wallis, "Parameter and quantile estimation for the generalized Pareto distribution",
+Technometrics 29 (1987), for the fit by probability-weighted moments.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.matching.calibration import Calibration, Provenance, fit_calibration
+from fpmatch.errors import MatcherError
+from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.matching.calibration import Calibration, Provenance
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
     from fpmatch.evaluation.report import EvaluationReport
+
+_DIGITS: Final = 9  # significant digits kept, so that files do not differ by rounding
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationParameters:
+    """Hold what `fit_calibration` may be told.
+
+    Parameters
+    ----------
+    min_impostors : int
+        Fewer impostor comparisons than this are refused.
+    min_above : int
+        The empirical curve ends where fewer impostors than this lie at or above.
+    tail_share : float
+        Share of the impostors, the highest, to which the tail is fitted.
+    min_tail : int
+        The tail is fitted to at least this many impostors.
+    max_shape : float
+        Upper limit of the tail's shape; 0.5, where the variance becomes infinite, is far more
+        than similarities show, and keeps the fit of a small sample in hand.
+    knot_step : float
+        Greatest distance between knots in score.
+    """
+
+    min_impostors: int = 1000
+    min_above: int = 20
+    tail_share: float = 0.01
+    min_tail: int = 100
+    max_shape: float = 0.5
+    knot_step: float = 0.5
 
 
 def calibrate(report: EvaluationReport, command: str = "") -> Calibration:
     """Fit a calibration to the impostor comparisons of an evaluation, all databases together.
 
     Pairs with an image that gave no template are left out: their similarity of 0 would make the
-    matcher look more certain than it is.
+    matcher look more certain than it is. Comparisons of the same two fingers are no independent
+    trials, and ten fingers a database are few: below an FMR of one in a thousand a calibration
+    from such data is an extrapolation, and its confidence interval is wide.
 
     Parameters
     ----------
@@ -38,7 +91,7 @@ def calibrate(report: EvaluationReport, command: str = "") -> Calibration:
     """
     impostors = np.concatenate(
         [
-            row.outcomes["similarity"][~row.pairs.genuine & np.isfinite(row.outcomes["cpu_us"])]
+            row.outcomes["similarity"][~row.pairs.genuine & (row.outcomes["reason"] != NO_TEMPLATE)]
             for row in report.sets
         ]
     )
@@ -48,4 +101,107 @@ def calibrate(report: EvaluationReport, command: str = "") -> Calibration:
         version=__version__,
         command=command,
     )
-    return fit_calibration(impostors, provenance=provenance)
+    return replace(fit_calibration(impostors), provenance=provenance)
+
+
+def fit_calibration(
+    impostor_similarities: ArrayLike,
+    *,
+    parameters: CalibrationParameters = CalibrationParameters(),
+) -> Calibration:
+    """Fit a calibration to the similarities of impostor comparisons.
+
+    Parameters
+    ----------
+    impostor_similarities : array_like of float, shape (N,)
+        Similarities of comparisons of different fingers.
+    parameters : CalibrationParameters
+        How to fit.
+
+    Returns
+    -------
+    Calibration
+        The fit, without provenance; the same for the same similarities in any order.
+
+    Raises
+    ------
+    MatcherError
+        If there are too few similarities, too few distinct ones, or one is not finite.
+
+    Examples
+    --------
+    >>> import math
+    >>> unit_tail = np.random.default_rng(1).exponential(size=20_000)
+    >>> fit_calibration(unit_tail).score(math.log(1000)).__round__()
+    30
+    """
+    s = np.sort(np.asarray(impostor_similarities, dtype=np.float64).ravel())
+    if not np.isfinite(s).all():
+        raise MatcherError("calibration: impostor similarities must be finite numbers")
+    if s.size < parameters.min_impostors:
+        raise MatcherError(
+            f"calibration: {s.size} impostor comparisons are too few; "
+            f"at least {parameters.min_impostors} are needed"
+        )
+    knots = _empirical_knots(s, parameters)
+    scale, shape = _tail_at(knots[-1][0], s, parameters)
+    return Calibration(knots, _rounded(scale), _rounded(shape))
+
+
+def _empirical_knots(
+    s: NDArray[np.float64], parameters: CalibrationParameters
+) -> tuple[tuple[float, float], ...]:
+    """Return knots of the curve x -> -10 log10(share of impostors at or above x); s is sorted."""
+    x, first = np.unique(s, return_index=True)
+    above = s.size - first
+    kept = above >= min(parameters.min_above, s.size)
+    x, score = x[kept], -10.0 * np.log10(above[kept] / s.size) + 0.0
+    steps = np.arange(0.0, score[-1], parameters.knot_step)
+    chosen = np.searchsorted(score, steps)
+    # Two knots keep a jump of the curve a jump, not a slope from the knot before.
+    jumps = 1 + np.flatnonzero(np.diff(score) > parameters.knot_step)
+    index = np.unique(np.concatenate([chosen, jumps - 1, jumps, [score.size - 1]]))
+    knots = [(_rounded(x[index[0]]), _rounded(score[index[0]]))]
+    for k in index[1:]:
+        knot = (_rounded(x[k]), _rounded(score[k]))
+        if knot[0] > knots[-1][0]:
+            knots.append(knot)
+    return tuple(knots)
+
+
+def _tail_at(
+    last: float, s: NDArray[np.float64], parameters: CalibrationParameters
+) -> tuple[float, float]:
+    """Return scale and shape of the generalised Pareto tail above the similarity `last`.
+
+    Excesses over a higher threshold keep the shape, and the scale grows by shape times the rise.
+    """
+    count = max(parameters.min_tail, round(parameters.tail_share * s.size))
+    start = s[-min(count + 1, s.size)]
+    excess = s[s > start] - start
+    if not excess.size:
+        raise MatcherError(
+            "calibration: the highest impostor similarities are all the same; no tail can be fitted"
+        )
+    scale, shape = _fit_pareto(excess, parameters.max_shape)
+    return scale + shape * max(last - start, 0.0), shape
+
+
+def _fit_pareto(excess: NDArray[np.float64], max_shape: float) -> tuple[float, float]:
+    """Fit scale and shape (in Hosking and Wallis's sign, -k) to sorted positive excesses.
+
+    With α0 the mean and α1 the mean of x·(1 - F(x)), the moments give k = α0/(α0 - 2α1) - 2 and
+    scale = 2·α0·α1/(α0 - 2α1). Where the shape -k leaves 0..max_shape it is held at that limit,
+    and the scale is what then gives the mean: α0·(1 - shape).
+    """
+    n = excess.size
+    mean = float(excess.mean())
+    weighted = float(excess @ (np.arange(n - 1, -1, -1) / max(n - 1, 1))) / n
+    spread = mean - 2.0 * weighted
+    shape = 2.0 - mean / spread if spread > 0 else 0.0
+    shape = min(max(shape, 0.0), max_shape)
+    return mean * (1.0 - shape), shape
+
+
+def _rounded(value: float | np.float64) -> float:
+    return float(f"{value:.{_DIGITS}g}")

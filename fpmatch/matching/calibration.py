@@ -1,20 +1,9 @@
 """What a matcher's raw similarity is worth: the score ``-10 * log10(FMR)``.
 
-A calibration is measured on impostor comparisons, by `fit_calibration`:
-
-- *Where impostors reach*, the FMR at a similarity x is the share of impostors at x or above it.
-  Knots, at most half a unit of score apart, keep this curve; between knots it is linear.
-- *Beyond*, where fewer than `CalibrationParameters.min_above` impostors are left, the excesses
-  over a high similarity follow a generalised Pareto distribution: the limit that the tails of
-  nearly all distributions approach (Pickands 1975). Its shape is held at 0 (exponential tail,
-  the score grows linearly) or above (heavy tail, the score grows ever more slowly): a tail that
-  ends would grant unlimited scores just above the highest impostor seen.
-
-References
-----------
-Pickands, "Statistical inference using extreme order statistics", Annals of Statistics 3 (1975).
-Hosking, Wallis, "Parameter and quantile estimation for the generalized Pareto distribution",
-Technometrics 29 (1987), for the fit by probability-weighted moments.
+A calibration is a curve. *Where impostors reach*, knots measured on impostor comparisons, and
+straight lines between them. *Beyond*, a generalised Pareto tail: with excess e = (x - last knot) /
+scale and shape ξ ≥ 0, the FMR falls as (1 + ξ·e)^(-1/ξ), or as exp(-e) where ξ is 0.
+`fpmatch.evaluation.calibrate` fits one; those of the package come from ``scripts/calibrate``.
 """
 
 from __future__ import annotations
@@ -36,36 +25,6 @@ if TYPE_CHECKING:
 MAX_SCORE: Final = 100.0
 CALIBRATION_FOLDER: Final = Path(__file__).with_name("calibration_data")
 _DECIBEL: Final = 10.0 / math.log(10.0)  # score units a factor of e in FMR
-_DIGITS: Final = 9  # significant digits kept, so that files do not differ by rounding
-
-
-@dataclass(frozen=True, slots=True)
-class CalibrationParameters:
-    """Hold what `fit_calibration` may be told.
-
-    Parameters
-    ----------
-    min_impostors : int
-        Fewer impostor comparisons than this are refused.
-    min_above : int
-        The empirical curve ends where fewer impostors than this lie at or above.
-    tail_share : float
-        Share of the impostors, the highest, to which the tail is fitted.
-    min_tail : int
-        The tail is fitted to at least this many impostors.
-    max_shape : float
-        Upper limit of the tail's shape; 0.5, where the variance becomes infinite, is far more
-        than similarities show, and keeps the fit of a small sample in hand.
-    knot_step : float
-        Greatest distance between knots in score.
-    """
-
-    min_impostors: int = 1000
-    min_above: int = 20
-    tail_share: float = 0.01
-    min_tail: int = 100
-    max_shape: float = 0.5
-    knot_step: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,52 +140,6 @@ class Calibration:
             raise MatcherError(f"{source}: {error}") from error
 
 
-def fit_calibration(
-    impostor_similarities: ArrayLike,
-    *,
-    parameters: CalibrationParameters = CalibrationParameters(),
-    provenance: Provenance = Provenance(),
-) -> Calibration:
-    """Fit a calibration to the similarities of impostor comparisons.
-
-    Parameters
-    ----------
-    impostor_similarities : array_like of float, shape (N,)
-        Similarities of comparisons of different fingers.
-    parameters : CalibrationParameters
-        How to fit.
-    provenance : Provenance
-        Where the similarities come from, kept as it is.
-
-    Returns
-    -------
-    Calibration
-        The fit; the same for the same similarities in any order.
-
-    Raises
-    ------
-    MatcherError
-        If there are too few similarities, too few distinct ones, or one is not finite.
-
-    Examples
-    --------
-    >>> unit_tail = np.random.default_rng(1).exponential(size=20_000)
-    >>> fit_calibration(unit_tail).score(math.log(1000)).__round__()
-    30
-    """
-    s = np.sort(np.asarray(impostor_similarities, dtype=np.float64).ravel())
-    if not np.isfinite(s).all():
-        raise MatcherError("calibration: impostor similarities must be finite numbers")
-    if s.size < parameters.min_impostors:
-        raise MatcherError(
-            f"calibration: {s.size} impostor comparisons are too few; "
-            f"at least {parameters.min_impostors} are needed"
-        )
-    knots = _empirical_knots(s, parameters)
-    scale, shape = _tail_at(knots[-1][0], s, parameters)
-    return Calibration(knots, _rounded(scale), _rounded(shape), provenance)
-
-
 @cache
 def load_calibration(matcher_name: str) -> Calibration:
     """Return the calibration that comes with the package for a matcher.
@@ -284,61 +197,6 @@ def fmr_to_score(fmr: float) -> float:
     return float(-10.0 * math.log10(fmr)) + 0.0  # + 0.0 turns -0.0 into 0.0
 
 
-def _empirical_knots(
-    s: NDArray[np.float64], parameters: CalibrationParameters
-) -> tuple[tuple[float, float], ...]:
-    """Return knots of the curve x -> -10 log10(share of impostors at or above x); s is sorted."""
-    x, first = np.unique(s, return_index=True)
-    above = s.size - first
-    kept = above >= min(parameters.min_above, s.size)
-    x, score = x[kept], -10.0 * np.log10(above[kept] / s.size) + 0.0
-    steps = np.arange(0.0, score[-1], parameters.knot_step)
-    chosen = np.searchsorted(score, steps)
-    # Two knots keep a jump of the curve a jump, not a slope from the knot before.
-    jumps = 1 + np.flatnonzero(np.diff(score) > parameters.knot_step)
-    index = np.unique(np.concatenate([chosen, jumps - 1, jumps, [score.size - 1]]))
-    knots = [(_rounded(x[index[0]]), _rounded(score[index[0]]))]
-    for k in index[1:]:
-        knot = (_rounded(x[k]), _rounded(score[k]))
-        if knot[0] > knots[-1][0]:
-            knots.append(knot)
-    return tuple(knots)
-
-
-def _tail_at(
-    last: float, s: NDArray[np.float64], parameters: CalibrationParameters
-) -> tuple[float, float]:
-    """Return scale and shape of the generalised Pareto tail above the similarity `last`.
-
-    Excesses over a higher threshold keep the shape, and the scale grows by shape times the rise.
-    """
-    count = max(parameters.min_tail, round(parameters.tail_share * s.size))
-    start = s[-min(count + 1, s.size)]
-    excess = s[s > start] - start
-    if not excess.size:
-        raise MatcherError(
-            "calibration: the highest impostor similarities are all the same; no tail can be fitted"
-        )
-    scale, shape = _fit_pareto(excess, parameters.max_shape)
-    return scale + shape * max(last - start, 0.0), shape
-
-
-def _fit_pareto(excess: NDArray[np.float64], max_shape: float) -> tuple[float, float]:
-    """Fit scale and shape (in Hosking and Wallis's sign, -k) to sorted positive excesses.
-
-    With α0 the mean and α1 the mean of x·(1 - F(x)), the moments give k = α0/(α0 - 2α1) - 2 and
-    scale = 2·α0·α1/(α0 - 2α1). Where the shape -k leaves 0..max_shape it is held at that limit,
-    and the scale is what then gives the mean: α0·(1 - shape).
-    """
-    n = excess.size
-    mean = float(excess.mean())
-    weighted = float(excess @ (np.arange(n - 1, -1, -1) / max(n - 1, 1))) / n
-    spread = mean - 2.0 * weighted
-    shape = 2.0 - mean / spread if spread > 0 else 0.0
-    shape = min(max(shape, 0.0), max_shape)
-    return mean * (1.0 - shape), shape
-
-
 def _from_entries(entries: dict[str, Any]) -> Calibration:
     origin = entries["provenance"]
     return Calibration(
@@ -352,7 +210,3 @@ def _from_entries(entries: dict[str, Any]) -> Calibration:
             command=str(origin["command"]),
         ),
     )
-
-
-def _rounded(value: float | np.float64) -> float:
-    return float(f"{value:.{_DIGITS}g}")

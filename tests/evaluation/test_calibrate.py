@@ -1,13 +1,17 @@
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import fpmatch
 from fpmatch.errors import MatcherError
-from fpmatch.evaluation.calibrate import calibrate
+from fpmatch.evaluation.calibrate import CalibrationParameters, calibrate, fit_calibration
 from fpmatch.evaluation.run import evaluate
-from fpmatch.matching.calibration import fit_calibration
+from fpmatch.matching.calibration import score_to_fmr
 
 
 def test_fits_the_impostors_of_all_sets_without_failed_prints(bench, make_database):
@@ -33,3 +37,126 @@ def test_too_few_impostors(bench, make_database):
     )
     with pytest.raises(MatcherError, match="160 impostor comparisons are too few"):
         calibrate(report)
+
+
+def impostors(kind, n=20_000, seed=0):
+    rng = np.random.default_rng(seed)
+    return {
+        "exponential": lambda: rng.exponential(0.1, n),
+        "heavy": lambda: rng.pareto(4, n),
+        "bounded": lambda: rng.beta(2, 8, n),
+        "mostly zero": lambda: np.where(rng.random(n) < 0.7, 0.0, rng.exponential(1.0, n)),
+        "counts": lambda: rng.poisson(3, n).astype(float),
+        "close together": lambda: 1.0 + 1e-12 * rng.random(n) + (rng.random(n) < 0.02),
+    }[kind]()
+
+
+KINDS = ("exponential", "heavy", "bounded", "mostly zero", "counts")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_score_is_the_empirical_fmr_of_what_it_was_fitted_on(kind):
+    s = impostors(kind)
+    calibration = fit_calibration(s)
+    ordered = np.sort(s)
+    for x in np.unique(np.quantile(s, [0.0, 0.1, 0.5, 0.9, 0.99, 0.998])):
+        fmr = (s.size - np.searchsorted(ordered, x)) / s.size
+        assert calibration.score(x) == pytest.approx(-10 * math.log10(fmr), abs=0.51)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_score_holds_on_fresh_impostors(kind):
+    calibration, fresh = fit_calibration(impostors(kind)), impostors(kind, 400_000, seed=1)
+    scores = calibration.scores(fresh)
+    for score in (10.0, 20.0, 30.0):
+        assert np.mean(scores >= score) <= 1.6 * score_to_fmr(score)
+    assert np.mean(scores >= 40.0) <= 2.5 * score_to_fmr(40.0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_score_increases_strictly_between_its_limits(kind):
+    calibration = fit_calibration(impostors(kind))
+    first, last = calibration.knots[0][0], calibration.knots[-1][0]
+    x = np.linspace(first, last + 5 * (last - first), 5000)
+    scores = calibration.scores(x)
+    inside = scores < 100
+    assert (np.diff(scores[inside]) > 0).all()
+    assert (np.diff(scores) >= 0).all()
+    assert scores[0] == 0.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_tail_is_finite_and_never_steepens(kind):
+    calibration = fit_calibration(impostors(kind))
+    last = calibration.knots[-1][0]
+    x = last + calibration.tail_scale * np.linspace(0, 10, 200)
+    scores = calibration.scores(x)
+    rise = np.diff(scores[scores < 100])
+    assert np.isfinite(scores).all()
+    assert (np.diff(rise) <= 1e-9).all()
+    assert scores[0] == pytest.approx(calibration.knots[-1][1])
+
+
+def test_empirical_part_ends_where_impostors_get_few():
+    s = impostors("exponential", 5000)
+    last, score = fit_calibration(s).knots[-1]
+    assert (s >= last - 1e-8).sum() == 20
+    assert score == pytest.approx(-10 * math.log10(20 / 5000))
+
+
+def test_exponential_tail_is_recovered():
+    calibration = fit_calibration(np.random.default_rng(3).exponential(0.1, 100_000))
+    x = 0.1 * math.log(1e6)
+    assert calibration.score(x) == pytest.approx(60.0, abs=6.0)
+
+
+def test_heavy_tail_is_recovered():
+    calibration = fit_calibration(np.random.default_rng(3).pareto(4, 100_000))
+    assert calibration.tail_shape == pytest.approx(0.25, abs=0.15)
+
+
+def test_short_tail_is_held_at_exponential():
+    assert fit_calibration(impostors("bounded")).tail_shape == 0.0
+
+
+def test_jump_of_the_curve_stays_a_jump():
+    # Half the impostors score 0, nobody else below 1: whatever reaches 1 is worth 3 dB.
+    s = np.concatenate([np.zeros(5000), 1 + np.random.default_rng(0).exponential(1, 5000)])
+    calibration = fit_calibration(s)
+    assert calibration.knots[0] == (0.0, 0.0)
+    assert calibration.knots[1] == (pytest.approx(1.0, abs=1e-3), pytest.approx(3.0103))
+
+
+def test_similarities_closer_than_the_digits_kept():
+    calibration = fit_calibration(impostors("close together"))
+    assert len(calibration.knots) == 2
+    assert calibration.score(2.0) == pytest.approx(-10 * math.log10(0.02), abs=0.5)
+
+
+@given(st.lists(st.floats(0, 1e6), min_size=30, max_size=80), st.randoms())
+def test_any_similarities_give_a_calibration_or_a_clear_refusal(similarities, random):
+    parameters = CalibrationParameters(min_impostors=30, min_above=3, min_tail=10)
+    if sum(s > sorted(similarities)[-11] for s in similarities) == 0:
+        with pytest.raises(MatcherError, match="all the same"):
+            fit_calibration(similarities, parameters=parameters)
+        return
+    calibration = fit_calibration(similarities, parameters=parameters)
+    random.shuffle(similarities)
+    assert fit_calibration(similarities, parameters=parameters) == calibration
+    ordered = calibration.scores(np.sort([*similarities, 1e9]))
+    assert (np.diff(ordered) >= 0).all()
+    assert ((ordered >= 0) & (ordered <= 100)).all()
+
+
+@pytest.mark.parametrize(
+    ("similarities", "reason"),
+    [
+        (np.zeros(999), "999 impostor comparisons are too few"),
+        (np.zeros(5000), "all the same"),
+        ([math.nan] * 2000, "must be finite"),
+        ([], "0 impostor comparisons are too few"),
+    ],
+)
+def test_unusable_impostors(similarities, reason):
+    with pytest.raises(MatcherError, match=reason):
+        fit_calibration(similarities)

@@ -1,0 +1,48 @@
+"""What the command-line tests share: prints as files, and a way to run commands on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from numpy.typing import NDArray
+from PIL import Image
+
+from fpmatch.cli import main
+
+Run = Callable[..., Result]
+
+
+@pytest.fixture
+def run() -> Run:
+    """Return a function that runs ``fpmatch`` with the given words, in this process."""
+
+    def run_words(*words: object) -> Result:
+        return CliRunner().invoke(main, [str(word) for word in words], prog_name="fpmatch")
+
+    return run_words
+
+
+@pytest.fixture(scope="session")
+def prints(tmp_path_factory: pytest.TempPathFactory, fingers: list[NDArray[np.uint8]]) -> Path:
+    """Return a folder with prints of two fingers, of no finger, and files that are no images."""
+    folder = tmp_path_factory.mktemp("prints")
+    for number, pixels in enumerate(fingers, start=1):
+        Image.fromarray(pixels).save(folder / f"{number}_1.png", dpi=(500, 500))
+    Image.fromarray(np.rot90(fingers[0])).save(folder / "1_2.png", dpi=(500, 500))
+    Image.fromarray(fingers[0]).save(folder / "untagged.tif")
+    blank = np.full((200, 200), 255, np.uint8)
+    Image.fromarray(blank).save(folder / "blank.png", dpi=(500, 500))
+    noise = np.random.default_rng(5).integers(0, 256, (200, 200), dtype=np.uint8)
+    Image.fromarray(noise).save(folder / "noise.png", dpi=(500, 500))
+    Image.fromarray(blank[:20, :20]).save(folder / "tiny.png")
+    (folder / "huge.pgm").write_bytes(b"P5 20000 20000 255\n")
+    (folder / "empty.png").touch()
+    (folder / "text.png").write_text("This is not an image.\n")
+    whole = (folder / "1_1.png").read_bytes()
+    (folder / "truncated.png").write_bytes(whole[: len(whole) // 2])
+    (folder / "folder.png").mkdir()
+    return folder

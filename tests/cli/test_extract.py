@@ -1,0 +1,146 @@
+"""`fpmatch extract` and `fpmatch stages`: what they write, and what becomes of bad images."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from fpmatch import extract, load_template
+
+
+def names(folder: Path) -> set[str]:
+    return {entry.name for entry in folder.iterdir()}
+
+
+def test_templates_are_those_of_the_library(run: Any, prints: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "out"
+    result = run("extract", prints / "1_1.png", prints / "2_1.png", "-o", out)
+    assert result.exit_code == 0
+    assert names(out) == {"1_1.json", "1_1.csv", "2_1.json", "2_1.csv"}
+    total = 0
+    for stem in ("1_1", "2_1"):
+        template = extract(prints / f"{stem}.png")
+        total += len(template.minutiae)
+        for suffix in (".json", ".csv"):
+            saved = load_template(out / f"{stem}{suffix}")
+            assert saved.minutiae == template.minutiae
+            assert (saved.width, saved.height, saved.dpi) == (280, 300, 500)
+    assert result.stdout == f"2 of 2 templates, {total} minutiae: {out}\n"
+    assert result.stderr == ""
+
+
+@pytest.mark.parametrize("suffix", ["json", "csv"])
+def test_one_format_only(run: Any, prints: Path, tmp_path: Path, suffix: str) -> None:
+    run("extract", prints / "1_1.png", "-o", tmp_path, "--format", suffix)
+    assert names(tmp_path) == {f"1_1.{suffix}"}
+
+
+def test_failures_are_listed_at_the_end_and_the_rest_is_kept(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    bad = ["text.png", "gone.png", "truncated.png", "tiny.png", "folder.png", "empty.png"]
+    result = run(
+        "extract", *(prints / name for name in (*bad[:3], "1_1.png", *bad[3:])), "-o", tmp_path
+    )
+    assert result.exit_code == 2
+    assert names(tmp_path) == {"1_1.json", "1_1.csv"}
+    assert result.stdout.startswith("1 of 7 templates, ")
+    lines = result.stderr.splitlines()
+    assert len(lines) == len(bad)
+    for line, name in zip(lines, bad, strict=True):
+        assert line.startswith(f"fpmatch: error: {prints / name}: ")
+
+
+def test_a_picture_without_ridges_gives_an_empty_template(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    result = run("extract", prints / "blank.png", "-o", tmp_path)
+    assert result.exit_code == 0
+    assert len(load_template(tmp_path / "blank.json").minutiae) == 0
+
+
+def test_images_of_one_name_do_not_overwrite_each_other(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    other = tmp_path / "other"
+    other.mkdir()
+    shutil.copy(prints / "1_1.png", other / "1_1.PNG")
+    out = tmp_path / "out"
+    result = run("extract", prints / "1_1.png", other / "1_1.PNG", "-o", out)
+    assert result.exit_code == 2
+    assert "would both be written as 1_1" in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not out.exists()
+
+
+def test_the_assumed_resolution_is_said_once_for_many(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    shutil.copy(prints / "untagged.tif", tmp_path / "again.tif")
+    images = prints / "untagged.tif", tmp_path / "again.tif"
+    result = run("extract", *images, "-o", tmp_path / "out")
+    assert result.stderr.count("500 dpi assumed") == 1
+    told = run("extract", *images, "-o", tmp_path / "out", "--dpi", 569)
+    assert told.stderr == ""
+    assert load_template(tmp_path / "out" / "again.json").dpi == 569
+
+
+@pytest.mark.parametrize("command", ["extract", "stages"])
+def test_an_absurd_resolution_is_one_line(
+    run: Any, prints: Path, tmp_path: Path, command: str
+) -> None:
+    out = tmp_path / "out"
+    result = run(command, prints / "1_1.png", "-o", out, "--dpi", 5000)
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert "5000 dpi is outside the usable range" in result.stderr
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("command", ["extract", "stages"])
+def test_a_folder_that_cannot_be_made_is_one_line(
+    run: Any, prints: Path, tmp_path: Path, command: str
+) -> None:
+    (tmp_path / "file").touch()
+    result = run(command, prints / "1_1.png", "-o", tmp_path / "file")
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.startswith(f"fpmatch: error: {tmp_path / 'file'}")
+    assert result.stderr.count("\n") == 1
+
+
+def test_progress_shows_on_a_terminal_only(
+    run: Any, prints: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    images = prints / "1_1.png", prints / "2_1.png"
+    assert run("extract", *images, "-o", tmp_path).stderr == ""
+    command = sys.modules["fpmatch.cli.extract"]
+    monkeypatch.setattr(command, "_no_progress", lambda _: False)
+    assert "extracting" in run("extract", *images, "-o", tmp_path).stderr
+
+
+def test_stages_are_pictures_with_a_sheet_of_them_all(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    result = run("stages", prints / "1_1.png", "-o", tmp_path / "stages")
+    assert result.exit_code == 0
+    assert result.stdout.endswith(f" minutiae: {tmp_path / 'stages'}\n")
+    pictures = sorted((tmp_path / "stages").glob("*.png"))
+    assert len(pictures) == int(result.stdout.split()[0]) + 1
+    for picture in pictures:
+        with Image.open(picture) as opened:
+            assert opened.width >= 280
+
+
+def test_stages_of_a_bad_image_leave_nothing(run: Any, prints: Path, tmp_path: Path) -> None:
+    result = run("stages", prints / "text.png", "-o", tmp_path / "stages")
+    assert result.exit_code == 2
+    assert result.stderr == (
+        f"fpmatch: error: {prints / 'text.png'}: not an image of a known format\n"
+    )
+    assert not (tmp_path / "stages").exists()

@@ -1,0 +1,114 @@
+"""`fpmatch` itself: its help, its errors on one line, its exit statuses."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+
+import fpmatch
+from fpmatch.cli.group import SUMMARIES
+from fpmatch.errors import FpmatchError
+
+
+def test_version(run: Any) -> None:
+    assert run("--version").output == f"fpmatch {fpmatch.__version__}\n"
+
+
+def test_help_lists_every_command_with_its_summary(run: Any) -> None:
+    output = run("--help").output
+    for name, summary in SUMMARIES.items():
+        assert name in output
+        assert summary in output
+
+
+@pytest.mark.parametrize("name", SUMMARIES)
+def test_every_command_has_help_with_examples(run: Any, name: str) -> None:
+    result = run(name, "--help")
+    assert result.exit_code == 0
+    assert f"Usage: fpmatch {name} [OPTIONS]" in result.output
+    assert f"  fpmatch {name} " in result.output.split("Examples:")[1]
+
+
+@pytest.mark.parametrize("name", SUMMARIES)
+def test_the_summaries_are_those_of_the_commands(name: str) -> None:
+    command = getattr(importlib.import_module(f"fpmatch.cli.{name}"), name)
+    assert isinstance(command, click.Command)
+    assert command.callback is not None
+
+
+@pytest.mark.parametrize(
+    "words", [["verifie"], ["verify", "only-one.png"], ["verify", "a", "b", "--dpi", "many"]]
+)
+def test_words_it_does_not_know_are_bad_input(run: Any, words: list[str]) -> None:
+    result = run(*words)
+    assert result.exit_code == 2
+    assert "Error: " in result.stderr
+
+
+def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    """Make `fpmatch stages` raise `error`."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    stages = importlib.import_module("fpmatch.cli.stages").stages
+    monkeypatch.setattr(stages, "callback", fail)
+
+
+def test_an_error_of_ours_is_one_line(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    failing(monkeypatch, FpmatchError("odd\nname.png: no such file"))
+    result = run("stages", "odd.png", "-o", "out")
+    assert result.exit_code == 2
+    assert result.stderr == "fpmatch: error: odd name.png: no such file\n"
+    assert result.stdout == ""
+
+
+def test_ctrl_c_is_quiet(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    failing(monkeypatch, KeyboardInterrupt())
+    result = run("stages", "a.png", "-o", "out")
+    assert result.exit_code == 130
+    assert result.output == ""
+
+
+def test_a_fault_of_ours_is_not_hidden(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    failing(monkeypatch, ZeroDivisionError())
+    assert isinstance(run("stages", "a.png", "-o", "out").exception, ZeroDivisionError)
+
+
+def test_a_reader_that_leaves_is_met_in_silence() -> None:
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    done = subprocess.run(
+        [sys.executable, "-m", "fpmatch", "extract", "no-such-file.png", "-o", "."],
+        stdout=write_end,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    os.close(write_end)
+    assert done.returncode == 128 + signal.SIGPIPE
+    assert "Traceback" not in done.stderr
+    assert "Exception" not in done.stderr
+
+
+def test_the_module_runs_as_the_command(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "fpmatch", "verify", "gone.png", "gone.png"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        timeout=60,
+    )
+    assert done.returncode == 2
+    assert done.stderr == "fpmatch: error: gone.png: no such file\n"
+    assert done.stdout == ""

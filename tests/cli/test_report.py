@@ -1,0 +1,65 @@
+"""`fpmatch.cli.report`: numbers that are none never reach the JSON, nor odd words the eye."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from fpmatch.cli.report import as_dict, as_text
+from fpmatch.matching.result import Verification
+from fpmatch.minutiae import Template
+from fpmatch.pointset.similarity import Similarity
+
+
+def verification(
+    template: Template, transform: Similarity | None, rms_px: float, reason: str = ""
+) -> Verification:
+    return Verification(
+        match=bool(np.bool_(transform is not None)),
+        score=np.float64(52.3),  # type: ignore[arg-type]
+        fmr=5.9e-6,
+        threshold=40.0,
+        matcher="unit-circle",
+        transform=transform,
+        pairs=np.array([[0, 1], [2, 3]], np.int32),
+        rms_px=rms_px,
+        agreement=0.816,
+        overlap=0.74,
+        reason=reason,
+        probe=template,
+        reference=template,
+    )
+
+
+def test_text_of_a_match(template: Template) -> None:
+    found = verification(template, Similarity(1.004, -0.2, 12.4, -5.1), 2.13)
+    assert as_text(found).splitlines() == [
+        "MATCH",
+        "  Score       52.3 on a scale to 100; a match needs 40.0",
+        "  FMR         1 in 170,000 pairs of different fingers scores as high",
+        "  Minutiae    2 pairs among 30 of the probe and 30 of the reference",
+        "  Agreement   82% of the minutiae where the prints overlap are paired",
+        "  Overlap     74% of the smaller print",
+        "  Transform   rotation 11.5° counter-clockwise, scale 1.004, "
+        "shift +12.4 px right, -5.1 px down",
+        "  Residual    2.1 px rms",
+    ]
+
+
+def test_text_without_a_transform(template: Template) -> None:
+    lines = as_text(verification(template, None, float("nan"), "no common region")).splitlines()
+    assert lines[0] == "NO MATCH"
+    assert lines[-1] == "  Reason      no common region"
+    assert not any("px" in line for line in lines)
+
+
+def test_the_dict_is_strict_json(template: Template) -> None:
+    for rms_px in (float("nan"), float("inf"), 0.0):
+        found = verification(template, None, rms_px, "no common region")
+        document = as_dict(found, Path("a.png"), Path("b.png"))
+        assert json.loads(json.dumps(document, allow_nan=False)) == document
+        assert document["transform"] is None
+        assert document["rms_px"] is None
+        assert document["pairs"] == 2

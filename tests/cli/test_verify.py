@@ -1,0 +1,225 @@
+"""`fpmatch verify` and `fpmatch overlay`: decisions, their words, their files, bad input."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch import fmr_to_score
+
+KEYS = [
+    "match",
+    "score",
+    "fmr",
+    "threshold",
+    "pairs",
+    "transform",
+    "rms_px",
+    "reason",
+    "probe",
+    "reference",
+]
+
+
+def decision(result: Any) -> dict[str, Any]:
+    """Return the one JSON object that a command printed."""
+    document: dict[str, Any] = json.loads(result.stdout)
+    return document
+
+
+def test_a_turned_print_matches_and_the_turn_is_told(run: Any, prints: Path) -> None:
+    probe, reference = prints / "1_2.png", prints / "1_1.png"
+    result = run("verify", probe, reference, "--json")
+    found = decision(result)
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    assert list(found) == KEYS
+    assert found["match"] is True
+    assert found["score"] >= found["threshold"] == 40
+    assert found["fmr"] == pytest.approx(10 ** (-found["score"] / 10))
+    assert found["pairs"] >= 12
+    # rot90 turns counter-clockwise on screen: back is +90°, and (0, 299) is where (279, 0) went.
+    transform = found["transform"]
+    assert transform["rotation_deg"] == pytest.approx(90, abs=1)
+    assert transform["scale"] == pytest.approx(1, abs=0.02)
+    assert transform["tx"] == pytest.approx(279, abs=4)
+    assert transform["ty"] == pytest.approx(0, abs=4)
+    assert 0 <= found["rms_px"] < 4
+    assert found["reason"] == ""
+    assert (found["probe"], found["reference"]) == (str(probe), str(reference))
+
+
+def test_different_fingers_do_not_match_and_it_says_why(run: Any, prints: Path) -> None:
+    result = run("verify", prints / "1_1.png", prints / "2_1.png", "--json")
+    found = decision(result)
+    assert result.exit_code == 1
+    assert list(found) == KEYS
+    assert found["match"] is False
+    assert found["score"] < 40
+    assert found["reason"]
+
+
+def test_the_words_of_a_match(run: Any, prints: Path) -> None:
+    result = run("verify", prints / "1_1.png", prints / "1_1.png")
+    assert result.exit_code == 0
+    first, *rest = result.stdout.splitlines()
+    assert first == "MATCH"
+    words = "\n".join(rest)
+    for pattern in (
+        r"Score +\d+\.\d on a scale to 100; a match needs 40\.0",
+        r"FMR +1 in .* pairs of different fingers scores as high",
+        r"Minutiae +\d+ pairs among \d+ of the probe and \d+ of the reference",
+        r"Agreement +\d+% of the minutiae where the prints overlap are paired",
+        r"Overlap +\d+% of the smaller print",
+        r"Transform +rotation 0\.0° \S+, scale 1\.000, shift [+-]0\.0 px right, [+-]0\.0 px down",
+        r"Residual +0\.0 px rms",
+    ):
+        assert re.search(pattern, words), pattern
+    assert "Reason" not in words
+
+
+@pytest.mark.parametrize("name", ["blank.png", "noise.png"])
+def test_a_picture_without_a_print_is_no_match_with_a_reason(
+    run: Any, prints: Path, name: str
+) -> None:
+    result = run("verify", prints / name, prints / "1_1.png")
+    assert result.exit_code == 1
+    assert result.stdout.startswith("NO MATCH\n")
+    assert re.search(r"Reason +\S+", result.stdout)
+    assert decision(run("verify", prints / name, prints / name, "--json"))["match"] is False
+
+
+def test_a_blank_picture_has_no_transform(run: Any, prints: Path) -> None:
+    found = decision(run("verify", prints / "blank.png", prints / "1_1.png", "--json"))
+    assert found["transform"] is None
+    assert found["rms_px"] is None
+    assert found["pairs"] == 0
+    assert "Transform" not in run("verify", prints / "blank.png", prints / "1_1.png").stdout
+
+
+@pytest.mark.parametrize("command", ["verify", "overlay"])
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("gone.png", "no such file"),
+        ("folder.png", "is a folder, not an image"),
+        ("empty.png", "the file is empty"),
+        ("text.png", "not an image of a known format"),
+        ("truncated.png", "damaged PNG image"),
+        ("tiny.png", "smaller than one ridge neighbourhood"),
+        ("huge.pgm", "more than 64 megapixels"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(
+    run: Any, prints: Path, tmp_path: Path, command: str, name: str, reason: str
+) -> None:
+    option = {"verify": "--overlay", "overlay": "-o"}[command]
+    good = prints / "1_1.png"
+    for pair in ((prints / name, good), (good, prints / name)):
+        result = run(command, *pair, option, tmp_path / "out.png")
+        assert result.exit_code == 2
+        assert result.stdout == ""
+        assert re.fullmatch(
+            rf"fpmatch: error: {re.escape(str(prints / name))}: .*{reason}.*\n", result.stderr
+        )
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["--dpi", "99"], "99 dpi is outside"),
+        (["--probe-dpi", "4001"], "4001 dpi is outside"),
+        (["--reference-dpi", "0"], "0 dpi is outside"),
+        (["--dpi", "nan"], "nan dpi is outside"),
+        (["--fmr", "0"], "false match rate"),
+        (["--fmr", "2"], "false match rate"),
+        (["--threshold", "101"], "score lies from 0 to 100"),
+        (["--threshold", "nan"], "score lies from 0 to 100"),
+        (["--matcher", "best"], "unknown matcher 'best'"),
+        (["--overlay", "overlay.doc"], "written as .png or .svg"),
+        (["--overlay", "no/such/folder/overlay.png"], "no/such/folder/overlay.png"),
+    ],
+    ids=str,
+)
+def test_bad_options_are_one_line(run: Any, prints: Path, words: list[str], reason: str) -> None:
+    result = run("verify", prints / "1_1.png", prints / "1_2.png", *words)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.startswith("fpmatch: error: ")
+    assert result.stderr.count("\n") == 1
+    assert reason in result.stderr
+
+
+def test_rate_and_threshold_exclude_each_other(run: Any, prints: Path) -> None:
+    both = run("verify", prints / "1_1.png", prints / "1_2.png", "--fmr", 0.1, "--threshold", 9)
+    assert both.exit_code == 2
+    assert "exclude each other" in both.stderr
+
+
+def test_rate_and_threshold_move_the_decision(run: Any, prints: Path) -> None:
+    pair = prints / "1_1.png", prints / "2_1.png"
+    lax = decision(run("verify", *pair, "--json", "--threshold", 0))
+    assert lax["match"] is True
+    assert lax["threshold"] == 0
+    assert decision(run("verify", *pair, "--json", "--fmr", 0.001))["threshold"] == fmr_to_score(
+        0.001
+    )
+
+
+def test_the_assumed_resolution_is_said_once(run: Any, prints: Path) -> None:
+    untagged = prints / "untagged.tif"
+    result = run("verify", untagged, untagged)
+    assert result.exit_code == 0
+    assert result.stderr == (
+        f"fpmatch: note: {untagged} does not tell its resolution; 500 dpi assumed (--dpi sets it)\n"
+    )
+    for words in (["--dpi", "500"], ["--probe-dpi", "500", "--reference-dpi", "500"]):
+        assert run("verify", untagged, untagged, *words).stderr == ""
+
+
+def test_each_side_may_have_its_own_resolution(run: Any, prints: Path, tmp_path: Path) -> None:
+    with Image.open(prints / "1_1.png") as picture:
+        picture.resize((picture.width * 2, picture.height * 2)).save(tmp_path / "double.png")
+    result = run(
+        "verify", tmp_path / "double.png", prints / "1_1.png", "--probe-dpi", "1000", "--json"
+    )
+    assert result.exit_code == 0
+    assert decision(result)["transform"]["scale"] == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg"])
+def test_verify_writes_the_overlay_too(run: Any, prints: Path, tmp_path: Path, suffix: str) -> None:
+    picture = tmp_path / f"overlay.{suffix}"
+    result = run("verify", prints / "1_1.png", prints / "1_2.png", "--overlay", picture)
+    assert result.stdout.startswith("MATCH\n")
+    if suffix == "png":
+        assert np.asarray(Image.open(picture)).shape[2] == 3
+    else:
+        assert picture.read_text().lstrip().startswith(("<svg", "<?xml"))
+
+
+def test_overlay_writes_a_picture_whatever_the_decision(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    for name, words in (("1_2.png", "MATCH, score "), ("blank.png", "NO MATCH, score ")):
+        picture = tmp_path / "overlay.png"
+        result = run("overlay", prints / name, prints / "1_1.png", "-o", picture)
+        assert result.exit_code == 0
+        assert result.stdout.startswith(words)
+        assert result.stdout.endswith(f": {picture}\n")
+        with Image.open(picture) as drawn:
+            assert drawn.width > 280
+
+
+def test_side_by_side_is_another_picture(run: Any, prints: Path, tmp_path: Path) -> None:
+    pair = prints / "1_2.png", prints / "1_1.png"
+    assert run("overlay", *pair, "-o", tmp_path / "over.png").exit_code == 0
+    assert run("overlay", *pair, "-o", tmp_path / "beside.png", "--side-by-side").exit_code == 0
+    assert (tmp_path / "over.png").read_bytes() != (tmp_path / "beside.png").read_bytes()

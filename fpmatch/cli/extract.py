@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
 from fpmatch.errors import FpmatchError, OutputError
 
@@ -97,9 +98,8 @@ def _extract_one(
     """Write the template of one image; return the number of its minutiae."""
     from fpmatch.formats.files import save_template
     from fpmatch.image.extract import extract as extract_template
-    from fpmatch.image.read import read_image
 
-    picture = read_image(image)
+    picture = read(image)
     template = extract_template(picture, resolution.of(picture, dpi))
     for suffix in suffixes:
         save_template(folder / f"{image.stem}{suffix}", template)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
@@ -82,12 +83,11 @@ def compare(options: PairOptions) -> tuple[GreyImage, GreyImage, Verification]:
         If an image cannot be read or used, or an option is out of its range.
     """
     from fpmatch.image.extract import extract
-    from fpmatch.image.read import read_image
     from fpmatch.matching.verify import verify
 
     threshold = _threshold(options)
     resolution = ResolutionChoice()
-    images = read_image(options.probe), read_image(options.reference)
+    images = read(options.probe), read(options.reference)
     own = options.probe_dpi, options.reference_dpi
     probe, reference = (
         extract(image, resolution.of(image, options.dpi if dpi is None else dpi))

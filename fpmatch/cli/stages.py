@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
 
 
@@ -30,10 +31,9 @@ def stages(image: Path, output: Path, dpi: float | None) -> None:
     """Write what each stage of the extraction makes of IMAGE, and one sheet of them all."""
     from fpmatch.drawing.stage_sheet import write_stages
     from fpmatch.image.extract import extract
-    from fpmatch.image.read import read_image
     from fpmatch.image.recorder import StageRecorder
 
-    picture = read_image(image)
+    picture = read(image)
     recorder = StageRecorder()
     template = extract(picture, ResolutionChoice().of(picture, dpi), recorder=recorder)
     write_stages(recorder.stages, output)

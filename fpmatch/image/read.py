@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.minutiae import MAX_DPI, MIN_DPI, check_dpi
@@ -161,6 +161,10 @@ def read_image(path: str | os.PathLike[str], *, limits: ImageLimits = ImageLimit
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
         raise ImageError(
             f"{path}: image is too large: more than {limits.max_megapixels:g} megapixels"
+        ) from error
+    except UnidentifiedImageError as error:
+        raise ImageReadError(
+            f"{path}: damaged {decoder} image (its header cannot be read)"
         ) from error
     except Exception as error:  # decoders of a damaged file raise almost anything
         raise ImageReadError(f"{path}: damaged {decoder} image ({_in_words(error)})") from error

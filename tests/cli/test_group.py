@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 import pytest
+from PIL import Image
 
 import fpmatch
 from fpmatch.cli.group import SUMMARIES
@@ -98,6 +100,28 @@ def test_a_reader_that_leaves_is_met_in_silence() -> None:
     assert done.returncode == 128 + signal.SIGPIPE
     assert "Traceback" not in done.stderr
     assert "Exception" not in done.stderr
+
+
+@pytest.mark.parametrize("closed", [False, True], ids=["stderr open", "stderr closed"])
+def test_decoders_keep_silent_about_a_damaged_file(tmp_path: Path, closed: bool) -> None:
+    path = tmp_path / "print.tif"
+    noise = np.random.default_rng(3).integers(0, 256, (90, 80), dtype=np.uint8)
+    Image.fromarray(noise).save(path, compression="tiff_lzw")
+    data = bytearray(path.read_bytes())
+    data[200:400] = bytes(255 - byte for byte in data[200:400])
+    path.write_bytes(data)
+    words = f"{sys.executable} -m fpmatch stages {path} -o {tmp_path}/out"
+    done = subprocess.run(
+        ["/bin/sh", "-c", f"{words} 2>&-" if closed else words],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == (0 if closed else 1)
+    assert ("damaged TIFF image" in done.stderr) is not closed
 
 
 def test_the_module_runs_as_the_command(tmp_path: Path) -> None:

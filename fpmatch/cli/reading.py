@@ -1,0 +1,45 @@
+"""Read an image for a command, with nothing on stderr but what fpmatch itself has to say."""
+
+from __future__ import annotations
+
+import os
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from fpmatch.image.read import GreyImage
+
+STDERR: Final = 2
+
+
+def read(path: Path) -> GreyImage:
+    """Read an image as `fpmatch.image.read.read_image` does."""
+    from fpmatch.image.read import read_image
+
+    with _c_libraries_silenced():
+        return read_image(path)
+
+
+@contextmanager
+def _c_libraries_silenced() -> Iterator[None]:
+    """Keep off the terminal what libtiff writes to file descriptor 2 about a damaged file.
+
+    The error that `read_image` raises says it in one line. A command has one thread, so nobody
+    else's words are lost.
+    """
+    try:
+        kept = os.dup(STDERR)
+    except OSError:  # closed by the caller (2>&-): nothing can reach it
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, STDERR)
+    try:
+        yield
+    finally:
+        os.dup2(kept, STDERR)
+        os.close(kept)
+        os.close(nowhere)

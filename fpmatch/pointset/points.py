@@ -55,8 +55,8 @@ def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
 class UnitFrame:
     """Shift points to the origin and scale them by a power of two, so that they span [0, 1]².
 
-    A point x stands at ``x·2**-exponent - (x0, y0)`` in the frame: exact for whole pixels, and
-    within reach of float64 whatever the magnitude of the points.
+    A point x stands at ``(x·2**-magnitude - (x0, y0))·2**-span`` in the frame: exact for whole
+    pixels, and within reach of float64 whatever the magnitude of the points.
 
     Examples
     --------
@@ -66,7 +66,8 @@ class UnitFrame:
     [[0.0, 0.0], [0.75, 0.0]]
     """
 
-    exponent: int = 0
+    magnitude: int = 0
+    span: int = 0
     x0: float = 0.0
     y0: float = 0.0
 
@@ -77,13 +78,19 @@ class UnitFrame:
             return cls()
         magnitude = _exponent(points)
         tamed = np.ldexp(points, -magnitude)  # so that the span of huge points is finite
-        exponent = magnitude + _exponent(tamed - tamed.min(axis=0))
-        x0, y0 = np.ldexp(points, -exponent).min(axis=0).tolist()
-        return cls(exponent, x0, y0)
+        corner = tamed.min(axis=0)
+        x0, y0 = corner.tolist()
+        return cls(magnitude, _exponent(tamed - corner), x0, y0)
+
+    @property
+    def exponent(self) -> int:
+        """Power of two by which the frame is smaller than the points."""
+        return self.magnitude + self.span
 
     def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `points` (N, 2) in the frame."""
-        return np.ldexp(points, -self.exponent) - (self.x0, self.y0)
+        shifted = np.ldexp(points, -self.magnitude) - (self.x0, self.y0)
+        return np.asarray(np.ldexp(shifted, -self.span))
 
 
 def _exponent(values: NDArray[np.float64]) -> int:

@@ -1,0 +1,81 @@
+"""Pair the points of two sets that lie near one another, one to one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.points import as_points
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+
+def pair_one_to_one(p: ArrayLike, q: ArrayLike, tolerance: float) -> NDArray[np.int32]:
+    """Pair the points of `p` and `q` that lie within `tolerance`, nearest pairs first.
+
+    Greedy by distance; equal distances are taken in the order of the pairs' midpoints (x, then
+    y), then of their indices. Exchanging the two sides exchanges the columns and no more.
+
+    Parameters
+    ----------
+    p, q : array_like of float, shape (N, 2) and (M, 2)
+        The points, in one frame.
+    tolerance : float
+        Largest distance of a pair, inclusive, in the units of the points.
+
+    Returns
+    -------
+    ndarray of int32, shape (K, 2)
+        Indices into `p` and `q`, sorted by the first.
+
+    Raises
+    ------
+    PointSetError
+        If a set is malformed or the tolerance is negative or not a number.
+
+    Examples
+    --------
+    >>> pair_one_to_one([[0, 0], [5, 0]], [[4, 0], [9, 9], [6, 0.5]], tolerance=2).tolist()
+    [[1, 0]]
+    """
+    a, b = as_points(p, "p"), as_points(q, "q")
+    if not tolerance >= 0:
+        raise PointSetError(f"tolerance must be 0 or more, not {tolerance:g}")
+    with np.errstate(over="ignore"):  # points too far apart for float64 are no pair
+        i, j = _within(a, b, tolerance)
+    free_p, free_q = [True] * len(a), [True] * len(b)
+    pairs = []
+    for k in _nearest_first(a[i], b[j]):
+        one, other = int(i[k]), int(j[k])
+        if free_p[one] and free_q[other]:
+            free_p[one] = free_q[other] = False
+            pairs.append((one, other))
+    return np.array(sorted(pairs), dtype=np.int32).reshape(-1, 2)
+
+
+def _within(
+    a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return all index pairs within the tolerance, found among neighbours in x."""
+    by_x = b[:, 0].argsort(kind="stable")
+    x = b[by_x, 0]
+    # a hair wider than the test below, so that rounding of the bounds loses nobody
+    reach = tolerance * (1 + 1e-9)
+    first = x.searchsorted(np.nextafter(a[:, 0] - reach, -np.inf), "left")
+    last = x.searchsorted(np.nextafter(a[:, 0] + reach, np.inf), "right")
+    count = last - first
+    i = np.repeat(np.arange(len(a)), count)
+    j = by_x[np.arange(len(i)) + np.repeat(first - (count.cumsum() - count), count)]
+    near = np.hypot(*(a[i] - b[j]).T) <= tolerance
+    return i[near], j[near]
+
+
+def _nearest_first(a: NDArray[np.float64], b: NDArray[np.float64]) -> list[int]:
+    """Return the order in which the pairs a[k], b[k] are taken; the same for b, a."""
+    distance = np.hypot(*(a - b).T)
+    middle = a / 2 + b / 2
+    order: list[int] = np.lexsort((middle[:, 1], middle[:, 0], distance)).tolist()
+    return order

@@ -1,0 +1,227 @@
+"""A one-ring mapped to the unit circle: the paper's section 3.2, for one ring at a time.
+
+Let p_1 … p_d be the ring of a centre p, in order, and b_k = |p_{k+1} - p_k| its sides.
+
+- *Boundary*, eq. (3): u_k = (cos A_k, sin A_k), where A_1 = 0 and A_{k+1} = A_k + 2π·b_k / Σ b.
+- *Weights*, eq. (4), Floater's shape-preserving ones: for every l, the line from p_l through p
+  leaves the ring by the side from p_r to p_{r+1}; p = δ1·p_l + δ2·p_r + δ3·p_{r+1} by its
+  barycentric coordinates there, which give μ_{l,l}, μ_{r,l}, μ_{r+1,l}; λ_k is the mean of
+  μ_{k,l} over l. They are positive, sum to 1, and Σ λ_k p_k = p.
+- *Image* of the centre: c = Σ λ_k u_k, inside the circle.
+- *Area* of the polygon u_1 … u_d: ½ Σ sin(A_{k+1} - A_k), the same for a ring however it is
+  rotated, scaled, moved or mirrored.
+
+Sources: Choi, Lee and Lee, section 3.2; Floater, "Parametrization and smooth approximation of
+surface triangulations", CAGD 14 (1997); Floater, "Mean value coordinates", CAGD 20 (2003).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.points import as_points
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
+
+    Weights = Callable[[ArrayLike, ArrayLike], NDArray[np.float64]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UnitCircle:
+    """Hold a one-ring of d points on the unit circle.
+
+    Parameters
+    ----------
+    angles : ndarray of float64, shape (d,)
+        Where the ring's points stand on the circle, in radians; the first at 0.
+    weights : ndarray of float64, shape (d,)
+        Barycentric weights of the centre in its ring.
+    image : ndarray of float64, shape (2,)
+        The centre's image.
+    area : float
+        Area of the inscribed polygon.
+    """
+
+    angles: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    image: NDArray[np.float64]
+    area: float
+
+    @property
+    def boundary(self) -> NDArray[np.float64]:
+        """The ring's points on the circle, shape (d, 2)."""
+        return np.column_stack([np.cos(self.angles), np.sin(self.angles)])
+
+
+def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.float64]:
+    """Return Floater's shape-preserving weights of a centre in its ring (eq. 4).
+
+    Parameters
+    ----------
+    ring : array_like of float, shape (d, 2)
+        The ring's points in order, either way round; the centre must see each of them in turn,
+        less than half a turn from one to the next, as in a triangulation.
+    centre : array_like of float, shape (2,)
+        The centre.
+
+    Returns
+    -------
+    ndarray of float64, shape (d,)
+        Positive weights that sum to 1 and reproduce the centre.
+
+    Raises
+    ------
+    PointSetError
+        If the ring is no such ring.
+
+    Examples
+    --------
+    >>> shape_preserving_weights([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2]).tolist()
+    [0.25, 0.25, 0.25, 0.25]
+    """
+    away = _seen_from(ring, centre)
+    d = len(away)
+    cross = away.real[:, None] * away.imag - away.imag[:, None] * away.real
+    if cross[0, 1] < 0:  # the ring runs clockwise: mirror it
+        cross = -cross
+    leaves = (cross >= 0) & (np.roll(cross, -1, axis=1) < 0)
+    line = np.arange(d)
+    r = leaves.argmax(axis=1)
+    s = (r + 1) % d
+    share = np.zeros((d, d))
+    share[line, line] = cross[r, s]
+    share[line, r] += cross[s, line]
+    share[line, s] += cross[line, r]
+    share /= share.sum(axis=1, keepdims=True)
+    return np.asarray(share.mean(axis=0))
+
+
+def mean_value_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.float64]:
+    """Return the mean value coordinates of a centre in its ring.
+
+    With α_k the angle at the centre between p_k and p_{k+1}, the weights are proportional to
+    (tan(α_{k-1}/2) + tan(α_k/2)) / |p_k - p|. Smoother in the points than
+    `shape_preserving_weights`, which the paper uses.
+
+    Parameters
+    ----------
+    ring, centre
+        As in `shape_preserving_weights`.
+
+    Returns
+    -------
+    ndarray of float64, shape (d,)
+        Positive weights that sum to 1 and reproduce the centre.
+
+    Raises
+    ------
+    PointSetError
+        If the ring is no such ring.
+
+    Examples
+    --------
+    >>> mean_value_weights([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2]).round(12).tolist()
+    [0.25, 0.25, 0.25, 0.25]
+    """
+    away = _seen_from(ring, centre)
+    half = np.tan(np.abs(np.angle(np.roll(away, -1) / away)) / 2)
+    weights = (np.roll(half, 1) + half) / np.abs(away)
+    return np.asarray(weights / weights.sum())
+
+
+def parametrize(
+    ring: ArrayLike, centre: ArrayLike, weights: Weights = shape_preserving_weights
+) -> UnitCircle:
+    """Map a ring and its centre to the unit circle.
+
+    Parameters
+    ----------
+    ring, centre
+        As in `shape_preserving_weights`. The ring's first point is put at angle 0, the others
+        counter-clockwise from there.
+    weights : callable
+        `shape_preserving_weights` (default) or `mean_value_weights`.
+
+    Returns
+    -------
+    UnitCircle
+        Boundary, weights, image of the centre, and area of the inscribed polygon.
+
+    Raises
+    ------
+    PointSetError
+        If the ring does not go once round the centre.
+
+    Examples
+    --------
+    >>> circle = parametrize([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2])
+    >>> np.degrees(circle.angles).tolist(), round(circle.area, 12)
+    ([0.0, 90.0, 180.0, 270.0], 2.0)
+    """
+    angles = boundary_angles(ring)
+    share = weights(ring, centre)
+    image = share @ np.column_stack([np.cos(angles), np.sin(angles)])
+    return UnitCircle(angles, share, image, inscribed_area(angles))
+
+
+def boundary_angles(ring: ArrayLike) -> NDArray[np.float64]:
+    """Return where a ring's points stand on the unit circle by chord length (eq. 3).
+
+    Parameters
+    ----------
+    ring : array_like of float, shape (d, 2)
+        The ring's points in order.
+
+    Returns
+    -------
+    ndarray of float64, shape (d,)
+        Angles in radians, from 0 up to less than 2π.
+
+    Raises
+    ------
+    PointSetError
+        If there are no points, or all of them coincide.
+
+    Examples
+    --------
+    >>> np.degrees(boundary_angles([[0, 0], [1, 0], [1, 1]])).round(1).tolist()
+    [0.0, 105.4, 210.9]
+    """
+    points = as_points(ring, "ring")
+    side = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
+    if not side.any():
+        raise PointSetError("ring: its points must not all coincide")
+    along = np.concatenate([[0.0], side.cumsum()])
+    return np.asarray(2 * np.pi * along[:-1] / along[-1])
+
+
+def inscribed_area(angles: ArrayLike) -> float:
+    """Return the area of the polygon with corners at `angles` (d,) on the unit circle.
+
+    Examples
+    --------
+    >>> inscribed_area([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])
+    2.0
+    """
+    a = np.asarray(angles, dtype=np.float64)
+    return float(np.sin(np.roll(a, -1) - a).sum() / 2)
+
+
+def _seen_from(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.complex128]:
+    """Return the ring's points seen from the centre, as x + iy, once round it or refused."""
+    points = as_points(ring, "ring")
+    middle = as_points(np.asarray(centre)[None], "centre")
+    away = np.asarray((points - middle).view(np.complex128).ravel())
+    if len(away) < 3 or not away.all():
+        raise PointSetError("ring: expected at least 3 points, none of them the centre itself")
+    turn = np.angle(np.roll(away, -1) / away)
+    if not (np.sign(turn) == np.sign(turn[0])).all() or abs(abs(turn.sum()) - 2 * np.pi) > 1e-6:
+        raise PointSetError("ring: its points must go once round the centre, in order")
+    return away

@@ -1,0 +1,392 @@
+"""Point pattern matching by unit-circle parametrization: the paper's section 3.3 and Fig. 7.
+
+Precomputation, once for each set: triangulate, and map every closed one-ring to the unit circle.
+Local matching: rings p and q are alike where they have as many points and the areas of their
+inscribed polygons differ by no more than a tolerance; a pair of alike rings gives a transform,
+its rotation from the turn that lays one circle on the other. Global matching: overlay the sets by
+each transform and count the points that match; the best one is kept.
+
+What the paper leaves open, and how it is settled here:
+
+- the turn is the cyclic shift under which boundary and centre's image of the two circles
+  correlate most (the paper's "angle differences between c_p and c_q", made steady where a centre
+  stays near the middle); the transform is the least-squares fit of eq. (1) to the two rings;
+- the tolerance of eq. (2), t = λ·r/(2√n), is taken by density: the mean nearest-neighbour
+  distance of n random points over the area of the target's convex hull, times λ;
+- the set with fewer points is moved onto the other, so the result does not depend on which of
+  the two comes first; of transforms with equal counts the first found is kept;
+- the winner is refitted once to the points it matched, and kept in that form where the refitted
+  transform matches no fewer.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset import _one_ring_kernel as kernel
+from fpmatch.pointset.delaunay import triangulate
+from fpmatch.pointset.one_rings import OneRings, map_to_unit_circle
+from fpmatch.pointset.pairing import pair_one_to_one
+from fpmatch.pointset.points import UnitFrame, as_points
+from fpmatch.pointset.similarity import Similarity
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int32]
+
+MAX_EXPONENT: Final = 300
+"""Coordinates and extents reach 2**±300, so that no transform between sets leaves float64."""
+
+
+@dataclass(frozen=True, slots=True)
+class MatchParameters:
+    """Set what counts as a match.
+
+    Parameters
+    ----------
+    area_tolerance : float
+        Largest difference of two inscribed polygons' areas (the unit circle's own area is π).
+    precision : float
+        λ of eq. (2): the matching distance in mean nearest-neighbour distances of the target.
+    tolerance : float or None
+        The matching distance itself, in the units of the larger set; replaces `precision`.
+    matching_factor : float
+        ρ: the search ends with the first transform that matches this share of the smaller set;
+        1 looks at every one unless all points match.
+    max_scale : float
+        Transforms that change the scale by more than this factor, either way, are left out.
+
+    Raises
+    ------
+    PointSetError
+        If a value is outside its range.
+    """
+
+    area_tolerance: float = 0.05
+    precision: float = 0.428
+    tolerance: float | None = None
+    matching_factor: float = 1.0
+    max_scale: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not self.area_tolerance >= 0 or not self.precision >= 0 or not self.max_scale >= 1:
+            raise PointSetError("area tolerance and precision must be 0 or more, max scale 1")
+        if self.tolerance is not None and not 0 <= self.tolerance < math.inf:
+            raise PointSetError(f"tolerance must be 0 or more, not {self.tolerance:g}")
+        if not 0 < self.matching_factor <= 1:
+            raise PointSetError(f"matching factor must be in (0, 1], not {self.matching_factor:g}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedPoints:
+    """Hold a point set made ready for matching: what does not depend on the other set.
+
+    `unit` are the points in `frame`, shape (2, N), `rings` theirs; `spacing` is the mean
+    nearest-neighbour distance by density, in the frame; `by_cell` orders the points by the cells
+    of a grid of `cells` x `cells` and `cell_start` says where each cell begins.
+    """
+
+    points: Floats
+    frame: UnitFrame
+    unit: Floats
+    rings: OneRings
+    spacing: float
+    cells: int
+    cell_start: Ints
+    by_cell: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointMatch:
+    """Hold the result of matching P with Q.
+
+    Parameters
+    ----------
+    transform : Similarity or None
+        Maps P onto Q; None where no transform was found.
+    pairs : ndarray of int32, shape (K, 2)
+        Indices (into P, into Q), one-to-one, sorted by the first.
+    matched_share : float
+        K over the number of points in the smaller set; 0 where a set is empty.
+    rms : float
+        Root mean square distance of the pairs after the transform, in the units of Q.
+    rings : tuple of int
+        Number of closed one-rings in P and in Q.
+    alike : int
+        Number of ring pairs that matched locally.
+    """
+
+    transform: Similarity | None
+    pairs: Ints
+    matched_share: float
+    rms: float
+    rings: tuple[int, int]
+    alike: int
+
+
+def match_points(
+    p: ArrayLike, q: ArrayLike, parameters: MatchParameters | None = None
+) -> PointMatch:
+    """Match two point sets by their one-rings on the unit circle.
+
+    Parameters
+    ----------
+    p, q : array_like of float, shape (N, 2) and (M, 2)
+        The point sets.
+    parameters : MatchParameters, optional
+        What counts as a match.
+
+    Returns
+    -------
+    PointMatch
+        The best transform of `p` onto `q` and what it matches. Exchanging the sets gives the same
+        pairs and the inverse transform.
+
+    Raises
+    ------
+    PointSetError
+        If a set is malformed, or its coordinates or extent are beyond 2**±300.
+
+    Examples
+    --------
+    >>> points = np.random.default_rng(7).uniform(0, 100, (30, 2))
+    >>> moved = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0).apply(points)
+    >>> match = match_points(points, moved)
+    >>> match.matched_share, round(match.transform.scale, 6), round(match.transform.rotation, 6)
+    (1.0, 2.0, 0.5)
+    """
+    return match_prepared(prepare_points(p), prepare_points(q), parameters)
+
+
+def prepare_points(points: ArrayLike) -> PreparedPoints:
+    """Do the precomputation for one set: triangulate it and map its one-rings to the circle.
+
+    Parameters
+    ----------
+    points : array_like of float, shape (N, 2)
+        Any finite points.
+
+    Returns
+    -------
+    PreparedPoints
+        The set, ready for `match_prepared`.
+
+    Raises
+    ------
+    PointSetError
+        If the set is malformed, or its coordinates or extent are beyond 2**±300.
+
+    Examples
+    --------
+    >>> len(prepare_points([[0, 0], [4, 0], [4, 4], [0, 4], [2, 1]]).rings)
+    1
+    """
+    given = as_points(points)
+    frame = UnitFrame.of(given)
+    if len(given) and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT:
+        raise PointSetError(f"points: coordinates or extent beyond 2**±{MAX_EXPONENT}")
+    mesh = triangulate(frame.apply(given))
+    unit = np.ascontiguousarray(mesh.points.T)
+    cells = max(1, math.isqrt(len(given)))
+    column, row = np.minimum(unit * cells, cells - 1).astype(np.int64)
+    cell = row * cells + column
+    by_cell = cell.argsort(kind="stable")
+    return PreparedPoints(
+        points=given,
+        frame=frame,
+        unit=unit,
+        rings=map_to_unit_circle(mesh),
+        spacing=_spacing(unit[:, mesh.hull], len(given)),
+        cells=cells,
+        cell_start=cell[by_cell].searchsorted(np.arange(cells * cells + 1)).astype(np.int32),
+        by_cell=by_cell,
+    )
+
+
+def match_prepared(
+    p: PreparedPoints, q: PreparedPoints, parameters: MatchParameters | None = None
+) -> PointMatch:
+    """Match two prepared sets; see `match_points`."""
+    given = parameters or MatchParameters()
+    if (len(p), p.points.tobytes()) > (len(q), q.points.tobytes()):
+        return _seen_from_the_other_side(match_prepared(q, p, given))
+    tolerance = _tolerance(q, given)
+    alike = rings_alike(p.rings, q.rings, given.area_tolerance)
+    moves = _within_scale(fit_rings(p, q, alike), q.frame.exponent - p.frame.exponent, given)
+    best = best_overlay(p, q, moves, tolerance, given.matching_factor)
+    rings = (len(p.rings), len(q.rings))
+    if best is None:
+        return PointMatch(None, np.empty((0, 2), np.int32), 0.0, 0.0, rings, len(alike))
+    move, pairs = _refit_once(p.unit.T, q.unit.T, _as_similarity(best), tolerance)
+    residual = move.apply(p.unit.T[pairs[:, 0]]) - q.unit.T[pairs[:, 1]]
+    return PointMatch(
+        transform=_in_given_units(move, p.frame, q.frame),
+        pairs=pairs,
+        matched_share=len(pairs) / len(p),
+        rms=math.ldexp(_root_mean_square(residual), q.frame.exponent),
+        rings=rings,
+        alike=len(alike),
+    )
+
+
+def rings_alike(p: OneRings, q: OneRings, area_tolerance: float) -> Ints:
+    """Match locally: return the pairs (K, 2) of rings of equal degree and nearly equal area.
+
+    Parameters
+    ----------
+    p, q : OneRings
+        The rings of the two sets.
+    area_tolerance : float
+        Largest difference of the inscribed polygons' areas.
+
+    Returns
+    -------
+    ndarray of int32, shape (K, 2)
+        Ring of `p`, ring of `q`, in order.
+    """
+    degrees_apart = 8.0  # more than any two areas on the unit circle differ
+    reach = min(area_tolerance, degrees_apart / 2)
+    key_p, key_q = (rings.degree * degrees_apart + rings.area for rings in (p, q))
+    first = key_q.searchsorted(key_p - reach, "left")
+    count = key_q.searchsorted(key_p + reach, "right") - first
+    ring_p = np.repeat(np.arange(len(p)), count)
+    ring_q = np.arange(len(ring_p)) + np.repeat(first - (count.cumsum() - count), count)
+    return np.column_stack([ring_p, ring_q]).astype(np.int32)
+
+
+def fit_rings(p: PreparedPoints, q: PreparedPoints, alike: Ints) -> Floats:
+    """Return the move (s·cos θ, s·sin θ, tx, ty), in the unit frames, of each pair of rings.
+
+    Parameters
+    ----------
+    p, q : PreparedPoints
+        The two sets.
+    alike : ndarray of int32, shape (K, 2)
+        Pairs of rings of equal degree.
+
+    Returns
+    -------
+    ndarray of float64, shape (K, 4)
+        One move a pair.
+    """
+    moves = np.empty((len(alike), 4))
+    a, b = p.rings, q.rings
+    kernel.fit_ring_pairs(
+        alike,
+        *(p.unit, a.centre, a.start, a.vertex, a.circle, a.image),
+        *(q.unit, b.centre, b.start, b.vertex, b.circle, b.image),
+        moves,
+    )
+    return moves
+
+
+def best_overlay(
+    p: PreparedPoints, q: PreparedPoints, moves: Floats, tolerance: float, matching_factor: float
+) -> Floats | None:
+    """Match globally: return the move (4,) under which the most points match, or None.
+
+    Parameters
+    ----------
+    p, q : PreparedPoints
+        The two sets.
+    moves : ndarray of float64, shape (K, 4)
+        Moves in the unit frames.
+    tolerance : float
+        Matching distance in the frame of `q`.
+    matching_factor : float
+        Share of `p` that ends the search.
+
+    Returns
+    -------
+    ndarray of float64, shape (4,), or None
+        The best move; None where no move matches any point.
+    """
+    found = np.empty(2, np.int32)
+    kernel.best_overlay(
+        moves,
+        p.unit,
+        np.ascontiguousarray(q.unit[:, q.by_cell]),
+        q.cell_start,
+        q.cells,
+        tolerance,
+        math.ceil(matching_factor * len(p)),
+        np.full(len(q), -1, np.int32),
+        found,
+    )
+    return moves[found[0]] if found[0] >= 0 else None
+
+
+def _spacing(hull: Floats, n: int) -> float:
+    """Return r/(2√n) of eq. (2) for n points over the area of their hull (2, H)."""
+    x, y = hull
+    area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    return 0.5 * math.sqrt(area / n) if n else 0.0
+
+
+def _tolerance(target: PreparedPoints, parameters: MatchParameters) -> float:
+    """Return the matching distance in the target's unit frame."""
+    if parameters.tolerance is None:
+        return parameters.precision * target.spacing
+    return math.ldexp(parameters.tolerance, -target.frame.exponent)
+
+
+def _within_scale(moves: Floats, exponent: int, parameters: MatchParameters) -> Floats:
+    """Leave out moves that collapse the points or change their scale too much."""
+    scale = np.hypot(moves[:, 0], moves[:, 1])
+    moves, scale = moves[scale > 0], scale[scale > 0]
+    doublings = np.abs(np.log2(scale) + exponent)
+    return np.asarray(moves[doublings <= math.log2(parameters.max_scale)])
+
+
+def _as_similarity(move: Floats) -> Similarity:
+    a, b, tx, ty = move.tolist()
+    return Similarity(math.hypot(a, b), math.atan2(b, a), tx, ty)
+
+
+def _refit_once(
+    p: Floats, q: Floats, move: Similarity, tolerance: float
+) -> tuple[Similarity, Ints]:
+    """Refit a move to the points it matches; keep it as it was where that loses pairs."""
+    pairs = pair_one_to_one(move.apply(p), q, tolerance)
+    if len(pairs) < 2:
+        return move, pairs
+    refitted = Similarity.fit(p[pairs[:, 0]], q[pairs[:, 1]])
+    again = pair_one_to_one(refitted.apply(p), q, tolerance)
+    return (refitted, again) if len(again) >= len(pairs) else (move, pairs)
+
+
+def _root_mean_square(residual: Floats) -> float:
+    return math.sqrt(float((residual * residual).sum(axis=1).mean())) if len(residual) else 0.0
+
+
+def _in_given_units(move: Similarity, p: UnitFrame, q: UnitFrame) -> Similarity:
+    """Return the transform of the points as given from that of their unit frames."""
+    return _entering(q).inverse().after(move).after(_entering(p))
+
+
+def _entering(frame: UnitFrame) -> Similarity:
+    """Return the transform from the points as given into their unit frame."""
+    x0, y0 = math.ldexp(frame.x0, -frame.span), math.ldexp(frame.y0, -frame.span)
+    return Similarity(math.ldexp(1.0, -frame.exponent), 0.0, -x0, -y0)
+
+
+def _seen_from_the_other_side(match: PointMatch) -> PointMatch:
+    transform = match.transform and match.transform.inverse()
+    pairs = match.pairs[:, ::-1]
+    return replace(
+        match,
+        transform=transform,
+        pairs=np.ascontiguousarray(pairs[pairs[:, 0].argsort()]),
+        rms=match.rms * transform.scale if transform else 0.0,
+        rings=match.rings[::-1],
+    )

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.minutiae import STANDARD_DPI, RidgeField
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,8 +21,10 @@ class InkParameters:
 
     Parameters
     ----------
-    neighbourhood_px : float
-        Gaussian deviation of the neighbourhood whose mean and deviation are taken: two ridges.
+    mean_px : float
+        Gaussian deviation of the neighbourhood whose mean parts ridges from valleys.
+    contrast_px : float
+        Gaussian deviation of the neighbourhood over which contrast is measured: two ridges.
     smoothing_px : float
         Gaussian deviation of the smoothing that takes off the grain.
     lightest, darkest : float
@@ -33,16 +35,20 @@ class InkParameters:
         Shares of that contrast below which a place is bare paper, and above which it is print.
     least_contrast : float
         Grey levels under which contrast is the sensor's noise, not ridges.
+    off_print : float
+        How much ink is left where the print's own mask says that there are no ridges.
     """
 
-    neighbourhood_px: float = 10.0
+    mean_px: float = 6.0
+    contrast_px: float = 10.0
     smoothing_px: float = 0.6
-    lightest: float = -0.15
-    darkest: float = 0.85
+    lightest: float = 0.0
+    darkest: float = 0.8
     typical_percentile: float = 85.0
     bare_below: float = 0.15
     full_above: float = 0.40
     least_contrast: float = 3.0
+    off_print: float = 0.2
 
 
 def grey_pixels(name: str, image: Any) -> NDArray[np.uint8]:
@@ -75,7 +81,9 @@ def grey_pixels(name: str, image: Any) -> NDArray[np.uint8]:
 
 
 def ink_coverage(
-    pixels: NDArray[np.uint8], dpi: float, parameters: InkParameters | None = None
+    pixels: NDArray[np.uint8],
+    dpi: float,
+    parameters: InkParameters | None = None,
 ) -> NDArray[np.uint8]:
     """Turn a grey print into the coverage of an ink: ridges full, valleys and background bare.
 
@@ -101,8 +109,8 @@ def ink_coverage(
     p = parameters or InkParameters()
     scale = dpi / STANDARD_DPI
     grey = pixels.astype(np.float32)
-    mean = _blurred(grey, p.neighbourhood_px * scale)
-    variance = _blurred((grey - mean) ** 2, p.neighbourhood_px * scale)
+    mean = _blurred(grey, p.mean_px * scale)
+    variance = _blurred((grey - mean) ** 2, p.contrast_px * scale)
     deviation = np.sqrt(np.maximum(variance, 0))
     darkness = (mean - _blurred(grey, p.smoothing_px * scale)) / np.maximum(deviation, 1e-3)
     tone = np.clip((darkness - p.lightest) / (p.darkest - p.lightest), 0, 1)
@@ -111,6 +119,54 @@ def ink_coverage(
     full = max(p.full_above * typical, 2 * bare)
     printed = np.clip((deviation - bare) / (full - bare), 0, 1)
     return np.asarray(np.rint(255 * tone * printed), dtype=np.uint8)
+
+
+def thinned_off_print(
+    coverage: NDArray[np.uint8],
+    field: RidgeField,
+    factor: float = 1.0,
+    parameters: InkParameters | None = None,
+) -> NDArray[np.uint8]:
+    """Thin an ink where the print has no ridges, so that dirt and frames do not distract.
+
+    Parameters
+    ----------
+    coverage : ndarray of uint8, shape (H, W)
+        The ink of a print, or of one shrunk by `factor`.
+    field : RidgeField
+        Where the print has ridges; one cell more is left on every side.
+    factor : float
+        Pixels of `coverage` to one of the print.
+    parameters : InkParameters, optional
+        How much is left.
+
+    Returns
+    -------
+    ndarray of uint8, shape (H, W)
+        The thinner ink; the same where the field knows of no ridges at all.
+
+    Examples
+    --------
+    >>> nowhere = RidgeField(8.0, np.zeros((5, 5)), np.zeros((5, 5), bool))
+    >>> thinned_off_print(np.full((40, 40), 200, np.uint8), nowhere).min()
+    np.uint8(200)
+    """
+    if not field.mask.any():
+        return coverage
+    left = (parameters or InkParameters()).off_print
+    cells = cv2.dilate(field.mask.astype(np.float32), np.ones((3, 3), np.uint8))
+    height, width = coverage.shape
+    pixels_to_cell = 1 / (factor * field.step)
+    start = (0.5 / factor - 0.5) / field.step - 0.5
+    to_cells = np.array([[pixels_to_cell, 0, start], [0, pixels_to_cell, start]])
+    on_print = cv2.warpAffine(
+        cells,
+        to_cells,
+        (width, height),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
+    return np.rint(coverage * (left + (1 - left) * on_print)).astype(np.uint8)
 
 
 def _blurred(values: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:

@@ -58,13 +58,13 @@ def overlay_legend(width: float, top: float) -> tuple[list[Item], float]:
         [
             ("reference ridges", partial(_ridges, ink=REFERENCE_INK)),
             ("probe ridges, moved", partial(_ridges, ink=PROBE_INK)),
-            ("both: ridges agree", partial(_ridges, ink=both)),
-            ("paired minutiae, joined", _pair),
-            ("unpaired, reference", partial(_mark, style=REFERENCE_UNPAIRED)),
-            ("unpaired, probe", partial(_mark, style=PROBE_UNPAIRED)),
+            ("both together", partial(_ridges, ink=both)),
+            ("paired minutiae", _pair),
+            ("unpaired, of reference", partial(_mark, style=REFERENCE_UNPAIRED)),
+            ("unpaired, of probe", partial(_mark, style=PROBE_UNPAIRED)),
             *_kinds(),
-            ("edge of probe image", partial(_edge, pen=PROBE_EDGE)),
-            ("edge of reference image", partial(_edge, pen=REFERENCE_EDGE)),
+            ("edge of probe", partial(_edge, pen=PROBE_EDGE)),
+            ("edge of reference", partial(_edge, pen=REFERENCE_EDGE)),
         ],
         width,
         top,
@@ -73,7 +73,7 @@ def overlay_legend(width: float, top: float) -> tuple[list[Item], float]:
 
 def side_by_side_legend(width: float, top: float, *, paired: bool) -> tuple[list[Item], float]:
     """Compose the legend of two prints beside each other; returns its items and its height."""
-    entries: list[_Entry] = [("ridges, contrast evened out", partial(_ridges, ink=NEUTRAL_INK))]
+    entries: list[_Entry] = [("ridges", partial(_ridges, ink=NEUTRAL_INK))]
     if paired:
         entries += [
             ("paired, numbered, joined", partial(_mark, style=BESIDE_PROBE_PAIRED)),
@@ -111,7 +111,7 @@ def _mark(
 def _kinds() -> list[_Entry]:
     style = replace(BESIDE_REFERENCE_PAIRED, colour=TEXT_MUTED)
     return [
-        ("ending, its direction", partial(_mark, style=style)),
+        ("ending, with direction", partial(_mark, style=style)),
         ("bifurcation", partial(_mark, style=style, kind=MinutiaKind.BIFURCATION)),
     ]
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.caption import MARGIN, header, odds, verdict
-from fpmatch.drawing.ink import grey_pixels, ink_coverage, shrunk
+from fpmatch.drawing.ink import grey_pixels, ink_coverage, shrunk, thinned_off_print
 from fpmatch.drawing.palette import PANEL_EDGE
 from fpmatch.drawing.placement import magnification, of_shrunk
-from fpmatch.drawing.scene import Box, Ink, Item, Path, Pen, Scene
+from fpmatch.drawing.scene import Box, Group, Ink, Item, Path, Pen, Scene
 from fpmatch.errors import ImageError
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _LEAST_PAGE_WIDTH: Final = 800.0
 _LARGEST_ZOOM: Final = 3.0
 LARGEST_PANEL_SIDE: Final = 2000.0  # page pixels that nothing exceeds
+_LARGEST_INK_SIDE: Final = 4000  # pixels of a print that are looked at; a larger one is shrunk
 _FRAME_PEN: Final = Pen(PANEL_EDGE, width=1.0)
 _MAGNIFICATIONS: Final = (1e-3, 1e3)  # outside, a print is a dot or one flat pixel: not drawn
 
@@ -77,8 +78,10 @@ def ink_of(side: Print, matrix: NDArray[np.float64], colour: Colour, role: str) 
     low, high = _MAGNIFICATIONS
     if not low <= enlarged <= high:
         return None
-    factor = min(enlarged, 1.0)
+    factor = min(enlarged, 1.0, _LARGEST_INK_SIDE / max(side.pixels.shape))
     coverage = ink_coverage(shrunk(side.pixels, factor), side.template.dpi * factor)
+    if side.template.field is not None:
+        coverage = thinned_off_print(coverage, side.template.field, factor)
     return Ink(coverage, colour, matrix @ of_shrunk(factor), role)
 
 
@@ -111,8 +114,12 @@ def page(
     head, head_height = header(verification, width)
     place = Box((width - panel_width) // 2, math.ceil(head_height + 16), panel_width, panel_height)
     foot, foot_height = legend(width, place.bottom + 10)
-    items = (*head, *panel(place), *foot)
     height = math.ceil(place.bottom + 10 + foot_height + 12)
+    items: tuple[Item, ...] = (
+        Group(tuple(head), Box(0, 0, width, head_height), "caption"),
+        *panel(place),
+        Group(tuple(foot), Box(0, place.bottom, width, height - place.bottom), "legend"),
+    )
     return Scene(math.ceil(width), height, items, _description(verification))
 
 

@@ -201,7 +201,8 @@ class _Mask:
 
     def _disc(self, centre: Point, radius: float, value: int = 255) -> None:
         if radius > 0:
-            fixed = round(radius * _OVERSAMPLING * 2**_SUBPIXEL_BITS)
+            # cv2 covers half a cell more than the radius it is given.
+            fixed = max(round((radius * _OVERSAMPLING - 0.5) * 2**_SUBPIXEL_BITS), 0)
             cv2.circle(
                 self.cells,
                 self._fixed(centre),

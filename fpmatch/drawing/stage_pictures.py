@@ -124,16 +124,16 @@ def _faded(backdrop: Picture) -> Picture:
 
 def _share(values: NDArray[Any]) -> NDArray[np.float32]:
     """Return finite values scaled to 0..1 between their outliers; NaN elsewhere."""
-    real = values.astype(np.float64)
-    known = np.isfinite(real)
-    if not known.any():
-        return np.full(values.shape, np.nan, dtype=np.float32)
-    low, high = np.percentile(real[known], [_OUTLIERS, 100 - _OUTLIERS])
-    if high <= low:
-        low, high = real[known].min(), real[known].max()
-    spread = high - low if high > low else 1.0
     share = np.full(values.shape, np.nan, dtype=np.float32)
-    share[known] = np.clip((real[known] - low) / spread, 0, 1)
+    known = np.isfinite(values)
+    if not known.any():
+        return share
+    finite = values[known].astype(np.float64)
+    finite /= np.abs(finite).max() or 1.0  # so that no difference overflows
+    low, high = np.percentile(finite, [_OUTLIERS, 100 - _OUTLIERS])
+    if high <= low:
+        low, high = finite.min(), finite.max()
+    share[known] = np.clip((finite - low) / ((high - low) or 1.0), 0, 1)
     return share
 
 

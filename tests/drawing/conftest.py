@@ -1,0 +1,76 @@
+"""A print with known ridges, and comparisons of it with a moved copy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fpmatch.matching.result import Verification
+from fpmatch.minutiae import Minutiae, Template
+from fpmatch.pointset.similarity import Similarity
+
+PERIOD = 9.0
+TRUE_TRANSFORM = Similarity(1.0, math.radians(12), 18.0, -9.0)
+POSITIONS = np.array([[50.0, 60.0], [80.0, 40.0], [100.0, 110.0], [60.0, 120.0], [120.0, 70.0]])
+
+
+@pytest.fixture(scope="session")
+def probe_image() -> NDArray[np.uint8]:
+    """Rings around a point off the middle, on bare paper outside a disc."""
+    y, x = np.mgrid[:170, :180].astype(float)
+    rings = 128 + 90 * np.cos(2 * np.pi * np.hypot(x - 70, (y - 95) * 1.2) / PERIOD)
+    inside = np.hypot(x - 90, y - 85) < 72
+    return np.where(inside, rings, 240).astype(np.uint8)
+
+
+@pytest.fixture(scope="session")
+def reference_image(probe_image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The same rings, moved by the true transform."""
+    moved = cv2.warpAffine(
+        probe_image, TRUE_TRANSFORM.matrix, (190, 175), flags=cv2.INTER_CUBIC, borderValue=240
+    )
+    return np.asarray(moved, dtype=np.uint8)
+
+
+def minutiae_at(positions: Any, turn: float = 0.0) -> Minutiae:
+    xy = np.asarray(positions, dtype=float).reshape(-1, 2)
+    n = np.arange(len(xy))
+    return Minutiae(xy[:, 0], xy[:, 1], 0.7 * n - turn, n % 3, 20 * n)
+
+
+@pytest.fixture
+def compared(
+    probe_image: NDArray[np.uint8], reference_image: NDArray[np.uint8]
+) -> Callable[..., Verification]:
+    """Return a function that makes a Verification of the two prints, with fields replaced."""
+
+    def make(**changes: Any) -> Verification:
+        height, width = probe_image.shape
+        probe = Template(minutiae_at(POSITIONS), width, height)
+        moved = TRUE_TRANSFORM.apply(POSITIONS) + np.array([1.0, -2.0])
+        height, width = reference_image.shape
+        reference = Template(minutiae_at(moved, TRUE_TRANSFORM.rotation), width, height)
+        fields: dict[str, Any] = {
+            "match": True,
+            "score": 52.0,
+            "fmr": 10**-5.2,
+            "threshold": 40.0,
+            "matcher": "unit-circle",
+            "transform": TRUE_TRANSFORM,
+            "pairs": np.array([[0, 0], [1, 1], [3, 3]], dtype=np.int32),
+            "rms_px": 2.2,
+            "agreement": 0.6,
+            "overlap": 0.9,
+            "reason": "",
+            "probe": probe,
+            "reference": reference,
+        }
+        return Verification(**(fields | changes))
+
+    return make

@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fpmatch.drawing.ink import grey_pixels, ink_coverage, shrunk, thinned_off_print
+from fpmatch.errors import ImageError
+from fpmatch.minutiae import RidgeField
+
+
+def stripes(contrast, level=128.0, period=9.0, shape=(120, 140)):
+    x = np.arange(shape[1])
+    wave = level + contrast * np.cos(2 * np.pi * x / period)
+    return np.broadcast_to(wave, shape).astype(np.uint8)
+
+
+def test_ridges_are_covered_and_valleys_bare():
+    image = stripes(60)
+    coverage = ink_coverage(image, 500)
+    assert coverage.dtype == np.uint8
+    assert coverage.shape == image.shape
+    inner = coverage[30:-30, 30:-30]
+    assert inner[image[30:-30, 30:-30] < 80].min() > 200
+    assert inner[image[30:-30, 30:-30] > 170].max() == 0
+
+
+def test_faint_ridges_show_as_strong_ones_do():
+    strong, faint = ink_coverage(stripes(90), 500), ink_coverage(stripes(12, level=200), 500)
+    difference = np.abs(strong.astype(int) - faint)[20:-20, 20:-20]
+    assert difference.mean() < 15
+
+
+def test_light_does_not_matter():
+    slope = np.linspace(0, 90, 120)[:, None]
+    even, uneven = stripes(50), (stripes(50, level=60) + slope).astype(np.uint8)
+    difference = np.abs(ink_coverage(even, 500).astype(int) - ink_coverage(uneven, 500))
+    assert difference[20:-20, 20:-20].mean() < 15
+
+
+@pytest.mark.parametrize("value", [0, 128, 255])
+def test_uniform_images_are_bare(value):
+    assert not ink_coverage(np.full((60, 50), value, np.uint8), 500).any()
+
+
+def test_sensor_noise_is_bare(rng):
+    noise = (128 + rng.normal(0, 1.5, (100, 100))).astype(np.uint8)
+    assert ink_coverage(noise, 500).mean() < 10
+
+
+def test_resolution_sets_the_neighbourhood():
+    fine = ink_coverage(stripes(60, period=18, shape=(240, 280)), 1000)
+    coarse = ink_coverage(stripes(60), 500)
+    assert fine.mean() == pytest.approx(coarse.mean(), rel=0.05)
+
+
+def test_ink_off_the_print_is_thinned_in_place():
+    mask = np.zeros((10, 10), bool)
+    mask[:, :4] = True
+    field = RidgeField(8.0, np.zeros((10, 10)), mask)
+    full = np.full((80, 80), 200, np.uint8)
+    thin = thinned_off_print(full, field)
+    assert (thin[:, :32] == 200).all()
+    assert thin[:, 48:].max() <= 41
+    half = thinned_off_print(full[:40, :40], field, factor=0.5)
+    assert (half[:, :16] == 200).all()
+    assert half[:, 24:].max() <= 41
+
+
+def test_shrinking_averages():
+    checkers = np.indices((40, 60)).sum(axis=0).astype(np.uint8) % 2 * 200
+    small = shrunk(checkers, 0.5)
+    assert small.shape == (20, 30)
+    assert (small == 100).all()
+    assert shrunk(checkers, 1.0) is checkers
+    assert shrunk(checkers, 1e-9).shape == (1, 1)
+
+
+def test_pixels_are_taken_from_arrays_and_from_what_holds_them():
+    image = stripes(10)
+    assert grey_pixels("probe", image) is image
+    assert grey_pixels("probe", SimpleNamespace(pixels=image)) is image
+
+
+@pytest.mark.parametrize("bad", [np.zeros((4, 4)), np.zeros(4, np.uint8), [[1, 2]], object()])
+def test_other_things_are_refused_by_name(bad):
+    with pytest.raises(ImageError, match=r"^the probe: expected a grey image of 8 bits"):
+        grey_pixels("the probe", bad)

@@ -1,0 +1,286 @@
+from __future__ import annotations
+
+import base64
+import dataclasses
+import math
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fpmatch.drawing.caption import MARGIN
+from fpmatch.drawing.overlay import draw, save_overlay
+from fpmatch.drawing.page import LARGEST_PANEL_SIDE
+from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK
+from fpmatch.errors import ImageError, OutputError
+from fpmatch.minutiae import Minutiae, Template
+from fpmatch.pointset.similarity import Similarity
+
+SVG = "{http://www.w3.org/2000/svg}"
+NO_PAIRS = np.empty((0, 2), dtype=np.int32)
+
+
+def without_minutiae(verification):
+    return dataclasses.replace(
+        verification,
+        pairs=NO_PAIRS,
+        probe=dataclasses.replace(verification.probe, minutiae=Minutiae.empty()),
+        reference=dataclasses.replace(verification.reference, minutiae=Minutiae.empty()),
+    )
+
+
+def panel_of(picture):
+    """Return the part of a page below its header and above its legend."""
+    return picture[200:-80].astype(int)
+
+
+def svg_of(tmp_path, *arguments, **options):
+    path = tmp_path / "overlay.svg"
+    save_overlay(path, *arguments, **options)
+    return ElementTree.parse(path).getroot()
+
+
+def of_class(root, tag, *words):
+    return [e for e in root.iter(SVG + tag) if set(words) <= set(e.get("class", "").split())]
+
+
+def prints_of(root):
+    """Return the part of an overlay that shows the prints, without caption and legend."""
+    return of_class(root, "g", "prints")[0]
+
+
+@pytest.mark.parametrize("side_by_side", [False, True])
+def test_is_an_rgb_picture_and_the_same_every_time(
+    probe_image, reference_image, compared, side_by_side
+):
+    before = probe_image.copy(), reference_image.copy()
+    first = draw(probe_image, reference_image, compared(), side_by_side=side_by_side)
+    again = draw(probe_image, reference_image, compared(), side_by_side=side_by_side)
+    assert first.dtype == np.uint8
+    assert first.ndim == 3
+    assert first.shape[2] == 3
+    np.testing.assert_array_equal(first, again)
+    np.testing.assert_array_equal(probe_image, before[0])
+    np.testing.assert_array_equal(reference_image, before[1])
+
+
+def test_small_prints_are_magnified(probe_image, reference_image, compared):
+    height, width, _ = draw(probe_image, reference_image, compared()).shape
+    assert height > 2 * reference_image.shape[0]
+    assert width > 2 * reference_image.shape[1]
+
+
+def test_ridges_that_agree_turn_dark_and_others_do_not(probe_image, reference_image, compared):
+    right = without_minutiae(compared())
+    half_a_ridge_off = dataclasses.replace(
+        right, transform=dataclasses.replace(right.transform, tx=right.transform.tx + 4.5)
+    )
+
+    def dark_share(verification):
+        panel = panel_of(draw(probe_image, reference_image, verification))
+        inked = panel.min(axis=2) < 150
+        return (panel.max(axis=2) < 110).sum() / inked.sum()
+
+    assert dark_share(right) > 0.6
+    assert dark_share(half_a_ridge_off) < 0.5 * dark_share(right)
+
+
+def test_marks_of_a_pair_lie_where_picture_and_transform_say(
+    tmp_path, probe_image, reference_image, compared
+):
+    verification = compared()
+    root = svg_of(tmp_path, probe_image, reference_image, verification)
+    picture = draw(probe_image, reference_image, verification)
+    probe_dots = of_class(prints_of(root), "circle", "probe", "paired", "ending")
+    reference_rings = of_class(prints_of(root), "circle", "reference", "paired", "ending")
+    assert len(probe_dots) == len(reference_rings) == 1  # pair (1, 1) is the one of two endings
+    x, y = (float(probe_dots[0].get(k)) for k in ("cx", "cy"))
+    ring_x, ring_y = (float(reference_rings[0].get(k)) for k in ("cx", "cy"))
+    assert tuple(picture[int(y), int(x)]) == PROBE_MARK
+    radius = float(reference_rings[0].get("r"))
+    above = picture[int(ring_y - radius), int(ring_x)]
+    assert tuple(above) == REFERENCE_MARK
+    # Reference lies (1, -2) from the moved probe, at the zoom of 3 that so small a print gets.
+    assert (ring_x - x, ring_y - y) == pytest.approx((3.0, -6.0), abs=0.05)
+
+
+def test_ticks_point_in_the_moved_direction(tmp_path, probe_image, reference_image, compared):
+    root = svg_of(tmp_path, probe_image, reference_image, compared())
+    ticks = of_class(prints_of(root), "line", "tick", "probe", "paired")
+    reference_ticks = of_class(prints_of(root), "line", "tick", "reference", "paired")
+    assert len(ticks) == len(reference_ticks) == 3
+
+    def angle(tick):
+        x1, y1, x2, y2 = (float(tick.get(k)) for k in ("x1", "y1", "x2", "y2"))
+        return math.atan2(y1 - y2, x2 - x1)
+
+    for ours, theirs in zip(ticks, reference_ticks, strict=True):
+        assert math.cos(angle(ours) - angle(theirs)) == pytest.approx(1, abs=1e-2)
+    # Minutia 0 points along +x; the transform turns it 12 degrees clockwise on screen.
+    assert math.degrees(angle(ticks[0])) == pytest.approx(-12, abs=0.5)
+
+
+def test_unpaired_minutiae_are_fainter(tmp_path, probe_image, reference_image, compared):
+    root = svg_of(tmp_path, probe_image, reference_image, compared())
+    paired = of_class(prints_of(root), "line", "tick", "paired")
+    unpaired = of_class(prints_of(root), "line", "tick", "unpaired")
+    assert (len(paired), len(unpaired)) == (6, 4)
+    assert {e.get("opacity") for e in paired} == {None}
+    assert all(float(e.get("opacity")) < 1 for e in unpaired)
+
+
+@pytest.mark.parametrize("side_by_side", [False, True])
+def test_svg_joins_every_pair_once(tmp_path, probe_image, reference_image, compared, side_by_side):
+    root = svg_of(tmp_path, probe_image, reference_image, compared(), side_by_side=side_by_side)
+    assert len(of_class(root, "line", "pair")) == 3
+
+
+def test_svg_embeds_both_prints_and_what_they_share(
+    tmp_path, probe_image, reference_image, compared
+):
+    root = svg_of(tmp_path, probe_image, reference_image, compared())
+    images = list(root.iter(SVG + "image"))
+    assert [e.get("class") for e in images] == ["reference ridges", "probe ridges", "agreement"]
+    shapes = []
+    for image in images:
+        head, data = image.get("href").split(",")
+        assert head == "data:image/png;base64"
+        decoded = cv2.imdecode(
+            np.frombuffer(base64.b64decode(data), np.uint8), cv2.IMREAD_UNCHANGED
+        )
+        assert decoded.shape[2] == 4
+        shapes.append(decoded.shape[:2])
+    assert shapes == [reference_image.shape, probe_image.shape, probe_image.shape]
+
+
+def test_svg_escapes_text_and_drops_what_xml_cannot_hold(
+    tmp_path, probe_image, reference_image, compared
+):
+    verification = compared(match=False, reason='<b>&"no"\x00\nridges</b>', transform=None)
+    root = svg_of(tmp_path, probe_image, reference_image, verification)
+    written = " ".join(e.text for e in of_class(root, "text", "reason"))
+    assert written == 'Why: <b>&"no"\ufffd ridges</b>'
+
+
+def test_words_are_on_the_page(tmp_path, probe_image, reference_image, compared):
+    root = svg_of(tmp_path, probe_image, reference_image, compared())
+    words = " | ".join(e.text for e in root.iter(SVG + "text"))
+    for expected in (
+        "MATCH", "52.0", "threshold 40.0", "1 in 160,000", "3 (probe 5, reference 5)", "60 %",
+        "12.0° clockwise", "1.000", "+18.0, -9.0 px", "2.2 px rms", "unit-circle",
+    ):  # fmt: skip
+        assert expected in words
+
+
+def test_stands_side_by_side_where_there_is_no_transform(probe_image, reference_image, compared):
+    nothing = compared(match=False, transform=None, pairs=NO_PAIRS, reason="no common region")
+    np.testing.assert_array_equal(
+        draw(probe_image, reference_image, nothing),
+        draw(probe_image, reference_image, nothing, side_by_side=True),
+    )
+
+
+@settings(
+    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    scale=st.sampled_from([1e-300, 1e-6, 0.01, 0.5, 3.0, 500.0, 1e7, 1e300]),
+    rotation=st.floats(-10, 10),
+    tx=st.sampled_from([0.0, -400.0, 1e5, -1e12, 1e300]),
+    ty=st.sampled_from([0.0, 333.3, -1e6, 1e300]),
+)
+def test_any_transform_yields_a_page_of_bounded_size(
+    tmp_path, probe_image, reference_image, compared, scale, rotation, tx, ty
+):
+    verification = compared(transform=Similarity(scale, rotation, tx, ty))
+    height, width, _ = draw(probe_image, reference_image, verification).shape
+    assert max(height, width) <= LARGEST_PANEL_SIDE + 2 * MARGIN + 400
+    root = svg_of(tmp_path, probe_image, reference_image, verification)
+    numbers = [e.get(k) for e in root.iter() for k in ("cx", "cy", "x1", "y2", "transform")]
+    assert not any("nan" in n or "inf" in n for n in numbers if n)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 300), (300, 2), (20, 5000)])
+@pytest.mark.parametrize("side_by_side", [False, True])
+def test_images_of_any_shape_are_drawn(shape, side_by_side, compared):
+    image = np.random.default_rng(3).integers(0, 256, shape, dtype=np.uint8)
+    template = Template(Minutiae([0.0], [0.0], [1.0]), width=shape[1], height=shape[0])
+    verification = compared(
+        probe=template, reference=template, pairs=np.array([[0, 0]], np.int32),
+        transform=Similarity(),
+    )  # fmt: skip
+    picture = draw(image, image, verification, side_by_side=side_by_side)
+    assert max(picture.shape) <= 2 * LARGEST_PANEL_SIDE + 200
+
+
+def test_prints_of_unlike_resolution_agree_when_scaled(probe_image, reference_image, compared):
+    double = cv2.resize(probe_image, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+    verification = without_minutiae(compared())
+    half = Similarity(0.5, 0.0, -0.25, -0.25)
+    coarse = draw(probe_image, reference_image, verification)
+    fine = draw(
+        double,
+        reference_image,
+        dataclasses.replace(
+            verification,
+            transform=verification.transform.after(half),
+            probe=Template(Minutiae.empty(), double.shape[1], double.shape[0], dpi=1000),
+        ),
+    )
+    assert coarse.shape == fine.shape
+    assert np.abs(panel_of(coarse) - panel_of(fine)).mean() < 6
+
+
+def test_blank_prints_leave_the_paper_bare(compared):
+    blank = np.full((170, 180), 200, np.uint8)
+    template = Template(Minutiae.empty(), 180, 170)
+    verification = compared(probe=template, reference=template, pairs=NO_PAIRS, transform=None)
+    picture = draw(blank, blank, verification)
+    middle = picture[picture.shape[0] // 2, 60 : picture.shape[1] // 2 - 60]
+    assert (middle == 255).all()
+
+
+def test_takes_objects_that_hold_pixels(probe_image, reference_image, compared):
+    held = draw(
+        SimpleNamespace(pixels=probe_image), SimpleNamespace(pixels=reference_image), compared()
+    )
+    np.testing.assert_array_equal(held, draw(probe_image, reference_image, compared()))
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        np.zeros((170, 180)),
+        np.full((170, 180), np.nan),
+        np.zeros((170, 180, 3), np.uint8),
+        np.zeros((0, 180), np.uint8),
+        np.zeros((180, 170), np.uint8),
+        None,
+        "101_1.tif",
+    ],
+    ids=["float", "nan", "rgb", "empty", "other-size", "none", "path"],
+)
+def test_refuses_what_is_not_the_image_of_the_template(image, reference_image, compared):
+    with pytest.raises(ImageError, match="probe image: "):
+        draw(image, reference_image, compared())
+
+
+def test_png_holds_what_draw_draws(tmp_path, probe_image, reference_image, compared):
+    path = tmp_path / "overlay.PNG"
+    save_overlay(path, probe_image, reference_image, compared())
+    stored = cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB)
+    np.testing.assert_array_equal(stored, draw(probe_image, reference_image, compared()))
+    assert [p.name for p in tmp_path.iterdir()] == ["overlay.PNG"]
+
+
+@pytest.mark.parametrize("name", ["overlay.jpg", "overlay", "missing/overlay.png"])
+def test_refuses_to_write_elsewhere_or_otherwise(
+    tmp_path, probe_image, reference_image, compared, name
+):
+    with pytest.raises(OutputError, match="overlay"):
+        save_overlay(tmp_path / name, probe_image, reference_image, compared())
+    assert not any(tmp_path.iterdir())

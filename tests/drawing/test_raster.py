@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.drawing.raster import clipped, paint, paint_over
+from fpmatch.drawing.scene import Box, Circle, Group, Ink, Overprint, Path, Pen, Scene, Text
+
+BLACK = (0, 0, 0)
+coordinates = st.floats(-50, 50)
+
+
+def covered(*items, size=60):
+    """Return the area, in pixels, that black items cover on a white page."""
+    page = paint(Scene(size, size, items))
+    return float((255 - page[:, :, 0].astype(float)).sum() / 255)
+
+
+def test_an_empty_page_is_paper():
+    assert (paint(Scene(7, 5, (), paper=(1, 2, 3))) == (1, 2, 3)).all()
+
+
+@pytest.mark.parametrize("radius", [3.0, 7.5, 20.25])
+def test_a_disc_covers_its_area(radius):
+    disc = Circle((30.3, 29.6), radius, Pen(fill=BLACK))
+    assert covered(disc) == pytest.approx(math.pi * radius**2, rel=0.06)
+
+
+def test_a_ring_covers_its_area():
+    ring = Circle((30.0, 30.0), 15.0, Pen(BLACK, width=3.0))
+    assert covered(ring) == pytest.approx(2 * math.pi * 15 * 3, rel=0.06)
+
+
+@pytest.mark.parametrize("end", [(50.0, 30.0), (45.0, 45.0), (10.0, 48.0)])
+def test_a_line_covers_its_length_times_its_width(end):
+    line = Path(((10.0, 30.0), end), Pen(BLACK, width=3.0))
+    round_ends = math.pi * 1.5**2
+    expected = 3 * math.dist((10.0, 30.0), end) + round_ends
+    assert covered(line) == pytest.approx(expected, rel=0.1)
+
+
+def test_a_filled_square_lies_where_it_should():
+    square = Path(((10, 10), (20, 10), (20, 20), (10, 20)), Pen(fill=BLACK), closed=True)
+    page = paint(Scene(30, 30, (square,)))[:, :, 0]
+    assert (page[11:19, 11:19] == 0).all()
+    assert (page[:9] == 255).all()
+    assert (page[21:] == 255).all()
+
+
+def test_dashes_leave_gaps():
+    through = Path(((5.0, 30.0), (55.0, 30.0)), Pen(BLACK, width=2.0))
+    dashed = Path(through.points, Pen(BLACK, width=2.0, dash=(5.0, 5.0)))
+    assert covered(dashed) < 0.85 * covered(through)
+
+
+def test_opacity_lets_the_paper_through():
+    full = Circle((30.0, 30.0), 10.0, Pen(fill=BLACK))
+    half = Circle((30.0, 30.0), 10.0, Pen(fill=BLACK, opacity=0.5))
+    assert covered(half) == pytest.approx(covered(full) / 2, rel=0.01)
+
+
+def test_a_halo_is_white_around_the_line():
+    black = np.zeros((40, 40, 3), np.uint8)
+    line = Path(((5.0, 20.0), (35.0, 20.0)), Pen((255, 0, 0), width=2.0, halo=4.0))
+    page = paint_over(black, (line,))
+    assert tuple(page[20, 20]) == (255, 0, 0)
+    assert tuple(page[17, 20]) == (255, 255, 255)
+    assert tuple(page[12, 20]) == BLACK
+
+
+def test_a_group_stays_inside_its_clip():
+    disc = Circle((30.0, 30.0), 25.0, Pen(fill=BLACK))
+    page = paint(Scene(60, 60, (Group((disc,), Box(0, 0, 30, 60)),)))
+    assert (page[:, 30:] == 255).all()
+    assert (page[30, 10:29] == 0).all()
+
+
+@pytest.mark.parametrize(
+    "item",
+    [
+        Circle((1e7, -1e7), 5.0, Pen(BLACK, BLACK)),
+        Path(((-1e7, -1e7), (-1e6, -1e7)), Pen(BLACK, halo=2.0)),
+        Text(500.0, 500.0, "far away", 12.0, BLACK),
+        Text(5.0, 20.0, "", 12.0, BLACK),
+        Path(((10.0, 10.0), (10.0, 10.0)), Pen(BLACK, width=0.0, opacity=0.0, dash=(2.0, 2.0))),
+    ],
+)
+def test_what_lies_off_the_page_leaves_it_bare(item):
+    assert covered(item) == 0
+
+
+def test_a_line_across_a_huge_distance_is_drawn_where_it_passes():
+    line = Path(((-1e7, 30.0), (1e7, 30.0)), Pen(BLACK, width=2.0))
+    assert (paint(Scene(60, 60, (line,)))[29:31, :, 0] == 0).all()
+
+
+def test_text_is_written_where_it_is_anchored():
+    def columns(anchor):
+        page = paint(Scene(200, 40, (Text(100.0, 30.0, "HHHH", 20.0, BLACK, anchor),)))
+        return np.flatnonzero((page[:, :, 0] < 128).any(axis=0))
+
+    assert columns("start").min() >= 99
+    assert columns("end").max() <= 101
+    assert abs(columns("middle").mean() - 100) < 2
+
+
+def test_inks_multiply():
+    matrix = np.array([[1.0, 0, 0.5], [0, 1.0, 0.5], [0, 0, 1]])
+    full = np.full((10, 10), 255, np.uint8)
+    orange, blue = Ink(full, (250, 150, 50), matrix), Ink(full, (50, 150, 250), matrix)
+    page = paint(Scene(10, 10, (Overprint(orange, blue),)))
+    assert tuple(page[5, 5]) == (49, 88, 49)
+
+
+def test_an_ink_lies_where_its_matrix_puts_it():
+    coverage = np.zeros((5, 5), np.uint8)
+    coverage[2, 3] = 255
+    matrix = np.array([[3.0, 0, 10.5], [0, 3.0, 4.5], [0, 0, 1]])
+    page = paint(Scene(40, 40, (Ink(coverage, BLACK, matrix),)))
+    row, column = np.unravel_index(page[:, :, 0].argmin(), page.shape[:2])
+    assert (row, column) == (10, 19)  # pixel (3, 2) at (19.5, 10.5), the centre of that page pixel
+
+
+@given(coordinates, coordinates, coordinates, coordinates)
+def test_clipping_keeps_just_what_is_inside(x1, y1, x2, y2):
+    box = Box(-10, -5, 20, 10)
+    piece = clipped((x1, y1), (x2, y2), box)
+    samples = np.linspace(0, 1, 101)[:, None]
+    line = np.array([x1, y1]) + samples * np.array([x2 - x1, y2 - y1])
+    well_inside = [p for p in line if box.grown(-1e-6).holds(tuple(p))]
+    if piece is None:
+        assert not well_inside
+    else:
+        assert all(box.grown(1e-9).holds(end) for end in piece)
+        assert math.dist(*piece) <= math.dist((x1, y1), (x2, y2)) + 1e-9
+        if well_inside:
+            assert math.dist(*piece) >= math.dist(well_inside[0], well_inside[-1]) - 1e-6

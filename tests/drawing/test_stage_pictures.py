@@ -1,0 +1,139 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from fpmatch.drawing.stage_pictures import stage_picture, value_range
+from fpmatch.errors import ImageError
+
+NAMES = [
+    "input", "normalised", "mask", "orientation", "coherence", "period", "enhanced", "binary",
+    "skeleton", "some other stage",
+]  # fmt: skip
+
+
+@given(
+    name=st.sampled_from(NAMES),
+    array=arrays.arrays(
+        st.sampled_from([np.bool_, np.uint8, np.int32, np.float32, np.float64]),
+        arrays.array_shapes(min_dims=2, max_dims=2, max_side=20),
+    ),
+)
+def test_any_plane_of_numbers_is_a_picture(name, array):
+    picture = stage_picture(name, array)
+    assert picture.dtype == np.uint8
+    assert picture.shape == (*array.shape, 3)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("value", [np.nan, np.inf, 0.0])
+def test_fields_without_contrast_or_value_are_drawn(name, value):
+    picture = stage_picture(name, np.full((12, 14), value, np.float32))
+    assert picture.shape == (12, 14, 3)
+
+
+@pytest.mark.parametrize("name", ["input", "binary", "minutiae", "whatever"])
+@pytest.mark.parametrize(
+    "array",
+    [np.zeros(4), np.zeros((0, 5, 2)), np.zeros((2, 2, 2)), np.zeros((2, 3), complex)],
+    ids=["1-d", "empty", "3-d", "complex"],
+)
+def test_what_is_no_picture_is_refused_by_name(name, array):
+    with pytest.raises(ImageError, match=f"stage {name}: "):
+        stage_picture(name, array)
+
+
+def test_the_input_is_shown_as_it_is(whorl):
+    picture = stage_picture("input", whorl)
+    assert all((picture[:, :, channel] == whorl).all() for channel in range(3))
+
+
+def test_ridges_are_dark_in_every_stage(whorl):
+    wave = 127 - whorl.astype(np.float32)  # high on ridges, as normalised and enhanced prints are
+    ridge = (whorl < 60) & np.pad(np.ones((200, 180), bool), 20)
+    valley = (whorl > 200) & np.pad(np.ones((200, 180), bool), 20)
+    for name, array in (
+        ("input", whorl), ("normalised", wave), ("enhanced", wave), ("binary", whorl < 127),
+        ("skeleton", whorl < 127),
+    ):  # fmt: skip
+        picture = stage_picture(name, array).mean(axis=2)
+        assert picture[ridge].mean() + 100 < picture[valley].mean(), name
+
+
+def test_contrast_is_stretched_despite_outliers():
+    field = np.linspace(3.0, 3.1, 2500).reshape(50, 50)
+    field[0, 0] = 1e9
+    picture = stage_picture("anything", field)
+    assert picture[1:].min() < 10
+    assert picture.max() == 255
+
+
+def test_unknown_places_are_white():
+    field = np.linspace(7, 12, 400).reshape(20, 20)
+    field[:, :10] = np.nan
+    for name in ("period", "coherence", "orientation"):
+        picture = stage_picture(name, field)
+        assert (picture[:, :4] == 255).all(), name
+        assert (picture[:, 12:].min(axis=2) < 255).all(), name
+
+
+def test_orientations_have_one_colour_each_half_turn_and_needles_along_them():
+    def drawn(angle):
+        return stage_picture("orientation", np.full((12, 12), angle))
+
+    np.testing.assert_array_equal(drawn(0.3), drawn(0.3 + np.pi))
+    assert (drawn(0.3)[0, 0] != drawn(1.6)[0, 0]).any()
+    dark = drawn(np.pi / 4).max(axis=2) < 120
+    rows, columns = np.nonzero(dark)
+    assert np.corrcoef(rows, columns)[0, 1] < -0.8  # rising to the right, as y points down
+
+
+def test_a_mask_tints_what_it_leaves_out(whorl):
+    mask = np.zeros(whorl.shape, bool)
+    mask[:, :110] = True
+    picture = stage_picture("mask", mask, whorl)
+    assert (picture[:, :110, 0] == whorl[:, :110]).all()
+    assert (picture[:, 110:, 2] > picture[:, 110:, 0]).all()
+
+
+def test_a_backdrop_of_another_size_is_left_out(whorl):
+    mask = np.ones((10, 10), bool)
+    assert (stage_picture("mask", mask, whorl) == 255).all()
+
+
+def test_minutiae_are_marked_where_they_lie(whorl):
+    rows = np.array([[60.0, 80.0, 0.0, 1, 90], [150.0, 40.0, np.pi / 2, 2, 50]], np.float32)
+    bare = stage_picture("minutiae", rows[:0], whorl)
+    marked = stage_picture("minutiae", rows, whorl)
+    assert marked.shape == (480, 440, 3)
+    ys, xs = np.nonzero((marked != bare).any(axis=2))
+    for x, y in (121, 161), (301, 81):
+        near = np.hypot(xs - x, ys - y) < 25
+        assert near.sum() > 50
+    near_any = np.minimum(np.hypot(xs - 121, ys - 161), np.hypot(xs - 301, ys - 81)) < 25
+    assert near_any.all()
+    right_of_first = marked[161, 121 + 14], marked[161, 121 - 14]
+    assert (right_of_first[0] != bare[161, 121 + 14]).any()
+    assert (right_of_first[1] == bare[161, 121 - 14]).all()
+
+
+def test_minutiae_need_no_backdrop():
+    assert stage_picture("minutiae", np.empty((0, 5))).shape == (2, 2, 3)
+    assert stage_picture("minutiae", np.array([[30.0, 20, 0, 0, 0]])).shape == (42, 62, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "array", "words"),
+    [
+        ("minutiae", np.zeros((7, 5)), "7 found"),
+        ("mask", np.array([[True, False]]), "50 % set"),
+        ("input", np.array([[3, 200]], np.uint8), "3 to 200"),
+        ("orientation", np.array([[0.5, np.nan]]), "0.50 to 0.50 rad"),
+        ("enhanced", np.array([[np.nan]]), "no values"),
+    ],
+)
+def test_values_are_told_in_words(name, array, words):
+    assert value_range(name, array) == words

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from fpmatch.drawing.stage_sheet import contact_sheet, stage_picture, write_stages
+from fpmatch.errors import ImageError, OutputError
+
+
+@pytest.fixture
+def stages(whorl):
+    return {
+        "input": whorl,
+        "mask": whorl < 250,
+        "orientation": np.where(whorl < 250, 0.8, np.nan),
+        "skeleton": whorl < 40,
+        "minutiae": np.array([[60.0, 80.0, 0.0, 1, 90]]),
+    }
+
+
+def test_the_sheet_shows_every_stage_at_its_size(stages, whorl):
+    sheet = contact_sheet(stages)
+    assert sheet.dtype == np.uint8
+    height, width = whorl.shape
+    assert sheet.shape[0] * sheet.shape[1] > len(stages) * height * width
+    found = cv2.matchTemplate(sheet, stage_picture("input", whorl), cv2.TM_SQDIFF)
+    assert found.min() == 0
+    mask = stage_picture("mask", stages["mask"], whorl)
+    assert cv2.matchTemplate(sheet, mask, cv2.TM_SQDIFF).min() == 0
+    np.testing.assert_array_equal(sheet, contact_sheet(stages))
+
+
+def test_large_and_tiny_stages_share_a_sheet():
+    sheet = contact_sheet(
+        {"big": np.eye(3000, 2000), "small": np.eye(3), "thin": np.ones((1, 900))}
+    )
+    assert max(sheet.shape) < 2000
+
+
+def test_files_are_numbered_in_the_order_of_the_stages(tmp_path, stages):
+    folder = tmp_path / "a" / "b"
+    written = write_stages(stages, folder)
+    names = [
+        "01_input.png", "02_mask.png", "03_orientation.png", "04_skeleton.png", "05_minutiae.png",
+        "contact_sheet.png",
+    ]  # fmt: skip
+    assert [p.name for p in written] == names
+    assert sorted(p.name for p in folder.iterdir()) == names
+    stored = cv2.imread(str(folder / "contact_sheet.png"))
+    np.testing.assert_array_equal(stored[:, :, ::-1], contact_sheet(stages))
+
+
+def test_names_of_stages_cannot_leave_the_folder(tmp_path):
+    written = write_stages({"../../etc: x": np.eye(4)}, tmp_path / "out")
+    assert written[0] == tmp_path / "out" / "01__etc_x.png"
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_bad_stage_leaves_nothing_written(tmp_path, whorl):
+    with pytest.raises(ImageError, match="stage odd: "):
+        write_stages({"input": whorl, "odd": np.zeros(3)}, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_no_stage_is_an_error(tmp_path):
+    with pytest.raises(OutputError, match="no stage"):
+        write_stages({}, tmp_path / "out")
+
+
+def test_a_file_in_the_way_is_named(tmp_path):
+    (tmp_path / "out").write_bytes(b"")
+    with pytest.raises(OutputError, match="out: cannot be made a folder"):
+        write_stages({"a": np.eye(4)}, tmp_path / "out")
+    assert (tmp_path / "out").read_bytes() == b""

@@ -28,11 +28,10 @@ def extensions() -> list[Extension]:
             ".".join(path.with_suffix("").parts),
             [path.as_posix()],
             extra_compile_args=COMPILE_ARGS,
-            optional=True,
         )
         for path in KERNELS
     ]
-    return cythonize(
+    modules = cythonize(
         modules,
         build_dir="build/cython",
         language_level=3,
@@ -43,6 +42,9 @@ def extensions() -> list[Extension]:
             "initializedcheck": False,
         },
     )
+    for module in modules:
+        module.optional = True  # set here: cythonize makes new extensions and drops it
+    return modules
 
 
 setup(ext_modules=extensions())

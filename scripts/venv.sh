@@ -1,6 +1,5 @@
 # Sourced by the other scripts: find a Python, keep a virtual environment with fpmatch in it.
 
-set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 # Print the path of a Python that can make environments: $PYTHON if set, else the first that suits.

@@ -69,7 +69,7 @@ class MatchParameters:
         If a value is outside its range.
     """
 
-    area_tolerance: float = 0.05
+    area_tolerance: float = 0.1
     precision: float = 0.428
     tolerance: float | None = None
     matching_factor: float = 1.0

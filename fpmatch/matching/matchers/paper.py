@@ -1,0 +1,145 @@
+"""Matcher "paper": the literal method of Choi, Lee and Lee on the positions of minutiae alone.
+
+`fpmatch.pointset.unit_circle_matcher` does the matching; here positions are brought to 500 dpi,
+and its result is put in the words of a comparison. Directions, kinds and qualities are not used,
+and a missing or spurious minutia changes every one-ring it touches: this matcher is kept as the
+yardstick for its tolerant descendant, not for its error rates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from fpmatch.matching.result import Comparison
+from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.unit_circle_matcher import (
+    MatchParameters,
+    PreparedPoints,
+    match_prepared,
+    prepare_points,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.minutiae import Template
+    from fpmatch.pointset.unit_circle_matcher import PointMatch
+
+    Floats = NDArray[np.float64]
+
+MIN_MINUTIAE: Final = 4
+"""The fewest points among which one can have a closed one-ring."""
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedTemplate:
+    """Hold the positions of a template's minutiae at 500 dpi, and the template's own resolution."""
+
+    at_500_dpi: PreparedPoints
+    dpi: float
+
+
+@dataclass(frozen=True, slots=True)
+class PaperMatcher:
+    """Compare templates by the paper's section 3.3; similarity is the share of minutiae matched.
+
+    Parameters
+    ----------
+    parameters : MatchParameters
+        What counts as a match; lengths in pixels at 500 dpi. Default: λ of the middle part of
+        the paper's Table 2, the best of its three on prints.
+    name : str
+        Name of the matcher.
+    """
+
+    parameters: MatchParameters = field(default_factory=lambda: MatchParameters(precision=0.61))
+    name: str = "paper"
+
+    def prepare(self, template: Template) -> PreparedTemplate:
+        """Triangulate the minutiae of `template` and map their one-rings to the unit circle."""
+        xy = template.minutiae.xy.astype(np.float64) * (STANDARD_DPI / template.dpi)
+        return PreparedTemplate(prepare_points(xy), template.dpi)
+
+    def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
+        """Compare two prepared templates.
+
+        Parameters
+        ----------
+        probe, reference : PreparedTemplate
+            What `prepare` returned.
+
+        Returns
+        -------
+        Comparison
+            `similarity` is the share of the smaller template's minutiae that match, 0 to 1.
+        """
+        p, q = probe.at_500_dpi, reference.at_500_dpi
+        match = match_prepared(p, q, self.parameters)
+        if match.transform is None:
+            nothing = np.empty((0, 2), np.int32)
+            return Comparison(0.0, None, nothing, 0.0, 0.0, 0.0, _why_nothing(match, p, q))
+        agreement, overlap = _common_region(match, p.points, q.points)
+        return Comparison(
+            similarity=match.matched_share,
+            transform=_in_input_pixels(match.transform, probe.dpi, reference.dpi),
+            pairs=match.pairs,
+            rms_px=match.rms * reference.dpi / STANDARD_DPI,
+            agreement=agreement,
+            overlap=overlap,
+        )
+
+
+MATCHER: Final = PaperMatcher()
+
+
+def _why_nothing(match: PointMatch, probe: PreparedPoints, reference: PreparedPoints) -> str:
+    """Say in words at which step of the method the two prints had nothing in common."""
+    for side, points, rings in (
+        ("probe", probe, match.rings[0]),
+        ("reference", reference, match.rings[1]),
+    ):
+        if len(points) < MIN_MINUTIAE:
+            return f"too few minutiae: {len(points)} in the {side}"
+        if not rings:
+            return f"no minutia of the {side} has others all round it"
+    if not match.alike:
+        return "no one-ring of the probe is like one of the reference"
+    return "no transform lays minutiae of the probe on minutiae of the reference"
+
+
+def _in_input_pixels(move: Similarity, probe_dpi: float, reference_dpi: float) -> Similarity:
+    """Return the transform between input pixels, given the one between pixels at 500 dpi."""
+    to_reference = Similarity(scale=reference_dpi / STANDARD_DPI)
+    return to_reference.after(move).after(Similarity(scale=STANDARD_DPI / probe_dpi))
+
+
+def _common_region(match: PointMatch, probe: Floats, reference: Floats) -> tuple[float, float]:
+    """Return the share of minutiae in the common region that are paired, and that region's share.
+
+    The region is where the convex hulls of the minutiae, the probe's moved by the transform,
+    overlap; its share is of the smaller hull. A paired minutia counts as lying in it.
+    """
+    assert match.transform is not None
+    moved = match.transform.apply(probe)
+    hull_p, hull_q = (cv2.convexHull(side.astype(np.float32)) for side in (moved, reference))
+    shared_area, region = cv2.intersectConvexConvex(hull_p, hull_q)
+    smaller = min(cv2.contourArea(hull_p), cv2.contourArea(hull_q))
+    overlap = min(shared_area / smaller, 1.0) if smaller > 0 else 0.0
+    common = 0
+    for side, points in enumerate((moved, reference)):
+        inside = _inside(points, np.asarray(region, np.float32) if shared_area > 0 else None)
+        inside[match.pairs[:, side]] = True
+        common += int(inside.sum())
+    return (2 * len(match.pairs) / common if common else 0.0), float(overlap)
+
+
+def _inside(points: Floats, region: NDArray[np.float32] | None) -> NDArray[np.bool_]:
+    """Return which points lie in the convex polygon `region` or on its border."""
+    if region is None:
+        return np.zeros(len(points), bool)
+    return np.array([cv2.pointPolygonTest(region, (x, y), False) >= 0 for x, y in points.tolist()])

@@ -64,7 +64,7 @@ PATTERNS: Final = (  # fingers take them in turn
     Pattern("right loop", (0 + 30j,), (-84 - 100j,), 40.0, 115.0),
     Pattern("arch", (), (), 50.0, 72.0),
     Pattern("left loop", (-6 + 15j,), (80 - 85j,), 36.0, 105.0),
-    Pattern("double loop", (-14 + 50j, 16 - 22j), (-100 - 110j, 95 - 115j), 34.0, 115.0),
+    Pattern("whorl", (-14 + 50j, 16 - 22j), (-100 - 110j, 95 - 115j), 34.0, 115.0),
     Pattern("right loop", (6 + 20j,), (-95 - 80j,), 44.0, 120.0),
     Pattern("tented arch", (0 + 18j,), (3 - 62j,), 42.0, 95.0),
 )
@@ -404,7 +404,7 @@ EDGE_STEEPNESS: Final = 22.0  # relief by which it has lifted one radius further
 CREASE_DEPTH: Final = 3.0  # relief by which creased or scratched skin stays off the glass
 WET_PATCH, DRY_PATCH = -1.1, 0.8
 PATCH_EXTENT: Final = 18.0
-LEGIBLE: Final = 0.75  # a print threshold beyond this fills valleys or loses ridges
+LEGIBLE: Final = 1.0  # a print threshold beyond this fills valleys or loses ridges
 BORDER: Final = 7  # nothing is legible nearer the sensor's border
 
 

@@ -205,7 +205,18 @@ def _as_columns(minutiae: Minutiae, zoom: float) -> NDArray[np.float32]:
 def _ridge_field(
     flow: OrientationField, cells: NDArray[np.bool_], step: float
 ) -> RidgeField | None:
-    """Return the orientation field as a template keeps it, every second cell; None if empty."""
+    """Return the orientation field as a template keeps it, on twice as large cells; None if empty.
+
+    A large cell belongs to the print where at least half of it does.
+    """
     if not cells.any():
         return None
-    return RidgeField(step, flow.orientation, cells)
+    rows, columns = cells.shape
+    even = ((0, rows % 2), (0, columns % 2))
+    inside = np.pad(cells, even)
+    doubled = np.pad(np.exp(2j * flow.orientation) * cells, even)
+    blocks = (inside.shape[0] // 2, 2, inside.shape[1] // 2, 2)
+    orientation = np.mod(np.angle(doubled.reshape(blocks).sum(axis=(1, 3))) / 2, np.pi)
+    return RidgeField(
+        2 * step, orientation.astype(np.float32), inside.reshape(blocks).sum(axis=(1, 3)) >= 2
+    )

@@ -20,7 +20,7 @@ class SegmentationParameters:
     """Set the segmentation; lengths in cells of the spectrum (8 px at 500 dpi)."""
 
     smoothing_cells: float = 1.2
-    min_strength: float = 0.14
+    min_strength: float = 0.10
     min_contrast: float = 8.0
     min_relative_contrast: float = 0.25
     closing_cells: int = 5

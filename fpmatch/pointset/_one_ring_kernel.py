@@ -20,12 +20,13 @@ def centre_images(
     start: cython.int[::1],
     vertex: cython.int[::1],
     circle: cython.double[:, ::1],
+    weight: cython.double[::1],
     image: cython.double[:, ::1],
 ) -> None:
-    """Write each centre's image, Σ λ_k u_k with the shape-preserving weights of eq. (4).
+    """Write the shape-preserving weights λ_k of eq. (4), and each centre's image Σ λ_k u_k.
 
-    `circle` (2, M) holds u_k for each entry of `vertex`; `image` (2, R) is written, with x = 2
-    (outside the circle) where a ring does not go round its centre.
+    `circle` (2, M) holds u_k for each entry of `vertex`; `weight` (M) and `image` (2, R) are
+    written, with x = 2 (outside the circle) where a ring does not go round its centre.
     """
     i: cython.Py_ssize_t
     line: cython.Py_ssize_t
@@ -52,6 +53,8 @@ def centre_images(
         image[0, i] = 0.0
         image[1, i] = 0.0
         for line in range(begin, end):
+            weight[line] = 0.0
+        for line in range(begin, end):
             from_x = point[0, vertex[line]] - x
             from_y = point[1, vertex[line]] - y
             # the line from this vertex through the centre leaves by the side (far, far + 1)
@@ -76,12 +79,13 @@ def centre_images(
                 image[0, i] = 2.0
                 break
             whole = whole * degree
-            image[0, i] += (
-                own * circle[0, line] - next_side * circle[0, far] + side * circle[0, s]
-            ) / whole
-            image[1, i] += (
-                own * circle[1, line] - next_side * circle[1, far] + side * circle[1, s]
-            ) / whole
+            weight[line] += own / whole
+            weight[far] -= next_side / whole
+            weight[s] += side / whole
+        if image[0, i] == 0.0:
+            for line in range(begin, end):
+                image[0, i] += weight[line] * circle[0, line]
+                image[1, i] += weight[line] * circle[1, line]
 
 
 @cython.ccall

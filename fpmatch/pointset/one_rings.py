@@ -29,6 +29,8 @@ class OneRings:
         Points of the rings, counter-clockwise.
     circle : ndarray of float64, shape (2, M)
         The points of the rings on the unit circle (eq. 3), x and y.
+    weight : ndarray of float64, shape (M,)
+        Their shape-preserving weights (eq. 4), which sum to 1 over a ring.
     image : ndarray of float64, shape (2, R)
         The centres' images by shape-preserving weights (eq. 4), x and y.
     area : ndarray of float64, shape (R,)
@@ -39,6 +41,7 @@ class OneRings:
     start: NDArray[np.int32]
     vertex: NDArray[np.int32]
     circle: NDArray[np.float64]
+    weight: NDArray[np.float64]
     image: NDArray[np.float64]
     area: NDArray[np.float64]
 
@@ -80,8 +83,9 @@ def map_to_unit_circle(mesh: Triangulation) -> OneRings:
     xy = np.ascontiguousarray(mesh.points.T)
     angle, side = _chord_angles(xy, start, vertex)
     circle = np.stack([np.cos(angle), np.sin(angle)])
+    weight = np.empty(len(vertex))
     image = np.empty((2, len(centre)))
-    kernel.centre_images(xy, centre, start, vertex, circle, image)
+    kernel.centre_images(xy, centre, start, vertex, circle, weight, image)
     area = _sums(np.sin(side), start) / 2
     inside = (image[0] <= 1).nonzero()[0]
     order = inside[np.lexsort((area[inside], np.diff(start)[inside]))]
@@ -91,6 +95,7 @@ def map_to_unit_circle(mesh: Triangulation) -> OneRings:
         start=start,
         vertex=vertex[entry],
         circle=np.ascontiguousarray(circle[:, entry]),
+        weight=weight[entry],
         image=np.ascontiguousarray(image[:, order]),
         area=area[order],
     )

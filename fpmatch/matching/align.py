@@ -1,0 +1,157 @@
+"""Global match: the transform that lays one print over the other, and the pairs under it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.matching import _align_kernel as kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class AlignmentParameters:
+    """Set the global match; lengths in pixels at 500 dpi.
+
+    Parameters
+    ----------
+    max_turn_deg : float
+        Largest difference in direction within a pair.
+    seed_reach_px, seed_reach_per_px, seed_reach_limit_px : float
+        Reach of the pairing under a seed's own transform: at the seed, its growth with distance
+        from it, and its limit.
+    candidates : int
+        Seeds whose transforms are refined to the end.
+    rigid_rounds, rigid_reach_px : int, float
+        Rounds of refitting the similarity transform, and the reach of their pairing.
+    bend_rounds, bend_sigma_px : int, float
+        Rounds of bending with the skin, and the width over which it is taken to bend alike.
+    bend_reach_px, bend_reach_per_px, bend_reach_limit_px : float
+        Reach of the pairing while bending: beside another pair, its growth with the distance from
+        the nearest other pair, and its limit.
+    """
+
+    max_turn_deg: float = 30.0
+    seed_reach_px: float = 9.0
+    seed_reach_per_px: float = 0.08
+    seed_reach_limit_px: float = 22.0
+    candidates: int = 4
+    rigid_rounds: int = 2
+    rigid_reach_px: float = 16.0
+    bend_rounds: int = 3
+    bend_sigma_px: float = 45.0
+    bend_reach_px: float = 8.0
+    bend_reach_per_px: float = 0.08
+    bend_reach_limit_px: float = 18.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alignment:
+    """Hold how print A lies on print B; minutiae are columns (x, y up, direction c, s).
+
+    Parameters
+    ----------
+    transform : ndarray of float64, shape (4,)
+        (s·cos θ, s·sin θ, tx, ty) at 500 dpi with y pointing up.
+    partner : ndarray of int32, shape (N,)
+        For each minutia of A its partner in B, or -1; one-to-one.
+    weight : ndarray of float64, shape (N,)
+        How well a pair fits, 0 to 1; 0 where there is none.
+    bent : ndarray of float64, shape (4, N)
+        The minutiae of A, moved onto B and bent with the skin.
+    """
+
+    transform: NDArray[np.float64]
+    partner: NDArray[np.int32]
+    weight: NDArray[np.float64]
+    bent: NDArray[np.float64]
+
+
+def align(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    seeds: NDArray[np.int32],
+    parameters: AlignmentParameters | None = None,
+) -> Alignment | None:
+    """Find the alignment under which the most minutiae fit, starting from pairs that look alike.
+
+    Every seed proposes a transform; those with the most support are refitted and re-paired in
+    turn, at first as a similarity transform, then bending smoothly with the skin; the one with the
+    heaviest pairs is kept.
+
+    Parameters
+    ----------
+    a, b : ndarray of float64, shapes (4, N) and (4, M)
+        x and y in pixels at 500 dpi, y pointing up, and the unit vector of the direction.
+    seeds : ndarray of int32, shape (K, 2)
+        Pairs of minutiae whose neighbourhoods are alike, best first.
+    parameters : AlignmentParameters, optional
+        Reaches and rounds.
+
+    Returns
+    -------
+    Alignment or None
+        None where there is no seed.
+    """
+    p = parameters or AlignmentParameters()
+    if not len(seeds):
+        return None
+    n, m = a.shape[1], b.shape[1]
+    min_cosine = math.cos(math.radians(p.max_turn_deg))
+    transforms, support = np.empty((len(seeds), 4)), np.empty(len(seeds))
+    moved, bent, reach = np.empty((4, n)), np.empty((4, n)), np.empty(n)
+    partner, weight = np.empty(n, np.int32), np.empty(n)
+    rival, rival_weight = np.empty(m, np.int32), np.empty(m)
+    scratch = (moved, reach, partner, weight, rival, rival_weight)
+    kernel.support_of_seeds(
+        a,
+        b,
+        seeds,
+        p.seed_reach_px,
+        p.seed_reach_per_px,
+        p.seed_reach_limit_px,
+        min_cosine,
+        transforms,
+        support,
+        *scratch,
+    )
+    best, most = None, -1.0
+    for k in _distinct(transforms, support, p.candidates):
+        total = kernel.refine(
+            a,
+            b,
+            transforms[k],
+            p.rigid_rounds,
+            p.rigid_reach_px,
+            p.bend_rounds,
+            p.bend_sigma_px,
+            p.bend_reach_px,
+            p.bend_reach_per_px,
+            p.bend_reach_limit_px,
+            min_cosine,
+            moved,
+            bent,
+            *scratch[1:],
+        )
+        if total > most:
+            most = total
+            best = Alignment(transforms[k].copy(), partner.copy(), weight.copy(), bent.copy())
+    return best
+
+
+def _distinct(
+    transforms: NDArray[np.float64], support: NDArray[np.float64], count: int
+) -> list[int]:
+    """Return up to `count` seeds of most support, no two of which led to the same transform."""
+    chosen: list[int] = []
+    for k in np.argsort(-support, kind="stable"):
+        if len(chosen) == count:
+            break
+        if not any(np.array_equal(transforms[k], transforms[c]) for c in chosen):
+            chosen.append(int(k))
+    return chosen

@@ -1,0 +1,138 @@
+"""The default matcher: the paper's unit circle, made tolerant and anchored by direction.
+
+The steps are those of the paper's Fig. 7: triangulate and map the one-rings to the unit circle
+(`prepare`), match them locally, let local matches propose a transform, overlay the prints and
+count what agrees.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.matching.align import align
+from fpmatch.matching.local import local_likeness, most_alike
+from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.result import Comparison
+from fpmatch.matching.score import gather_evidence, similarity
+from fpmatch.pointset.similarity import Similarity
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.align import Alignment
+    from fpmatch.matching.score import Evidence
+    from fpmatch.minutiae import Template
+
+MIN_MINUTIAE: Final = 3
+MIN_PAIRS_FOR_SCALE: Final = 6
+
+
+class UnitCircleMatcher:
+    """Compare prints by their Delaunay neighbourhoods on the unit circle.
+
+    References
+    ----------
+    Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization".
+    """
+
+    name = "unit-circle"
+
+    def prepare(self, template: Template) -> PreparedTemplate:
+        """Triangulate the minutiae and map their neighbourhoods to the unit circle."""
+        return prepare(template)
+
+    def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
+        """Match locally, then globally, and weigh what was found.
+
+        The two are taken in the order of their content, so that exchanging them changes nothing
+        but the direction of the transform.
+        """
+        swapped = reference.key < probe.key
+        a, b = (reference, probe) if swapped else (probe, reference)
+        if min(len(a), len(b)) < MIN_MINUTIAE:
+            return _nothing(_too_few(probe, reference))
+        likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
+        alignment = align(a.points, b.points, most_alike(likeness))
+        if alignment is None or not (alignment.partner >= 0).any():
+            return _nothing("no neighbourhood of one print is like one of the other")
+        evidence = gather_evidence(a, b, alignment, likeness)
+        return _comparison(a, b, alignment, evidence, swapped=swapped)
+
+
+MATCHER: Final = UnitCircleMatcher()
+
+
+def _comparison(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    alignment: Alignment,
+    evidence: Evidence,
+    *,
+    swapped: bool,
+) -> Comparison:
+    """Return the result in the user's order and in pixels of the two input images."""
+    ia = np.flatnonzero(alignment.partner >= 0)
+    ib = alignment.partner[ia]
+    pa, pb = _in_input_pixels(a, ia), _in_input_pixels(b, ib)
+    transform = _fit(pa, pb, scale=a.zoom / b.zoom, weights=alignment.weight[ia])
+    pairs = np.column_stack([a.index[ia], b.index[ib]])
+    if swapped:
+        transform = transform.inverse()
+        pairs, pa, pb = pairs[:, ::-1], pb, pa
+        pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
+    residual = transform.apply(pa) - pb
+    return Comparison(
+        similarity=similarity(evidence),
+        transform=transform,
+        pairs=np.ascontiguousarray(pairs, np.int32),
+        rms_px=float(np.sqrt((residual**2).sum(axis=1).mean())),
+        agreement=evidence.agreement,
+        overlap=evidence.overlap,
+        reason=_against(evidence),
+    )
+
+
+def _in_input_pixels(print_: PreparedTemplate, index: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return positions of minutiae, shape (K, 2), x right and y down, in pixels of the image."""
+    return (print_.points[:2, index] * np.array([[1.0], [-1.0]]) / print_.zoom).T
+
+
+def _fit(
+    source: NDArray[np.float64],
+    target: NDArray[np.float64],
+    *,
+    scale: float,
+    weights: NDArray[np.float64],
+) -> Similarity:
+    """Fit the transform; with few pairs the scale is that of the resolutions."""
+    if len(source) >= MIN_PAIRS_FOR_SCALE:
+        return Similarity.fit(source, target, weights)
+    rigid = Similarity.fit(source * scale, target, weights, with_scale=False)
+    return rigid.after(Similarity(scale=scale))
+
+
+def _nothing(reason: str) -> Comparison:
+    return Comparison(0.0, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, reason)
+
+
+def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
+    """Say which side has too few minutiae to be compared."""
+    few = [
+        f"the {name} has no ridges" if not len(side) and not side.region.mask.any()
+        else f"the {name} has too few minutiae ({len(side)})"
+        for name, side in (("probe", probe), ("reference", reference))
+        if len(side) < MIN_MINUTIAE
+    ]
+    return "; ".join(few)
+
+
+def _against(evidence: Evidence) -> str:
+    """Say what speaks most against one finger."""
+    share = f"{evidence.pairs} pairs among {evidence.common} minutiae in the common region"
+    if evidence.overlap < 0.25:
+        return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
+    if evidence.orientation < 0.5:
+        return f"ridge orientations disagree under the best transform: {share}"
+    return f"too few minutiae agree under the best transform: {share}"

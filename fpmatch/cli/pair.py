@@ -19,10 +19,8 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Verification
 
 IMAGE: Final = click.Path(path_type=Path)
-DEFAULT_FMR: Final = 0.0001
 FMR_HELP: Final = (
-    "Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  "
-    f"[default: {DEFAULT_FMR}]"
+    "Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  [default: 0.0001]"
 )
 
 
@@ -98,11 +96,11 @@ def compare(options: PairOptions) -> tuple[GreyImage, GreyImage, Verification]:
 
 def _threshold(options: PairOptions) -> float:
     """Return the score to decide at."""
-    from fpmatch.matching.calibration import fmr_to_score, score_to_fmr
+    from fpmatch.matching.calibration import fmr_to_score
+    from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
     if options.fmr is not None and options.threshold is not None:
         raise click.UsageError("--fmr and --threshold exclude each other")
-    if options.threshold is not None:
-        score_to_fmr(options.threshold)  # refuses what is no score
-        return options.threshold
-    return fmr_to_score(DEFAULT_FMR if options.fmr is None else options.fmr)
+    if options.fmr is not None:
+        return fmr_to_score(options.fmr)
+    return DEFAULT_THRESHOLD if options.threshold is None else options.threshold

@@ -80,7 +80,7 @@ def map_to_unit_circle(mesh: Triangulation) -> OneRings:
     centre = mesh.interior.nonzero()[0].astype(np.int32)
     start, entry = _gather(mesh.ring_start[centre], mesh.ring_start[centre + 1])
     vertex = mesh.ring[entry]
-    xy = np.ascontiguousarray(mesh.points.T)
+    xy = np.array(mesh.points.T, order="C")
     angle, side = _chord_angles(xy, start, vertex)
     circle = np.stack([np.cos(angle), np.sin(angle)])
     weight = np.empty(len(vertex))

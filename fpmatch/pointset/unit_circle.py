@@ -221,7 +221,8 @@ def _seen_from(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.complex128]:
     away = np.asarray((points - middle).view(np.complex128).ravel())
     if len(away) < 3 or not away.all():
         raise PointSetError("ring: expected at least 3 points, none of them the centre itself")
-    turn = np.angle(np.roll(away, -1) / away)
-    if not (np.sign(turn) == np.sign(turn[0])).all() or abs(abs(turn.sum()) - 2 * np.pi) > 1e-6:
+    step = np.roll(away, -1) * away.conjugate()
+    one_way = (step.imag > 0).all() or (step.imag < 0).all()
+    if not one_way or abs(np.angle(step).sum()) > 3 * np.pi:  # 4π is twice round
         raise PointSetError("ring: its points must go once round the centre, in order")
     return away

@@ -196,7 +196,7 @@ def prepare_points(points: ArrayLike) -> PreparedPoints:
     if len(given) and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT:
         raise PointSetError(f"points: coordinates or extent beyond 2**±{MAX_EXPONENT}")
     mesh = triangulate(frame.apply(given))
-    unit = np.ascontiguousarray(mesh.points.T)
+    unit = np.array(mesh.points.T, order="C")
     cells = max(1, math.isqrt(len(given)))
     column, row = np.minimum(unit * cells, cells - 1).astype(np.int64)
     cell = row * cells + column

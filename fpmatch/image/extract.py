@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.image.crossing_number import SkeletonNodes
     from fpmatch.image.orientation import OrientationField
     from fpmatch.image.recorder import Recorder
-    from fpmatch.image.spurious import SkeletonNodes
 
 
 @dataclass(frozen=True, slots=True)

@@ -77,4 +77,4 @@ def ridge_period(
     log_period = (peaked @ np.log(spectrum.periods)) / np.maximum(peaked.sum(axis=2), 1e-12)
     empty = blurred.max(axis=2) <= 0
     log_period[empty] = np.log(spectrum.periods).mean()
-    return np.exp(log_period).astype(np.float32)
+    return np.asarray(np.exp(log_period), np.float32)

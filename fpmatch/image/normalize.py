@@ -78,10 +78,9 @@ def normalize(
     mean = _blur(values, p.window_sigma_px) / share
     deviation = (values - mean) * weight
     variance = _blur(deviation * deviation, p.window_sigma_px) / share
-    contrast = np.sqrt(variance)
-    pixels = -deviation / np.maximum(contrast, p.min_contrast)
-    np.clip(pixels, -p.clip, p.clip, out=pixels)
-    return NormalizedImage(pixels, contrast, valid)
+    contrast = np.sqrt(variance, dtype=np.float32)
+    pixels = np.clip(-deviation / np.maximum(contrast, p.min_contrast), -p.clip, p.clip)
+    return NormalizedImage(np.asarray(pixels, np.float32), contrast, valid)
 
 
 def _flat_border(grey: NDArray[np.uint8], p: NormalizationParameters) -> NDArray[np.bool_]:

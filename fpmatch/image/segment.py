@@ -94,7 +94,7 @@ def _tidy(ridges: NDArray[np.bool_], p: SegmentationParameters) -> NDArray[np.bo
     padded = np.pad(ridges, margin).astype(np.uint8)
     closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _disc(p.closing_cells))
     opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(p.opening_cells))
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
     area = stats[:, cv2.CC_STAT_AREA].copy()
     area[0] = 0
     keep = area >= max(p.min_area_cells, p.min_relative_area * area.max(initial=0))

@@ -100,8 +100,8 @@ def ridge_spectrum(
         shape=(height, width),
         angles=(np.arange(p.angles) * (np.pi / p.angles)).astype(np.float32),
         periods=np.asarray(p.periods_px, np.float32),
-        energy=energy.reshape(rows, columns, p.angles, len(p.periods_px)),
-        total=total.reshape(rows, columns),
+        energy=np.asarray(energy, np.float32).reshape(rows, columns, p.angles, -1),
+        total=np.asarray(total, np.float32).reshape(rows, columns),
     )
 
 

@@ -136,9 +136,8 @@ def keep_genuine(
         True where the node is kept.
     """
     p = parameters or SpuriousParameters()
-    keep = (nodes.crossing_number == 1) | (nodes.crossing_number == 3)
-    keep &= _inside(nodes, mask, p)
-    keep &= ~_bridged(nodes, p)
+    known = np.isin(nodes.crossing_number, (1, 3))
+    keep: NDArray[np.bool_] = known & _inside(nodes, mask, p) & ~_bridged(nodes, p)
     here = np.flatnonzero(keep)
     keep[here] = ~_crowded(nodes, angle, here, p)
     return keep
@@ -152,16 +151,15 @@ def _inside(
     distance = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 3)
     edge = np.minimum.reduce([nodes.x, nodes.y, width - 1 - nodes.x, height - 1 - nodes.y])
     far = distance[nodes.y, nodes.x] >= p.min_mask_distance_px
-    return np.asarray(far & (edge >= p.min_border_distance_px))
+    return np.asarray(far & (edge >= p.min_border_distance_px), bool)
 
 
 def _bridged(nodes: SkeletonNodes, p: SpuriousParameters) -> NDArray[np.bool_]:
     """Tell which bifurcations are joined to another by a short branch: a bridge or a lake."""
     forked = nodes.crossing_number >= 3
-    linked = (nodes.target >= 0) & (nodes.steps <= p.max_bridge_px)
-    linked &= forked[:, None] & forked[np.maximum(nodes.target, 0)]
-    bridged: NDArray[np.bool_] = linked.any(axis=1)
-    return bridged
+    near = (nodes.target >= 0) & (nodes.steps <= p.max_bridge_px)
+    both = forked[:, None] & forked[np.maximum(nodes.target, 0)]
+    return np.asarray((near & both).any(axis=1), bool)
 
 
 def _crowded(
@@ -173,7 +171,7 @@ def _crowded(
     """Tell which of the minutiae `index` crowd another, or face another across a broken ridge."""
     z = nodes.x[index] - 1j * nodes.y[index]
     away = z[:, None] - z[None, :]
-    distance = np.abs(away)
+    distance = np.asarray(np.abs(away), np.float64)
     np.fill_diagonal(distance, np.inf)
     near = distance < p.crowded_px
     ending = nodes.crossing_number[index] == 1

@@ -91,9 +91,7 @@ def guo_hall_table() -> NDArray[np.uint8]:
     for code in range(256):
         n = [bool(code >> k & 1) for k in range(8)]
         east, north_east, north, north_west, west, south_west, south, south_east = n
-        crossings = sum(
-            not n[k] and (n[(k + 1) % 8] or n[(k + 2) % 8]) for k in (0, 2, 4, 6)
-        )
+        crossings = sum(not n[k] and (n[(k + 1) % 8] or n[(k + 2) % 8]) for k in (0, 2, 4, 6))
         pairs_1 = sum(n[k] or n[(k + 1) % 8] for k in (1, 3, 5, 7))
         pairs_2 = sum(n[k] or n[(k + 1) % 8] for k in (0, 2, 4, 6))
         if crossings == 1 and 2 <= min(pairs_1, pairs_2) <= 3:
@@ -112,9 +110,7 @@ def simple_table() -> NDArray[np.uint8]:
     table = np.zeros(256, np.uint8)
     for code in range(256):
         n = [bool(code >> k & 1) for k in range(8)]
-        crossings = sum(
-            not n[k] and (n[(k + 1) % 8] or n[(k + 2) % 8]) for k in (0, 2, 4, 6)
-        )
+        crossings = sum(not n[k] and (n[(k + 1) % 8] or n[(k + 2) % 8]) for k in (0, 2, 4, 6))
         table[code] = crossings == 1 and sum(n) >= 2
     return table
 
@@ -125,4 +121,4 @@ def crossing_number_table() -> NDArray[np.uint8]:
     codes = np.arange(256)
     bits = codes[:, None] >> np.arange(8) & 1
     changes = np.abs(bits - np.roll(bits, 1, axis=1)).sum(axis=1)
-    return (changes // 2).astype(np.uint8)
+    return np.asarray(changes // 2, np.uint8)

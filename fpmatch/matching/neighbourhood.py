@@ -185,7 +185,7 @@ def _in_own_frames(
     importance: NDArray[np.float64],
     p: NeighbourhoodParameters,
 ) -> NDArray[np.float32]:
-    """Return each neighbour's position, direction, 1/tolerance² and weight in the frame of its own."""
+    """Return the rows of `Neighbourhoods.frame`; zeros where a neighbour is not listed."""
     x, y, c, s = points
     own_c, own_s = c[:, None], s[:, None]
     dx, dy = x[neighbour] - x[:, None], y[neighbour] - y[:, None]

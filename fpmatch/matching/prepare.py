@@ -65,7 +65,7 @@ class PreparedTemplate:
     key: bytes
 
     def __len__(self) -> int:
-        return self.points.shape[1]
+        return len(self.index)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -146,8 +147,9 @@ def similarity(evidence: Evidence, parameters: ScoreParameters | None = None) ->
     p = parameters or ScoreParameters()
     for_ = (1.0 + evidence.local) ** p.local_power
     for_ *= (1.0 + max(evidence.circle, 0.0)) ** p.circle_power
-    for_ *= float(np.exp(p.orientation_weight * evidence.orientation))
-    return for_ / (p.unpaired_offset + evidence.unpaired) ** p.unpaired_power
+    for_ *= math.exp(p.orientation_weight * evidence.orientation)
+    against = (p.unpaired_offset + evidence.unpaired) ** p.unpaired_power
+    return float(for_ / against)
 
 
 def _moved_back(

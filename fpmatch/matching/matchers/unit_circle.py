@@ -94,9 +94,10 @@ def _comparison(
     )
 
 
-def _in_input_pixels(print_: PreparedTemplate, index: NDArray[np.intp]) -> NDArray[np.float64]:
+def _in_input_pixels(print_: PreparedTemplate, index: NDArray[np.integer]) -> NDArray[np.float64]:
     """Return positions of minutiae, shape (K, 2), x right and y down, in pixels of the image."""
-    return (print_.points[:2, index] * np.array([[1.0], [-1.0]]) / print_.zoom).T
+    x, y = print_.points[:2, index] / print_.zoom
+    return np.column_stack([x, -y])
 
 
 def _fit(
@@ -120,7 +121,8 @@ def _nothing(reason: str) -> Comparison:
 def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
     """Say which side has too few minutiae to be compared."""
     few = [
-        f"the {name} has no ridges" if not len(side) and not side.region.mask.any()
+        f"the {name} has no ridges"
+        if not len(side) and not side.region.mask.any()
         else f"the {name} has too few minutiae ({len(side)})"
         for name, side in (("probe", probe), ("reference", reference))
         if len(side) < MIN_MINUTIAE

@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher
+from fpmatch.matching.result import Comparison, Matcher
+from fpmatch.minutiae import Minutiae, Template
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.unit_circle_matcher import MatchParameters
+
+
+def template_of(xy: np.ndarray, dpi: float = 500.0) -> Template:
+    minutiae = Minutiae(x=xy[:, 0], y=xy[:, 1], angle=np.zeros(len(xy)))
+    return Template(minutiae, width=400, height=400, dpi=dpi)
+
+
+def positions(seed: int, n: int = 35) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(20, 380, (n, 2)).round()
+
+
+def compare(probe: Template, reference: Template) -> Comparison:
+    matcher: Matcher = MATCHER
+    return matcher.compare(matcher.prepare(probe), matcher.prepare(reference))
+
+
+@pytest.fixture
+def worn() -> tuple[np.ndarray, np.ndarray, Similarity]:
+    """Return a print's minutiae, those of a second impression, and the transform between them."""
+    rng = np.random.default_rng(3)
+    p = positions(3, 40)
+    move = Similarity(1.0, 0.3, 40.0, -25.0)
+    q = move.apply(p + rng.normal(0, 1.5, p.shape))
+    return p, q[(q[:, 0] < 380) | (q[:, 1] < 200)], move
+
+
+def test_it_is_found_by_its_name() -> None:
+    assert get_matcher("paper") is MATCHER
+    assert MATCHER.name == "paper"
+
+
+def test_second_impression_matches(worn: tuple[np.ndarray, np.ndarray, Similarity]) -> None:
+    p, q, move = worn
+    found = compare(template_of(p), template_of(q))
+    assert found.similarity > 0.9
+    assert found.reason == ""
+    assert found.rms_px < 3
+    assert found.agreement > 0.9
+    assert 0.7 < found.overlap <= 1
+    assert found.transform is not None
+    assert found.transform.apply(p) == pytest.approx(move.apply(p), abs=4)
+
+
+def test_strangers_are_less_alike_than_impressions(
+    worn: tuple[np.ndarray, np.ndarray, Similarity],
+) -> None:
+    p, q, _ = worn
+    genuine = compare(template_of(p), template_of(q))
+    for seed in range(10, 20):
+        stranger = compare(template_of(p), template_of(positions(seed)))
+        assert stranger.similarity < 0.7 * genuine.similarity
+        assert stranger.agreement < genuine.agreement
+
+
+@pytest.mark.parametrize(("probe_dpi", "reference_dpi"), [(1000, 500), (500, 569), (1000, 250)])
+def test_transform_is_in_the_pixels_of_both_inputs(probe_dpi: float, reference_dpi: float) -> None:
+    p = positions(5)
+    q = Similarity(1.0, -0.5, 12.0, 90.0).apply(p)
+    probe, reference = p * probe_dpi / 500, q * reference_dpi / 500
+    found = compare(template_of(probe, probe_dpi), template_of(reference, reference_dpi))
+    assert found.similarity == 1
+    assert found.transform is not None
+    assert found.transform.apply(probe) == pytest.approx(reference, abs=1e-2)
+    assert found.transform.scale == pytest.approx(reference_dpi / probe_dpi, rel=1e-4)
+
+
+def test_residual_is_in_reference_pixels(worn: tuple[np.ndarray, np.ndarray, Similarity]) -> None:
+    p, q, _ = worn
+    plain = compare(template_of(p), template_of(q))
+    fine = compare(template_of(p), template_of(q * 2, dpi=1000))
+    assert fine.rms_px == pytest.approx(2 * plain.rms_px, rel=1e-3)
+    assert fine.pairs.tolist() == plain.pairs.tolist()
+
+
+@given(st.integers(0, 10_000), st.sampled_from([500.0, 569.0]))
+def test_exchanging_the_sides_gives_the_same_to_the_last_bit(seed: int, dpi: float) -> None:
+    rng = np.random.default_rng(seed)
+    p = positions(seed, int(rng.integers(0, 30)))
+    q = np.vstack([p[::2] + rng.normal(0, 2, p[::2].shape), positions(seed + 1, 12)])
+    forth = compare(template_of(p, dpi), template_of(q))
+    back = compare(template_of(q), template_of(p, dpi))
+    assert forth.similarity == back.similarity
+    assert {*map(tuple, forth.pairs.tolist())} == {(j, i) for i, j in back.pairs.tolist()}
+    assert (forth.transform is None) == (back.transform is None)
+    if forth.transform and back.transform:
+        again = back.transform.inverse()
+        assert again.apply(p) == pytest.approx(forth.transform.apply(p), abs=1e-6)
+        assert forth.agreement == pytest.approx(back.agreement, abs=0.1)
+
+
+def test_result_is_within_its_ranges() -> None:
+    for seed in range(30):
+        found = compare(template_of(positions(seed, 12)), template_of(positions(seed + 50, 20)))
+        assert 0 <= found.similarity <= 1
+        assert 0 <= found.agreement <= 1
+        assert 0 <= found.overlap <= 1
+        assert math.isfinite(found.rms_px)
+
+
+@pytest.mark.parametrize(
+    ("probe", "reference", "reason"),
+    [
+        (positions(1, 0), positions(2), "too few minutiae: 0 in the probe"),
+        (positions(1), positions(2, 3), "too few minutiae: 3 in the reference"),
+        (np.arange(16.0).reshape(8, 2), positions(2), "no minutia of the probe has others"),
+        (
+            np.array([[0, 0], [40, 0], [20, 40], [20, 15]]),
+            np.array([[0, 0], [40, 0], [40, 40], [0, 40], [20, 21]]),
+            "no one-ring of the probe is like one of the reference",
+        ),
+    ],
+)
+def test_nothing_in_common_is_explained(
+    probe: np.ndarray, reference: np.ndarray, reason: str
+) -> None:
+    found = compare(template_of(probe), template_of(reference))
+    assert found.reason.startswith(reason)
+    assert (found.similarity, found.transform, len(found.pairs)) == (0.0, None, 0)
+
+
+def test_transform_that_matches_no_minutia_is_none() -> None:
+    exact = PaperMatcher(MatchParameters(area_tolerance=3.0, tolerance=0.0))
+    sides = (exact.prepare(template_of(positions(seed, 9))) for seed in (1, 2))
+    found = exact.compare(*sides)
+    assert found.transform is None
+    assert found.reason == "no transform lays minutiae of the probe on minutiae of the reference"

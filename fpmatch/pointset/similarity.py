@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset.points import as_points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -94,8 +95,8 @@ class Similarity:
         >>> Similarity.fit(p, Similarity(2.0, 0.5, 3.0, -1.0).apply(p)).scale
         2.0
         """
-        p = _points("source", source)
-        q = _points("target", target)
+        p = as_points(source, "source")
+        q = as_points(target, "target")
         if p.shape != q.shape or not len(p):
             raise PointSetError(
                 f"a fit needs as many target as source points, at least one: {len(p)} and {len(q)}"
@@ -129,7 +130,7 @@ class Similarity:
 
     def apply(self, points: ArrayLike) -> NDArray[np.float64]:
         """Map `points` (array_like, shape (N, 2)); returns float64 of the same shape."""
-        p = _points("points", points)
+        p = as_points(points)
         linear = self.scale * _rotation_matrix(self.rotation)
         moved: NDArray[np.float64] = p @ linear.T + (self.tx, self.ty)
         return moved
@@ -149,18 +150,6 @@ class Similarity:
             float(t[0]),
             float(t[1]),
         )
-
-
-def _points(name: str, points: ArrayLike) -> NDArray[np.float64]:
-    """Return `points` as float64 of shape (N, 2), finite, or refuse them."""
-    array = np.asarray(points, dtype=np.float64)
-    if array.size == 0:
-        return array.reshape(0, 2)
-    if array.ndim != 2 or array.shape[1] != 2:
-        raise PointSetError(f"{name}: expected an array of shape (N, 2), not {array.shape}")
-    if not np.isfinite(array).all():
-        raise PointSetError(f"{name}: coordinates must be finite")
-    return array
 
 
 def _rotation_matrix(angle: float) -> NDArray[np.float64]:

@@ -23,26 +23,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset import _one_ring_kernel as kernel
-from fpmatch.pointset.delaunay import triangulate
-from fpmatch.pointset.one_rings import OneRings, map_to_unit_circle
 from fpmatch.pointset.pairing import pair_one_to_one
-from fpmatch.pointset.points import UnitFrame, as_points
+from fpmatch.pointset.prepared_points import PreparedPoints, prepare_points
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.pointset.one_rings import OneRings
+
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
-
-MAX_EXPONENT: Final = 300
-"""Coordinates and extents reach 2**±300, so that no transform between sets leaves float64."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,28 +79,6 @@ class MatchParameters:
             raise PointSetError(f"tolerance must be 0 or more, not {self.tolerance:g}")
         if not 0 < self.matching_factor <= 1:
             raise PointSetError(f"matching factor must be in (0, 1], not {self.matching_factor:g}")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PreparedPoints:
-    """Hold a point set made ready for matching: what does not depend on the other set.
-
-    `unit` are the points in `frame`, shape (2, N), `rings` theirs; `spacing` is the mean
-    nearest-neighbour distance by density, in the frame; `by_cell` orders the points by the cells
-    of a grid of `cells` x `cells` and `cell_start` says where each cell begins.
-    """
-
-    points: Floats
-    frame: UnitFrame
-    unit: Floats
-    rings: OneRings
-    spacing: float
-    cells: int
-    cell_start: Ints
-    by_cell: NDArray[np.int64]
-
-    def __len__(self) -> int:
-        return len(self.points)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,51 +143,6 @@ def match_points(
     return match_prepared(prepare_points(p), prepare_points(q), parameters)
 
 
-def prepare_points(points: ArrayLike) -> PreparedPoints:
-    """Do the precomputation for one set: triangulate it and map its one-rings to the circle.
-
-    Parameters
-    ----------
-    points : array_like of float, shape (N, 2)
-        Any finite points.
-
-    Returns
-    -------
-    PreparedPoints
-        The set, ready for `match_prepared`.
-
-    Raises
-    ------
-    PointSetError
-        If the set is malformed, or its coordinates or extent are beyond 2**±300.
-
-    Examples
-    --------
-    >>> len(prepare_points([[0, 0], [4, 0], [4, 4], [0, 4], [2, 1]]).rings)
-    1
-    """
-    given = as_points(points)
-    frame = UnitFrame.of(given)
-    if len(given) and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT:
-        raise PointSetError(f"points: coordinates or extent beyond 2**±{MAX_EXPONENT}")
-    mesh = triangulate(frame.apply(given))
-    unit = np.array(mesh.points.T, order="C")
-    cells = max(1, math.isqrt(len(given)))
-    column, row = np.minimum(unit * cells, cells - 1).astype(np.int64)
-    cell = row * cells + column
-    by_cell = cell.argsort(kind="stable")
-    return PreparedPoints(
-        points=given,
-        frame=frame,
-        unit=unit,
-        rings=map_to_unit_circle(mesh),
-        spacing=_spacing(unit[:, mesh.hull], len(given)),
-        cells=cells,
-        cell_start=cell[by_cell].searchsorted(np.arange(cells * cells + 1)).astype(np.int32),
-        by_cell=by_cell,
-    )
-
-
 def match_prepared(
     p: PreparedPoints, q: PreparedPoints, parameters: MatchParameters | None = None
 ) -> PointMatch:
@@ -230,7 +160,7 @@ def match_prepared(
     move, pairs = _refit_once(p.unit.T, q.unit.T, _as_similarity(best), tolerance)
     residual = move.apply(p.unit.T[pairs[:, 0]]) - q.unit.T[pairs[:, 1]]
     return PointMatch(
-        transform=_in_given_units(move, p.frame, q.frame),
+        transform=q.leave_frame.after(move).after(p.enter_frame),
         pairs=pairs,
         matched_share=len(pairs) / len(p),
         rms=math.ldexp(_root_mean_square(residual), q.frame.exponent),
@@ -326,13 +256,6 @@ def best_overlay(
     return moves[found[0]] if found[0] >= 0 else None
 
 
-def _spacing(hull: Floats, n: int) -> float:
-    """Return r/(2√n) of eq. (2) for n points over the area of their hull (2, H)."""
-    x, y = hull
-    area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
-    return 0.5 * math.sqrt(area / n) if n else 0.0
-
-
 def _tolerance(target: PreparedPoints, parameters: MatchParameters) -> float:
     """Return the matching distance in the target's unit frame."""
     if parameters.tolerance is None:
@@ -367,17 +290,6 @@ def _refit_once(
 
 def _root_mean_square(residual: Floats) -> float:
     return math.sqrt(float((residual * residual).sum(axis=1).mean())) if len(residual) else 0.0
-
-
-def _in_given_units(move: Similarity, p: UnitFrame, q: UnitFrame) -> Similarity:
-    """Return the transform of the points as given from that of their unit frames."""
-    return _entering(q).inverse().after(move).after(_entering(p))
-
-
-def _entering(frame: UnitFrame) -> Similarity:
-    """Return the transform from the points as given into their unit frame."""
-    x0, y0 = math.ldexp(frame.x0, -frame.span), math.ldexp(frame.y0, -frame.span)
-    return Similarity(math.ldexp(1.0, -frame.exponent), 0.0, -x0, -y0)
 
 
 def _seen_from_the_other_side(match: PointMatch) -> PointMatch:

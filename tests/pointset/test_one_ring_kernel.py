@@ -10,13 +10,12 @@ from hypothesis import given, settings
 from pointset_strategies import seeds
 
 from fpmatch.pointset import _one_ring_kernel, one_rings, unit_circle_matcher
+from fpmatch.pointset.prepared_points import PreparedPoints, prepare_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle_matcher import (
-    PreparedPoints,
     best_overlay,
     fit_rings,
     match_points,
-    prepare_points,
     rings_alike,
 )
 

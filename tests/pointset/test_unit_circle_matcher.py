@@ -8,14 +8,13 @@ from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.points import UnitFrame
+from fpmatch.pointset.prepared_points import MAX_EXPONENT, prepare_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle_matcher import (
-    MAX_EXPONENT,
     MatchParameters,
     PointMatch,
     match_points,
     match_prepared,
-    prepare_points,
     rings_alike,
 )
 

@@ -16,12 +16,11 @@ import numpy as np
 
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.pointset.prepared_points import PreparedPoints, prepare_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle_matcher import (
     MatchParameters,
-    PreparedPoints,
     match_prepared,
-    prepare_points,
 )
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.caption import odds, verdict
+from fpmatch.matching.calibration import MAX_SCORE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,9 +20,10 @@ LABEL_WIDTH: Final = 12
 def as_text(verification: Verification) -> str:
     """Return decision, evidence and reason, the decision on the first line."""
     v = verification
+    bound = "at most " if v.score >= MAX_SCORE else ""  # the score is clipped there
     rows = [
         ("Score", f"{v.score:.1f} on a scale to 100; a match needs {v.threshold:.1f}"),
-        ("FMR", f"{odds(v.fmr)} pairs of different fingers scores as high"),
+        ("FMR", f"{bound}{odds(v.fmr)} pairs of different fingers scores as high"),
         (
             "Minutiae",
             f"{len(v.pairs)} pairs among {len(v.probe.minutiae)} of the probe "

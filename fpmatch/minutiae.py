@@ -254,6 +254,6 @@ def _real_column(name: str, values: ArrayLike, length: int | None = None) -> NDA
         raise MinutiaeError(f"minutiae: {name} must be one-dimensional, not {column.ndim}-D")
     if length is not None and column.size != length:
         raise MinutiaeError(f"minutiae: {name} has {column.size} values where x has {length}")
-    if not np.isfinite(column).all():
-        raise MinutiaeError(f"minutiae: {name} has values that are not finite")
+    if not (np.abs(column) <= np.finfo(np.float32).max).all():
+        raise MinutiaeError(f"minutiae: {name} has values that are not finite in float32")
     return column

@@ -21,9 +21,10 @@ def as_text(verification: Verification) -> str:
     """Return decision, evidence and reason, the decision on the first line."""
     v = verification
     bound = "at most " if v.score >= MAX_SCORE else ""  # the score is clipped there
+    caution = f" (extrapolated: measured up to {odds(v.fmr_reach)})" if v.extrapolated else ""
     rows = [
         ("Score", f"{v.score:.1f} on a scale to 100; a match needs {v.threshold:.1f}"),
-        ("FMR", f"{bound}{odds(v.fmr)} pairs of different fingers scores as high"),
+        ("FMR", f"{bound}{odds(v.fmr)} pairs of different fingers scores as high{caution}"),
         (
             "Minutiae",
             f"{len(v.pairs)} pairs among {len(v.probe.minutiae)} of the probe "

@@ -67,7 +67,7 @@ def evidence(verification: Verification) -> list[Fact]:
     v = verification
     n_probe, n_reference = len(v.probe.minutiae), len(v.reference.minutiae)
     found = [
-        ("False match rate", odds(v.fmr)),
+        ("False match rate", odds(v.fmr) + (", extrapolated" if v.extrapolated else "")),
         ("Minutiae paired", f"{len(v.pairs)} (probe {n_probe}, reference {n_reference})"),
     ]
     if v.transform is not None:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.report import EvaluationReport
 
+_TINY: Final = 1e-290  # below, numbers lose digits
 _DIGITS: Final = 9  # significant digits kept, so that files do not differ by rounding
 
 
@@ -138,6 +139,7 @@ def fit_calibration(
     s = np.sort(np.asarray(impostor_similarities, dtype=np.float64).ravel())
     if not np.isfinite(s).all():
         raise MatcherError("calibration: impostor similarities must be finite numbers")
+    s[np.abs(s) < _TINY] = 0.0
     if s.size < parameters.min_impostors:
         raise MatcherError(
             f"calibration: {s.size} impostor comparisons are too few; "

@@ -92,6 +92,8 @@ def filter_with_numpy(
     """Do what the kernel does in numpy: the uncompiled path, and the kernel's oracle."""
     side = bank.shape[1]
     windows = np.lib.stride_tricks.sliding_window_view(padded, (side, bank.shape[2]))
+    if not len(which):
+        return
     order = np.argsort(which, kind="stable")
     used, starts = np.unique(which[order], return_index=True)
     for index, members in zip(used, np.split(order, starts[1:]), strict=True):

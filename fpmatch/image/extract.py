@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
+from fpmatch.errors import ImageError
 from fpmatch.image.binarize import BinarizationParameters, binarize
 from fpmatch.image.crossing_number import find_nodes
 from fpmatch.image.enhance import EnhancementParameters, enhance
@@ -20,7 +21,7 @@ from fpmatch.image.orientation import (
     ridge_orientation,
 )
 from fpmatch.image.quality import QualityParameters, minutia_quality
-from fpmatch.image.read import GreyImage, as_grey, read_image
+from fpmatch.image.read import GreyImage, ImageLimits, as_grey, read_image
 from fpmatch.image.recorder import NoRecorder
 from fpmatch.image.segment import SegmentationParameters, mask_at_pixels, segment
 from fpmatch.image.spectrum import SpectrumParameters, ridge_spectrum
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from fpmatch.image.crossing_number import SkeletonNodes
     from fpmatch.image.orientation import OrientationField
     from fpmatch.image.recorder import Recorder
+
+MIN_SIDE_PX: Final = 32  # at 500 dpi: one window of the ridge spectrum
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +107,11 @@ def extract(
     p = parameters or ExtractionParameters()
     note = recorder or NoRecorder()
     source = _as_image(image)
-    resolution = check_dpi(dpi or source.dpi or STANDARD_DPI)
-    grey, zoom = resample(source.pixels, resolution)
+    resolution = check_dpi(next(d for d in (dpi, source.dpi, STANDARD_DPI) if d is not None))
+    try:
+        grey, zoom = resample(source.pixels, resolution)
+    except ImageError as error:
+        raise ImageError(f"{source.source}: {error}") from error
     note.record("input", grey)
 
     normalized = normalize(grey, p.normalization)
@@ -159,6 +165,11 @@ def resample(grey: NDArray[np.uint8], dpi: float) -> tuple[NDArray[np.uint8], fl
         The image at 500 dpi; the image itself where it is so already.
     float
         The zoom: 500 / dpi.
+
+    Raises
+    ------
+    ImageError
+        If the image is too small or too large for a print at this resolution.
     """
     zoom = STANDARD_DPI / dpi
     if abs(zoom - 1.0) < 1e-3:
@@ -166,7 +177,16 @@ def resample(grey: NDArray[np.uint8], dpi: float) -> tuple[NDArray[np.uint8], fl
     interpolation = cv2.INTER_AREA if zoom < 0.75 else cv2.INTER_CUBIC
     height, width = grey.shape
     size = (max(1, round(width * zoom)), max(1, round(height * zoom)))
+    _check_resampled(size, dpi)
     return np.asarray(cv2.resize(grey, size, interpolation=interpolation), np.uint8), zoom
+
+
+def _check_resampled(size: tuple[int, int], dpi: float) -> None:
+    """Refuse what is too large or too small for a print once it is at 500 dpi."""
+    try:
+        ImageLimits(min_side_px=MIN_SIDE_PX).check(*size)
+    except ImageError as error:
+        raise ImageError(f"resampled from {dpi:g} to {STANDARD_DPI:g} dpi, {error}") from error
 
 
 def _as_image(image: str | Path | GreyImage | NDArray[np.generic]) -> GreyImage:

@@ -80,6 +80,11 @@ class Calibration:
         if not (math.isfinite(self.tail_shape) and self.tail_shape >= 0):
             raise MatcherError("calibration: the tail's shape must not be negative")
 
+    @property
+    def reach(self) -> float:
+        """Score up to which the impostor data reach; what lies above is extrapolated."""
+        return self.knots[-1][1]
+
     def score(self, similarity: float) -> float:
         """Return the score of one similarity."""
         return float(self.scores(similarity))

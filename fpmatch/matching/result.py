@@ -83,6 +83,8 @@ class Verification:
         Where the answer is no: why, in words; "" for a match.
     probe, reference : Template
         The two templates compared.
+    fmr_reach : float
+        Lowest FMR that the calibration data measure; a lower `fmr` is extrapolated.
     """
 
     match: bool
@@ -98,3 +100,9 @@ class Verification:
     reason: str
     probe: Template = field(repr=False)
     reference: Template = field(repr=False)
+    fmr_reach: float = 0.0
+
+    @property
+    def extrapolated(self) -> bool:
+        """Whether the FMR lies beyond what the calibration data could measure."""
+        return self.fmr < self.fmr_reach

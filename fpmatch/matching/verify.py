@@ -60,7 +60,8 @@ def verify(
         raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
     chosen = get_matcher(matcher)
     comparison = chosen.compare(chosen.prepare(probe), chosen.prepare(reference))
-    score = load_calibration(matcher).score(comparison.similarity)
+    calibration = load_calibration(matcher)
+    score = calibration.score(comparison.similarity)
     match = comparison.transform is not None and score >= threshold
     return Verification(
         match=match,
@@ -76,4 +77,5 @@ def verify(
         reason="" if match else comparison.reason,
         probe=probe,
         reference=reference,
+        fmr_reach=score_to_fmr(calibration.reach),
     )

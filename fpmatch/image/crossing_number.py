@@ -71,7 +71,7 @@ def crossing_number(skeleton: NDArray[np.bool_]) -> NDArray[np.uint8]:
     >>> crossing_number(line)[1].tolist()
     [0, 1, 2, 1, 0]
     """
-    image = np.asarray(skeleton, np.uint8)
+    image = np.asarray(skeleton, bool).astype(np.uint8)
     return np.asarray(crossing_number_table()[neighbour_code(image)] * image)
 
 
@@ -98,7 +98,7 @@ def find_nodes(skeleton: NDArray[np.bool_], branch_px: int) -> SkeletonNodes:
     >>> nodes.x.tolist(), nodes.steps[:, 0].tolist(), nodes.target[:, 0].tolist()
     ([1, 7], [6, 6], [1, 0])
     """
-    padded = np.pad(np.asarray(skeleton, np.uint8), 1)
+    padded = np.pad(np.ascontiguousarray(skeleton, bool), 1).astype(np.uint8)
     number = crossing_number_table()[neighbour_code(padded)] * padded
     y, x = np.nonzero((number == 1) | (number >= 3))
     nodes = np.column_stack([y, x]).astype(np.int32)
@@ -107,7 +107,8 @@ def find_nodes(skeleton: NDArray[np.bool_], branch_px: int) -> SkeletonNodes:
     paths = np.zeros((len(nodes), _MAX_BRANCHES, branch_px, 2), np.int32)
     steps = np.zeros((len(nodes), _MAX_BRANCHES), np.int32)
     target = np.full((len(nodes), _MAX_BRANCHES), -1, np.int32)
-    kernel.trace_branches(padded, node_at, nodes, _STEP, paths, steps, target)
+    if branch_px > 0:
+        kernel.trace_branches(padded, node_at, nodes, _STEP, paths, steps, target)
     return SkeletonNodes(
         y=nodes[:, 0] - 1,
         x=nodes[:, 1] - 1,

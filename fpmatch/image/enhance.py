@@ -52,6 +52,11 @@ def enhance(
     ndarray of float32, shape (H, W)
         Enhanced image, ridges positive, 0 outside the mask.
 
+    Raises
+    ------
+    ValueError
+        If the four arrays differ in shape.
+
     References
     ----------
     Hong, Wan, Jain, "Fingerprint image enhancement: algorithm and performance evaluation",
@@ -68,13 +73,18 @@ def enhance(
     True
     """
     p = parameters or EnhancementParameters()
+    if not pixels.shape == mask.shape == orientation.shape == period.shape:
+        raise ValueError("pixels, mask, orientation and period must have one shape")
     bank = filter_bank(p)
     y, x = np.nonzero(mask)
     angle_index = np.rint(orientation[y, x] * (p.angles / np.pi)).astype(np.int64) % p.angles
     edges = np.sqrt(np.multiply(p.periods_px[:-1], p.periods_px[1:]))
     period_index = np.searchsorted(edges, period[y, x])
     which = (angle_index * len(p.periods_px) + period_index).astype(np.int32)
-    padded = np.pad(pixels, ((p.radius_px, p.radius_px), (p.radius_px, kernel.ROW)))
+    padded = np.pad(
+        np.ascontiguousarray(pixels, np.float32),
+        ((p.radius_px, p.radius_px), (p.radius_px, kernel.ROW)),
+    )
     out = np.zeros(pixels.shape, np.float32)
     filter_listed = kernel.filter_pixels if kernel.COMPILED else filter_with_numpy
     filter_listed(padded, y.astype(np.int32), x.astype(np.int32), which, bank, out)

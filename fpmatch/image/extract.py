@@ -133,7 +133,7 @@ def extract(
     skeleton = remove_spurs_and_islands(thin(binary), p.spurious)
     note.record("skeleton", skeleton)
 
-    nodes = find_nodes(skeleton, p.spurious.direction_px)
+    nodes = find_nodes(skeleton, p.spurious.branch_px)
     angle = directions(nodes, p.spurious.direction_px)
     keep = keep_genuine(nodes, angle, mask, p.spurious)
     quality = minutia_quality(normalized.pixels, enhanced, nodes.x, nodes.y, p.quality)

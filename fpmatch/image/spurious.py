@@ -30,6 +30,11 @@ class SpuriousParameters:
     broken_angle_deg: float = 50.0
     direction_px: int = 14
 
+    @property
+    def branch_px(self) -> int:
+        """How much of each branch the directions and the search for bridges need."""
+        return max(self.direction_px, self.max_bridge_px)
+
 
 def remove_spurs_and_islands(
     skeleton: NDArray[np.bool_], parameters: SpuriousParameters | None = None
@@ -57,7 +62,7 @@ def remove_spurs_and_islands(
     0
     """
     p = parameters or SpuriousParameters()
-    nodes = find_nodes(skeleton, p.max_island_px)
+    nodes = find_nodes(skeleton, max(p.max_island_px, p.max_spur_px))
     kept = skeleton.copy()
     for i in np.flatnonzero(nodes.crossing_number == 1):
         steps, target = int(nodes.steps[i, 0]), int(nodes.target[i, 0])
@@ -65,9 +70,9 @@ def remove_spurs_and_islands(
         if target < 0:
             continue
         is_island = nodes.crossing_number[target] == 1
-        if is_island:
+        if is_island and steps <= p.max_island_px:
             kept[tuple(path.T)] = False
-        elif steps <= p.max_spur_px:
+        elif not is_island and steps <= p.max_spur_px:
             kept[tuple(path[:-1].T)] = False
         else:
             continue
@@ -169,16 +174,29 @@ def _crowded(
     p: SpuriousParameters,
 ) -> NDArray[np.bool_]:
     """Tell which of the minutiae `index` crowd another, or face another across a broken ridge."""
+    i, j = _pairs_within_rows(nodes.y[index], max(p.crowded_px, p.broken_px))
     z = nodes.x[index] - 1j * nodes.y[index]
-    away = z[:, None] - z[None, :]
-    distance = np.asarray(np.abs(away), np.float64)
-    np.fill_diagonal(distance, np.inf)
-    near = distance < p.crowded_px
-    ending = nodes.crossing_number[index] == 1
-    along = np.exp(1j * angle[index].astype(np.float64))
+    away = z[i] - z[j]
+    distance = np.abs(away)
     # an ending's direction runs along its own ridge: away from the other across a break
-    agreement = (away * np.conj(along)[:, None]).real / np.where(distance < np.inf, distance, 1)
-    away_from_other = agreement > np.cos(np.radians(p.broken_angle_deg))
-    broken = (distance < p.broken_px) & away_from_other & away_from_other.T
-    broken &= ending[:, None] & ending[None, :]
-    return np.asarray((near | broken).any(axis=1))
+    along = np.exp(1j * angle[index].astype(np.float64))
+    limit = distance * np.cos(np.radians(p.broken_angle_deg))
+    apart = ((away * np.conj(along[i])).real > limit) & ((-away * np.conj(along[j])).real > limit)
+    ending = nodes.crossing_number[index] == 1
+    broken = (distance < p.broken_px) & apart & ending[i] & ending[j]
+    refused = (distance < p.crowded_px) | broken
+    crowded = np.zeros(len(index), bool)
+    crowded[i[refused]] = crowded[j[refused]] = True
+    return crowded
+
+
+def _pairs_within_rows(
+    y: NDArray[np.int32], reach: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return each pair once whose y differ by at most `reach`, so that few are looked at."""
+    by_y = y.argsort(kind="stable")
+    last = y[by_y].searchsorted(y[by_y] + reach, "right")
+    partners = last - np.arange(1, len(y) + 1)
+    first = np.repeat(np.arange(len(y)), partners)
+    second = np.arange(len(first)) + np.repeat(last - partners.cumsum(), partners)
+    return by_y[first], by_y[second]

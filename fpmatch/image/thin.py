@@ -39,7 +39,7 @@ def thin(binary: NDArray[np.bool_]) -> NDArray[np.bool_]:
     >>> np.flatnonzero(thin(bar).any(axis=1)).tolist()
     [4]
     """
-    image = np.pad(np.asarray(binary, bool), 1).astype(np.uint8)
+    image = np.pad(np.ascontiguousarray(binary, bool), 1).astype(np.uint8)
     if kernel.COMPILED:
         pixels = np.flatnonzero(image).astype(np.int32)
         kernel.thin_listed(image, pixels, np.empty_like(pixels), guo_hall_table(), simple_table())

@@ -27,10 +27,13 @@ class PreparationParameters:
         Minutiae that take part, at most; of more, those of best quality.
     hull_step_px : float
         Side of the cells of the region that stands for the print where a template has no field.
+    max_hull_cells : int
+        Cells along a side of that region; where the minutiae reach farther, its cells are larger.
     """
 
     max_minutiae: int = 200
     hull_step_px: float = 16.0
+    max_hull_cells: int = 512
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +95,11 @@ class Region:
     cells: NDArray[np.float64]
     has_flow: bool
 
+    @property
+    def area(self) -> float:
+        """Area of the print."""
+        return float(self.cells.shape[1] * self.step**2)
+
     def holds(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell which of the points lie inside the print."""
         rows, columns = self.mask.shape
@@ -136,7 +144,7 @@ def prepare(
     if template.field is not None:
         region = _region_of_field(template.field, zoom)
     else:
-        region = _region_of_hull(points, p.hull_step_px)
+        region = _region_of_hull(points, p)
     quality = minutiae.quality / 100.0
     return PreparedTemplate(
         points=points,
@@ -145,7 +153,9 @@ def prepare(
         neighbourhoods=neighbourhoods(points, neighbourhood),
         region=region,
         zoom=zoom,
-        key=points.tobytes() + quality.tobytes() + region.cells.tobytes(),
+        key=b"".join(
+            part.tobytes() for part in (points, quality, region.cells, np.float64(region.step))
+        ),
     )
 
 
@@ -161,12 +171,13 @@ def _region_of_field(field: RidgeField, zoom: float) -> Region:
     return _region(field.step * zoom, field.mask.astype(np.uint8), flow, has_flow=True)
 
 
-def _region_of_hull(points: NDArray[np.float64], step: float) -> Region:
+def _region_of_hull(points: NDArray[np.float64], p: PreparationParameters) -> Region:
     """Return the convex hull of the minutiae as a region of unknown orientation."""
-    columns = np.floor(points[0] / step).astype(np.int32)
-    rows = np.floor(-points[1] / step).astype(np.int32)
-    inside = (columns >= 0) & (rows >= 0)
-    corners = np.column_stack([columns, rows])[inside]
+    inside = (points[0] >= 0) & (points[1] <= 0)
+    x, y = points[0, inside], -points[1, inside]
+    reach = max(x.max(initial=0.0), y.max(initial=0.0))
+    step = max(p.hull_step_px, reach / p.max_hull_cells)
+    corners = np.floor(np.column_stack([x, y]) / step).astype(np.int32)
     size = (corners.max(axis=0) + 1) if len(corners) else np.array([1, 1])
     mask = np.zeros((int(size[1]), int(size[0])), np.uint8)
     if len(corners):

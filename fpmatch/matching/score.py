@@ -105,7 +105,7 @@ def gather_evidence(
     cells, cosines = _field_agreement(a, b, alignment)
     known = a.region.has_flow and b.region.has_flow
     doubt = p.orientation_doubt_cells
-    smaller = min(a.region.cells.shape[1], b.region.cells.shape[1])
+    smaller = min(a.region.area, b.region.area)
     na, nb = a.neighbourhoods, b.neighbourhoods
     return Evidence(
         pairs=len(ia),
@@ -122,7 +122,7 @@ def gather_evidence(
         unpaired=float(a.quality[unpaired_a].sum() + b.quality[unpaired_b].sum()),
         common=int(common_a.sum() + common_b.sum()),
         orientation=cosines / (cells + doubt) if known else p.unknown_orientation,
-        overlap=min(1.0, cells / smaller) if smaller else 0.0,
+        overlap=min(1.0, cells * a.region.step**2 / smaller) if smaller else 0.0,
     )
 
 

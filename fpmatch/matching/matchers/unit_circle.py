@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 MIN_MINUTIAE: Final = 3
 MIN_PAIRS_FOR_SCALE: Final = 6
+MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
 class UnitCircleMatcher:
@@ -107,9 +108,11 @@ def _fit(
     scale: float,
     weights: NDArray[np.float64],
 ) -> Similarity:
-    """Fit the transform; with few pairs the scale is that of the resolutions."""
+    """Fit the transform; where the pairs cannot tell the scale it is that of the resolutions."""
     if len(source) >= MIN_PAIRS_FOR_SCALE:
-        return Similarity.fit(source, target, weights)
+        free = Similarity.fit(source, target, weights)
+        if 1 / MAX_STRETCH <= free.scale / scale <= MAX_STRETCH:
+            return free
     rigid = Similarity.fit(source * scale, target, weights, with_scale=False)
     return rigid.after(Similarity(scale=scale))
 

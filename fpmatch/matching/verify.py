@@ -74,7 +74,7 @@ def verify(
         rms_px=comparison.rms_px,
         agreement=comparison.agreement,
         overlap=comparison.overlap,
-        reason="" if match else comparison.reason,
+        reason="" if match else comparison.reason or "too few minutiae agree",
         probe=probe,
         reference=reference,
         fmr_reach=score_to_fmr(calibration.reach),

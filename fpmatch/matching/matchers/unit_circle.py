@@ -7,6 +7,7 @@ count what agrees.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -77,7 +78,8 @@ def _comparison(
     ia = np.flatnonzero(alignment.partner >= 0)
     ib = alignment.partner[ia]
     pa, pb = _in_input_pixels(a, ia), _in_input_pixels(b, ib)
-    transform = _fit(pa, pb, scale=a.zoom / b.zoom, weights=alignment.weight[ia])
+    turned = Similarity(a.zoom / b.zoom, -math.atan2(*alignment.transform[1::-1]))  # y points down
+    transform = _fit(pa, pb, turned, alignment.weight[ia])
     pairs = np.column_stack([a.index[ia], b.index[ib]])
     if swapped:
         transform = transform.inverse()
@@ -104,17 +106,19 @@ def _in_input_pixels(print_: PreparedTemplate, index: NDArray[np.integer]) -> ND
 def _fit(
     source: NDArray[np.float64],
     target: NDArray[np.float64],
-    *,
-    scale: float,
+    turned: Similarity,
     weights: NDArray[np.float64],
 ) -> Similarity:
-    """Fit the transform; where the pairs cannot tell the scale it is that of the resolutions."""
+    """Fit the transform; where the positions cannot tell, scale and rotation are those of `turned`.
+
+    Those are the scale of the resolutions and the rotation that directions had a part in.
+    """
     if len(source) >= MIN_PAIRS_FOR_SCALE:
         free = Similarity.fit(source, target, weights)
-        if 1 / MAX_STRETCH <= free.scale / scale <= MAX_STRETCH:
+        if 1 / MAX_STRETCH <= free.scale / turned.scale <= MAX_STRETCH:
             return free
-    rigid = Similarity.fit(source * scale, target, weights, with_scale=False)
-    return rigid.after(Similarity(scale=scale))
+    tx, ty = np.average(target - turned.apply(source), axis=0, weights=weights).tolist()
+    return Similarity(turned.scale, turned.rotation, tx, ty)
 
 
 def _nothing(reason: str) -> Comparison:

@@ -2,8 +2,8 @@
 
 The pixels that are left are kept in a list; each sub-iteration looks up the byte of their eight
 neighbours (bit k for neighbour k, counter-clockwise from east) and deletes, all at once, those
-that the table of that sub-iteration names. A last, sequential pass deletes what is still not
-needed for connection. Its oracle is `fpmatch.image.thin.thin_with_numpy`.
+that the table of that sub-iteration names. Sequential passes then delete what is still not needed
+for connection. Its oracle is `fpmatch.image.thin.thin_with_numpy`.
 """
 
 import cython
@@ -69,6 +69,14 @@ def thin_listed(
                 count = kept
                 if lost > 0:
                     changed = True
-        for i in range(count):
-            if removable[_neighbours(flat, pixels[i], width)]:
-                flat[pixels[i]] = 0
+        lost = 1
+        while lost > 0:
+            kept = 0
+            for i in range(count):
+                if removable[_neighbours(flat, pixels[i], width)]:
+                    flat[pixels[i]] = 0
+                else:
+                    pixels[kept] = pixels[i]
+                    kept += 1
+            lost = count - kept
+            count = kept

@@ -30,7 +30,7 @@ def thin(binary: NDArray[np.bool_]) -> NDArray[np.bool_]:
     References
     ----------
     Guo, Hall, "Parallel thinning with two-subiteration algorithms", CACM 32 (1989), algorithm A1;
-    then every pixel that connection does not need is deleted, in raster order.
+    then every pixel that connection does not need is deleted, in raster order, until none is left.
 
     Examples
     --------
@@ -61,9 +61,13 @@ def thin_with_numpy(image: NDArray[np.uint8]) -> None:
     flat = image.ravel()
     width = image.shape[1]
     ring = [1, 1 - width, -width, -1 - width, -1, width - 1, width, width + 1]
-    for at in np.flatnonzero(flat).tolist():
-        if simple[sum(int(flat[at + step]) << k for k, step in enumerate(ring))]:
-            flat[at] = 0
+    changed = True
+    while changed:
+        changed = False
+        for at in np.flatnonzero(flat).tolist():
+            if simple[sum(int(flat[at + step]) << k for k, step in enumerate(ring))]:
+                flat[at] = 0
+                changed = True
 
 
 def neighbour_code(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

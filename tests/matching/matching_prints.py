@@ -1,0 +1,135 @@
+"""Prints that never were, for the tests of matching: as points, as templates, moved and worn."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+
+from fpmatch.matching import _local_kernel
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.pointset.similarity import Similarity
+
+COMPILED = _local_kernel.COMPILED
+"""Whether the kernels are; where they are not, a comparison takes a hundred times as long."""
+
+MOST_MINUTIAE = 60 if COMPILED else 15
+"""Most minutiae of a template that hypothesis makes."""
+
+seeds = st.integers(0, 2**32 - 1)
+"""Seeds of prints whose minutiae are in general position."""
+
+Points = NDArray[np.float64]
+
+
+def spread_points(
+    rng: np.random.Generator, n: int, spacing: float = 14.0, size: float = 300.0
+) -> Points:
+    """Return n minutiae (4, n), x and y up, no two nearer than `spacing`, of any direction."""
+    kept = np.empty((0, 2))
+    while len(kept) < n:
+        candidate = rng.uniform((0, -size), (size, 0))
+        if not len(kept) or np.hypot(*(kept - candidate).T).min() >= spacing:
+            kept = np.vstack([kept, candidate])
+    angle = rng.uniform(0, 2 * np.pi, n)
+    return np.ascontiguousarray(np.vstack([kept.T, np.cos(angle), np.sin(angle)]))
+
+
+def on_pixels(rng: np.random.Generator, n: int, side: int = 6, step: float = 9.0) -> Points:
+    """Return n minutiae on a small grid of few directions: coincident and collinear ones abound."""
+    angle = rng.integers(0, 8, n) * np.pi / 4
+    xy = rng.integers(0, side, (2, n)) * step
+    return np.ascontiguousarray(np.vstack([xy[:1], -xy[1:], np.cos(angle), np.sin(angle)]))
+
+
+def any_points(seed: int, most: int = 25) -> Points:
+    """Return 0 to `most` minutiae, in general position or crowded."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(0, most + 1))
+    return spread_points(rng, n) if rng.random() < 0.5 else on_pixels(rng, n)
+
+
+def moved(points: Points, turn: float, shift: complex = 0j, scale: float = 1.0) -> Points:
+    """Return minutiae turned counter-clockwise (radians, y up), scaled and shifted."""
+    z = (points[0] + 1j * points[1]) * scale * np.exp(1j * turn) + shift
+    d = (points[2] + 1j * points[3]) * np.exp(1j * turn)
+    return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
+
+
+def jittered(rng: np.random.Generator, points: Points, px: float, radians: float) -> Points:
+    """Return minutiae whose positions and directions have been read a little wrong."""
+    z = points[0] + 1j * points[1]
+    z = z + rng.normal(0, px, z.shape) + 1j * rng.normal(0, px, z.shape)
+    d = (points[2] + 1j * points[3]) * np.exp(1j * rng.normal(0, radians, z.shape))
+    return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
+
+
+def template_of(
+    points: Points,
+    dpi: float = 500.0,
+    quality: NDArray[np.integer] | None = None,
+    field: RidgeField | None = None,
+    size: int = 400,
+) -> Template:
+    """Return a template of minutiae given at 500 dpi, in pixels of its own resolution."""
+    zoom = dpi / 500.0
+    minutiae = Minutiae(
+        x=points[0] * zoom,
+        y=-points[1] * zoom,
+        angle=np.arctan2(points[3], points[2]),
+        quality=quality,
+    )
+    side = max(1, round(size * zoom))
+    return Template(minutiae, side, side, dpi, field)
+
+
+def turned_on_screen(template: Template, move: Similarity) -> Template:
+    """Return a template moved by a transform of its pixels; without a field."""
+    m = template.minutiae
+    x, y = move.apply(m.xy).T
+    # On screen, the positive rotation of a y-down transform is clockwise.
+    minutiae = Minutiae(x, y, m.angle - move.rotation, m.kind, m.quality)
+    return Template(minutiae, template.width, template.height, template.dpi)
+
+
+def even_field(step: float = 16.0, side: int = 25, orientation: float = 0.6) -> RidgeField:
+    """Return a field of ridges that run one way everywhere."""
+    shape = (side, side)
+    return RidgeField(step, np.full(shape, orientation, np.float32), np.ones(shape, bool))
+
+
+@st.composite
+def fields(draw: st.DrawFn) -> RidgeField:
+    """Draw a ridge field of a few cells, some of them empty."""
+    shape = draw(st.tuples(st.integers(0, 8), st.integers(0, 8)))
+    below_half_turn = st.floats(0, 3.125, width=32)
+    return RidgeField(
+        step=draw(st.sampled_from([4.0, 16.0, 33.3])),
+        orientation=draw(arrays(np.float32, shape, elements=below_half_turn)),
+        mask=draw(arrays(bool, shape)),
+    )
+
+
+@st.composite
+def templates(draw: st.DrawFn) -> Template:
+    """Draw any template: crowded, coincident, outside its image, of any resolution."""
+    n = draw(st.integers(0, MOST_MINUTIAE))
+    position = draw(
+        st.sampled_from(
+            [
+                st.floats(-500, 2000, width=32),
+                st.integers(0, 400).map(float),
+                st.integers(0, 6).map(lambda pixel: 20.0 * pixel),
+            ]
+        )
+    )
+    minutiae = Minutiae(
+        x=draw(arrays(np.float64, n, elements=position)),
+        y=draw(arrays(np.float64, n, elements=position)),
+        angle=draw(arrays(np.float64, n, elements=st.floats(-10, 10))),
+        kind=draw(arrays(np.uint8, n, elements=st.integers(0, 2))),
+        quality=draw(arrays(np.uint8, n, elements=st.integers(0, 100))),
+    )
+    dpi = draw(st.sampled_from([100.0, 500.0, 569.0, 1000.0, 4000.0]) | st.floats(100, 4000))
+    return Template(minutiae, 400, 400, dpi, draw(st.none() | fields()))

@@ -1,0 +1,260 @@
+"""Neighbourhoods: known small ones, invariance, hostile positions, and a slow twin."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matching_prints import Points, any_points, moved, on_pixels, seeds, spread_points
+
+from fpmatch.matching.neighbourhood import (
+    NeighbourhoodParameters,
+    Neighbourhoods,
+    neighbourhoods,
+)
+from fpmatch.pointset.delaunay import triangulate
+from fpmatch.pointset.triangulation import Triangulation
+from fpmatch.pointset.unit_circle import parametrize
+
+P = NeighbourhoodParameters()
+U, V, C, S, PRECISION, ROOT_WEIGHT = range(6)
+
+
+def minutiae(*rows: tuple[float, float, float]) -> Points:
+    """Return minutiae (4, N) from rows x, y (up), direction in degrees."""
+    x, y, degrees = np.array(rows, float).reshape(-1, 3).T
+    return np.ascontiguousarray([x, y, np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+
+
+def plus(direction_deg: float) -> Points:
+    """Return a minutia of that direction among four at equal distance: east, north, west, south."""
+    return minutiae((0, 0, direction_deg), (50, 0, 0), (0, 50, 90), (-50, 0, 180), (0, -50, 270))
+
+
+def mesh_of(points: Points) -> Triangulation:
+    return triangulate(np.ascontiguousarray(points[:2].T))
+
+
+def ring_of(found: Neighbourhoods, i: int) -> dict[int, tuple[complex, float]]:
+    """Return, for each minutia of the one-ring of i, its place on the circle and its weight."""
+    entries = slice(found.ring_start[i], found.ring_start[i + 1])
+    x, y, weight = found.circle[:, entries]
+    return dict(
+        zip(found.ring[entries].tolist(), zip(x + 1j * y, weight, strict=True), strict=True)
+    )
+
+
+def leaving_angle(points: Points, i: int, ring: list[int], angles: np.ndarray) -> float:
+    """Return where on its circle the ray from minutia i along its direction leaves its ring."""
+    z, heading = points[0] + 1j * points[1], points[2, i] + 1j * points[3, i]
+    for k in range(len(ring)):
+        following = (k + 1) % len(ring)
+        start, end = z[ring[k]], z[ring[following]]
+        # start + t (end - start) = centre + r heading, for 0 <= t <= 1 and r > 0
+        side = np.array([[(end - start).real, -heading.real], [(end - start).imag, -heading.imag]])
+        if abs(np.linalg.det(side)) < 1e-12:
+            continue
+        t, r = np.linalg.solve(side, [(z[i] - start).real, (z[i] - start).imag])
+        if -1e-9 <= t <= 1 + 1e-9 and r > 0:
+            return float(angles[k] + t * ((angles[following] - angles[k]) % (2 * np.pi)))
+    raise AssertionError("no side of the ring is hit")
+
+
+def frame_from_the_definition(points: Points, p: NeighbourhoodParameters) -> list[list[np.ndarray]]:
+    """Return the neighbours of each minutia, one at a time, from the triangulation and the rings.
+
+    Each is a vector as a column of `Neighbourhoods.frame`, nearest first.
+    """
+    mesh = mesh_of(points)
+    joined: list[set[int]] = [set() for _ in range(points.shape[1])]
+    for i, j in mesh.edges.tolist():
+        joined[i].add(j)
+        joined[j].add(i)
+    z, d = points[0] + 1j * points[1], points[2] + 1j * points[3]
+    frames = []
+    for i, ring in enumerate(joined):
+        two_rings = ring.union(*(joined[j] for j in ring)) - {i}
+        nearest = sorted(two_rings, key=lambda j: (math.dist(points[:2, i], points[:2, j]), j))
+        nearest = nearest[: p.size]
+        share = dict.fromkeys(range(points.shape[1]), p.second_ring_weight)
+        if mesh.interior[i]:
+            one_ring = mesh.one_ring(i).tolist()
+            weights = parametrize(mesh.points[one_ring], mesh.points[i]).weights
+            for j, weight in zip(one_ring, weights, strict=True):
+                share[j] += (1 - p.second_ring_weight) * weight * len(one_ring)
+        total = sum(share[j] for j in nearest)
+        columns = []
+        for j in nearest:
+            seen = (z[j] - z[i]) * np.conj(d[i])
+            heading = d[j] * np.conj(d[i])
+            tolerance = p.tolerance_px + p.tolerance_per_px * abs(seen)
+            weight = share[j] * len(nearest) / total
+            columns.append(
+                np.array(
+                    [
+                        seen.real,
+                        seen.imag,
+                        heading.real,
+                        heading.imag,
+                        tolerance**-2,
+                        math.sqrt(weight),
+                    ]
+                )
+            )
+        frames.append(columns)
+    return frames
+
+
+@pytest.mark.parametrize(
+    ("direction_deg", "east_at_deg"),
+    [
+        (0, 0),
+        (90, -90),
+        (180, 180),
+        (45, -45),
+        # the ray leaves the side from (1, 0) to (0, 1) at its share tan 30° / (1 + tan 30°)
+        (30, -90 * math.tan(math.pi / 6) / (1 + math.tan(math.pi / 6))),
+    ],
+)
+def test_circle_is_turned_to_where_the_direction_leaves_the_ring(
+    direction_deg: float, east_at_deg: float
+) -> None:
+    ring = ring_of(neighbourhoods(plus(direction_deg)), 0)
+    assert sorted(ring) == [1, 2, 3, 4]
+    for j, (place, weight) in ring.items():
+        expected = np.exp(1j * np.radians(east_at_deg + 90 * (j - 1)))
+        assert place == pytest.approx(expected, abs=1e-12)
+        assert weight == pytest.approx(0.25)
+
+
+def test_a_neighbour_stands_in_the_frame_of_its_minutia() -> None:
+    found = neighbourhoods(minutiae((10, 10, 90), (10, 40, 180), (-10, 10, 90)))
+    # From the first minutia, which looks up: 30 px ahead, and 20 px to the left.
+    assert found.count.tolist() == [2, 2, 2]
+    left, ahead = found.frame[0, :4, :2].T
+    assert left == pytest.approx([0, 20, 1, 0], abs=1e-5)
+    assert ahead == pytest.approx([30, 0, 0, 1], abs=1e-5)
+    precision = [(P.tolerance_px + P.tolerance_per_px * d) ** -2 for d in (20, 30)]
+    assert found.frame[0, PRECISION, :2] == pytest.approx(precision)
+
+
+@given(seeds, st.integers(1, 14), st.floats(0.1, 1))
+def test_frames_agree_with_their_slow_twin(seed: int, size: int, second: float) -> None:
+    points = any_points(seed)
+    p = NeighbourhoodParameters(size=size, second_ring_weight=second)
+    found = neighbourhoods(points, p)
+    slow = frame_from_the_definition(points, p)
+    assert found.frame.shape == (points.shape[1], 6, size)
+    assert found.count.tolist() == [len(columns) for columns in slow]
+    for frame, columns in zip(found.frame, slow, strict=True):
+        listed = np.array(columns).reshape(-1, 6).T
+        assert frame[:, : len(columns)] == pytest.approx(listed, rel=1e-4, abs=1e-4)
+        assert not frame[:, len(columns) :].any()
+
+
+@given(seeds)
+def test_anchored_rings_agree_with_their_slow_twin(seed: int) -> None:
+    points = spread_points(np.random.default_rng(seed), 20)
+    mesh = mesh_of(points)
+    found = neighbourhoods(points)
+    for i in np.flatnonzero(mesh.interior).tolist():
+        ring = mesh.one_ring(i).tolist()
+        slow = parametrize(mesh.points[ring], mesh.points[i])
+        anchor = leaving_angle(points, i, ring, slow.angles)
+        fast = ring_of(found, i)
+        assert sorted(fast) == sorted(ring)
+        for j, angle, weight in zip(ring, slow.angles, slow.weights, strict=True):
+            assert fast[j][0] == pytest.approx(np.exp(1j * (angle - anchor)), abs=1e-7)
+            assert fast[j][1] == pytest.approx(weight, abs=1e-9)
+
+
+@given(seeds, st.floats(-math.pi, math.pi), st.complex_numbers(max_magnitude=500))
+def test_turning_and_shifting_a_print_changes_no_neighbourhood(
+    seed: int, turn: float, shift: complex
+) -> None:
+    points = spread_points(np.random.default_rng(seed), 25)
+    before, after = neighbourhoods(points), neighbourhoods(moved(points, turn, shift))
+    assert before.count.tolist() == after.count.tolist()
+    assert before.frame == pytest.approx(after.frame, abs=1e-4)
+    for i in range(25):
+        ring, turned = ring_of(before, i), ring_of(after, i)
+        assert sorted(ring) == sorted(turned)
+        for j in ring:
+            assert ring[j] == pytest.approx(turned[j], abs=1e-6)
+
+
+@given(seeds)
+def test_a_ring_lies_on_the_circle_and_its_weights_sum_to_one(seed: int) -> None:
+    points = any_points(seed)
+    found = neighbourhoods(points)
+    interior = mesh_of(points).interior
+    for i in range(points.shape[1]):
+        ring = ring_of(found, i)
+        assert bool(ring) <= bool(interior[i])
+        if ring:
+            places, weights = map(np.array, zip(*ring.values(), strict=True))
+            assert np.abs(places) == pytest.approx(1.0)
+            assert weights.sum() == pytest.approx(1.0)
+            assert (weights > 0).all()
+
+
+@given(seeds)
+def test_weights_of_the_listed_neighbours_have_a_mean_of_one(seed: int) -> None:
+    found = neighbourhoods(any_points(seed))
+    for count, frame in zip(found.count, found.frame, strict=True):
+        assert (frame[ROOT_WEIGHT] ** 2).sum() == pytest.approx(count, rel=1e-5)
+
+
+def test_minutiae_on_the_hull_have_no_ring() -> None:
+    points = spread_points(np.random.default_rng(1), 30)
+    mesh = mesh_of(points)
+    found = neighbourhoods(points)
+    lengths = np.diff(found.ring_start)
+    assert not lengths[mesh.hull].any()
+    assert (lengths[mesh.interior] >= 3).all()
+    assert found.ring_start[-1] == len(found.ring) == found.circle.shape[1]
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3])
+def test_few_minutiae_know_one_another(n: int) -> None:
+    points = spread_points(np.random.default_rng(n), n)
+    found = neighbourhoods(points)
+    assert found.count.tolist() == [max(n - 1, 0)] * n
+    assert found.frame.shape == (n, 6, P.size)
+    assert found.ring_start.tolist() == [0] * (n + 1)
+    assert found.circle.shape == (3, 0)
+
+
+def test_minutiae_on_a_line_know_two_on_either_side() -> None:
+    found = neighbourhoods(minutiae(*((20.0 * i, 5.0 * i, 30.0) for i in range(6))))
+    assert found.count.tolist() == [2, 3, 4, 4, 3, 2]
+    assert not found.ring_start.any()
+
+
+def test_coincident_minutiae_are_neighbours_at_no_distance() -> None:
+    found = neighbourhoods(minutiae((7, 7, 0), (7, 7, 90), (7, 7, 180), (7, 7, 0)))
+    assert found.count.tolist() == [3, 3, 3, 3]
+    assert not found.frame[:, [U, V]].any()
+    assert found.frame[0, C, :3].tolist() == pytest.approx([0, -1, 1], abs=1e-6)
+    assert found.frame[1, S, :3].tolist() == pytest.approx([-1, 1, -1], abs=1e-6)
+    assert not found.ring_start.any()
+
+
+def test_on_a_lattice_only_inner_minutiae_have_rings() -> None:
+    found = neighbourhoods(minutiae(*((20.0 * (k % 4), 20.0 * (k // 4), 0) for k in range(16))))
+    assert np.flatnonzero(np.diff(found.ring_start)).tolist() == [5, 6, 9, 10]
+    assert found.count.min() >= 5
+    assert np.isfinite(found.frame).all()
+    # Whatever way the squares are split, the four nearest come first and come whole.
+    assert np.hypot(*found.frame[5, [U, V], :4]) == pytest.approx(20.0)
+
+
+@given(seeds)
+def test_crowded_minutiae_keep_every_value_finite(seed: int) -> None:
+    found = neighbourhoods(on_pixels(np.random.default_rng(seed), 40, side=4))
+    assert np.isfinite(found.frame).all()
+    assert np.isfinite(found.circle).all()
+    assert (found.frame[:, PRECISION] <= np.float32(P.tolerance_px**-2)).all()

@@ -10,6 +10,7 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.image.binarize import BinarizationParameters, binarize
+from fpmatch.image.blend import BlendParameters, blend
 from fpmatch.image.crossing_number import find_nodes
 from fpmatch.image.enhance import EnhancementParameters, enhance
 from fpmatch.image.frequency import PeriodParameters, ridge_period
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from fpmatch.image.crossing_number import SkeletonNodes
     from fpmatch.image.orientation import OrientationField
     from fpmatch.image.recorder import Recorder
+    from fpmatch.image.spectrum import RidgeSpectrum
 
 MIN_SIDE_PX: Final = 32  # at 500 dpi: one window of the ridge spectrum
 
@@ -56,6 +58,7 @@ class ExtractionParameters:
     orientation: OrientationParameters = field(default_factory=OrientationParameters)
     period: PeriodParameters = field(default_factory=PeriodParameters)
     enhancement: EnhancementParameters = field(default_factory=EnhancementParameters)
+    blend: BlendParameters = field(default_factory=BlendParameters)
     binarization: BinarizationParameters = field(default_factory=BinarizationParameters)
     spurious: SpuriousParameters = field(default_factory=SpuriousParameters)
     quality: QualityParameters = field(default_factory=QualityParameters)
@@ -120,15 +123,16 @@ def extract(
     cells = segment(normalized, spectrum, p.segmentation)
     mask = mask_at_pixels(cells, spectrum)
     note.record("mask", mask)
-    flow = ridge_orientation(spectrum, cells, p.orientation)
-    orientation = orientation_at_pixels(flow.orientation, spectrum)
-    note.record("orientation", np.where(mask, orientation, np.nan))
-    note.record("coherence", cells_to_pixels(flow.coherence, spectrum))
-    period = cells_to_pixels(ridge_period(spectrum, flow, cells, p.period), spectrum)
-    note.record("period", np.where(mask, period, np.nan))
-    enhanced = enhance(normalized.pixels, mask, orientation, period, p.enhancement)
-    note.record("enhanced", enhanced)
-    binary = binarize(enhanced, mask, p.binarization)
+    flow = _follow_ridges(normalized.pixels, spectrum, cells, mask, p)
+    for _ in range(p.blend.rounds):
+        blended = blend(normalized.pixels, flow.enhanced, mask, p.blend)
+        spectrum = ridge_spectrum(blended, p.spectrum)
+        flow = _follow_ridges(normalized.pixels, spectrum, cells, mask, p)
+    note.record("orientation", np.where(mask, flow.orientation, np.nan))
+    note.record("coherence", cells_to_pixels(flow.field.coherence, spectrum))
+    note.record("period", np.where(mask, flow.period, np.nan))
+    note.record("enhanced", flow.enhanced)
+    binary = binarize(flow.enhanced, mask, p.binarization)
     note.record("binary", binary)
     skeleton = remove_spurs_and_islands(thin(binary), p.spurious)
     note.record("skeleton", skeleton)
@@ -136,7 +140,7 @@ def extract(
     nodes = find_nodes(skeleton, p.spurious.branch_px)
     angle = directions(nodes, p.spurious.direction_px)
     keep = keep_genuine(nodes, angle, mask, p.spurious)
-    quality = minutia_quality(normalized.pixels, enhanced, nodes.x, nodes.y, p.quality)
+    quality = minutia_quality(normalized.pixels, flow.enhanced, nodes.x, nodes.y, p.quality)
     minutiae = _minutiae(nodes, angle, quality, keep, zoom)
     note.record("minutiae", _as_columns(minutiae, zoom))
     height, width = source.pixels.shape
@@ -145,8 +149,33 @@ def extract(
         width=width,
         height=height,
         dpi=resolution,
-        field=_ridge_field(flow, cells, p.spectrum.step_px / zoom),
+        field=_ridge_field(flow.field, cells, p.spectrum.step_px / zoom),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _RidgeFlow:
+    """How the ridges run: the field of cells, orientation and period of pixels, enhanced image."""
+
+    field: OrientationField
+    orientation: NDArray[np.float32]
+    period: NDArray[np.float32]
+    enhanced: NDArray[np.float32]
+
+
+def _follow_ridges(
+    pixels: NDArray[np.float32],
+    spectrum: RidgeSpectrum,
+    cells: NDArray[np.bool_],
+    mask: NDArray[np.bool_],
+    p: ExtractionParameters,
+) -> _RidgeFlow:
+    """Measure orientation and period in the spectrum, and enhance `pixels` along them."""
+    field = ridge_orientation(spectrum, cells, p.orientation)
+    orientation = orientation_at_pixels(field.orientation, spectrum)
+    period = cells_to_pixels(ridge_period(spectrum, field, cells, p.period), spectrum)
+    enhanced = enhance(pixels, mask, orientation, period, p.enhancement)
+    return _RidgeFlow(field, orientation, period, enhanced)
 
 
 def resample(grey: NDArray[np.uint8], dpi: float) -> tuple[NDArray[np.uint8], float]:
@@ -223,7 +252,7 @@ def _as_columns(minutiae: Minutiae, zoom: float) -> NDArray[np.float32]:
 
 
 def _ridge_field(
-    flow: OrientationField, cells: NDArray[np.bool_], step: float
+    field: OrientationField, cells: NDArray[np.bool_], step: float
 ) -> RidgeField | None:
     """Return the orientation field as a template keeps it, on twice as large cells; None if empty.
 
@@ -234,7 +263,7 @@ def _ridge_field(
     rows, columns = cells.shape
     even = ((0, rows % 2), (0, columns % 2))
     inside = np.pad(cells, even)
-    doubled = np.pad(np.exp(2j * flow.orientation) * cells, even)
+    doubled = np.pad(np.exp(2j * field.orientation) * cells, even)
     blocks = (inside.shape[0] // 2, 2, inside.shape[1] // 2, 2)
     orientation = np.mod(np.angle(doubled.reshape(blocks).sum(axis=(1, 3))) / 2, np.pi)
     return RidgeField(

@@ -115,9 +115,8 @@ def test_compiled_and_interpreted_agree(
 @given(seeds)
 def test_a_neighbourhood_is_wholly_like_itself(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    apart = neighbourhoods(spread_points(rng, MOST, spacing=60.0, size=500.0), TOLERANCE)
-    farthest = np.hypot(apart.frame[:, 0], apart.frame[:, 1]).max()
-    assert TOLERANCE.tolerance_px + TOLERANCE.tolerance_per_px * farthest < 60
+    narrow = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.02)  # 23 px at most
+    apart = neighbourhoods(spread_points(rng, MOST, spacing=40.0, size=500.0), narrow)
     whole = apart.count / np.maximum(apart.count, P.fewest_neighbours)
     assert local_likeness(apart, apart).diagonal() == pytest.approx(whole, abs=1e-5)
 

@@ -63,6 +63,7 @@ class ScoreParameters:
     unpaired_power: float = 1.0
     unpaired_offset: float = 2.0
     orientation_weight: float = 1.5
+    overlap_weight: float = 1.0
     orientation_doubt_cells: float = 5.0
     unknown_orientation: float = 0.75
 
@@ -129,8 +130,8 @@ def gather_evidence(
 def similarity(evidence: Evidence, parameters: ScoreParameters | None = None) -> float:
     """Weigh the evidence: what agrees over what should and does not.
 
-    ``(1 + L)³·√(1 + C)·exp(1.5·O) / (2 + U)`` for local likeness L, ring agreement C, orientation
-    agreement O and unpaired minutiae U.
+    ``(1 + L)³·√(1 + C)·exp(1.5·O + V) / (2 + U)`` for local likeness L, ring agreement C,
+    orientation agreement O, overlap V and unpaired minutiae U.
 
     Parameters
     ----------
@@ -147,7 +148,9 @@ def similarity(evidence: Evidence, parameters: ScoreParameters | None = None) ->
     p = parameters or ScoreParameters()
     for_ = (1.0 + evidence.local) ** p.local_power
     for_ *= (1.0 + max(evidence.circle, 0.0)) ** p.circle_power
-    for_ *= math.exp(p.orientation_weight * evidence.orientation)
+    for_ *= math.exp(
+        p.orientation_weight * evidence.orientation + p.overlap_weight * evidence.overlap
+    )
     against = (p.unpaired_offset + evidence.unpaired) ** p.unpaired_power
     return float(for_ / against)
 

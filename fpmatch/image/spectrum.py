@@ -91,10 +91,12 @@ def ridge_spectrum(
     rows, columns = -(-height // p.step_px), -(-width // p.step_px)
     patches = _patches(pixels, rows, columns, p)
     waves, window = _waves(p)
-    projection = patches @ waves
-    half = projection.shape[1] // 2
-    energy = 2.0 * (projection[:, :half] ** 2 + projection[:, half:] ** 2)
     total = (patches * patches) @ window
+    filled = np.flatnonzero(total > 0)  # background costs nothing
+    projection = patches[filled] @ waves
+    half = projection.shape[1] // 2
+    energy = np.zeros((rows * columns, half), np.float32)
+    energy[filled] = 2.0 * (projection[:, :half] ** 2 + projection[:, half:] ** 2)
     return RidgeSpectrum(
         step_px=p.step_px,
         shape=(height, width),

@@ -1,0 +1,147 @@
+"""Constructed images: waves, rings, dislocations, drawings, and what no sensor delivers."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+
+Grey = NDArray[np.uint8]
+Wave = NDArray[np.float32]
+Binary = NDArray[np.bool_]
+
+
+def along_and_across(
+    shape: tuple[int, int], angle_deg: float, at: tuple[float, float] | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return each pixel's place along a direction (counter-clockwise on screen) and across it.
+
+    `at` (x, y) is the origin; by default the centre of the image.
+    """
+    height, width = shape
+    x0, y0 = at or ((width - 1) / 2, (height - 1) / 2)
+    y, x = np.mgrid[:height, :width].astype(float)
+    dx, up = x - x0, y0 - y
+    angle = np.radians(angle_deg)
+    along = dx * np.cos(angle) + up * np.sin(angle)
+    across = dx * np.sin(angle) - up * np.cos(angle)
+    return along, across
+
+
+def plane_wave(
+    angle_deg: float, period: float, shape: tuple[int, int] = (96, 96), phase: float = 0.0
+) -> Wave:
+    """Return ridges (positive) that run straight at `angle_deg`, one every `period` pixels."""
+    _, across = along_and_across(shape, angle_deg)
+    return np.cos(2 * np.pi * across / period + phase).astype(np.float32)
+
+
+def concentric_rings(shape: tuple[int, int], period: float) -> Wave:
+    """Return circular ridges around the centre of the image."""
+    along, across = along_and_across(shape, 0)
+    return np.cos(2 * np.pi * np.hypot(along, across) / period).astype(np.float32)
+
+
+def dislocation(
+    angle_deg: float,
+    period: float,
+    kind: str,
+    shape: tuple[int, int] = (160, 160),
+    at: tuple[float, float] | None = None,
+) -> Wave:
+    """Return straight ridges with one minutia at `at`, whose direction is `angle_deg`.
+
+    A turn in the phase of the wave makes one ridge more on the side of the direction: an ending
+    where that side has a ridge in the middle, a bifurcation where it has a valley. After Larkin
+    and Fletcher, "A coherent framework for fingerprint analysis", Optics Express 15 (2007).
+    """
+    along, across = along_and_across(shape, angle_deg, at)
+    middle = {"ending": np.pi / 2, "bifurcation": -np.pi / 2}[kind]
+    phase = 2 * np.pi * across / period - np.arctan2(along, across) + middle
+    return np.cos(phase).astype(np.float32)
+
+
+def as_picture(wave: Wave) -> Grey:
+    """Return a wave as a sensor shows it: dark ridges."""
+    return np.rint(128 - 100 * wave).astype(np.uint8)
+
+
+def drawn(*rows: str, margin: int = 0) -> Binary:
+    """Return the picture that text draws: True at each '#', `margin` pixels of nothing around."""
+    picture = np.array([[letter == "#" for letter in row] for row in rows])
+    return np.pad(picture, margin)
+
+
+def parts(binary: Binary) -> int:
+    """Count the eight-connected parts."""
+    return int(cv2.connectedComponents(binary.astype(np.uint8), connectivity=8)[0]) - 1
+
+
+def holes(binary: Binary) -> int:
+    """Count the four-connected parts of the ground that do not reach the border."""
+    ground = (~np.pad(binary, 1)).astype(np.uint8)
+    return int(cv2.connectedComponents(ground, connectivity=4)[0]) - 2
+
+
+def turn_between(a: object, b: object, *, period_deg: float = 360.0) -> NDArray[np.float64]:
+    """Return the smallest turn in degrees from `a` to `b`, both in degrees."""
+    difference = np.asarray(a, np.float64) - np.asarray(b, np.float64)
+    half = period_deg / 2
+    return np.abs((difference + half) % period_deg - half)
+
+
+binaries = st.tuples(st.integers(1, 14), st.integers(1, 14)).flatmap(
+    lambda shape: arrays(np.bool_, shape)
+)
+"""Any binary image of 1 to 14 pixels a side."""
+
+blobs = st.builds(
+    lambda binary, size: cv2.dilate(
+        binary.astype(np.uint8), np.ones((size, size), np.uint8)
+    ).astype(bool),
+    binaries,
+    st.integers(2, 4),
+)
+"""Binary images of fat shapes."""
+
+
+def strips_and_extremes() -> dict[str, Binary]:
+    """Return the binary images that every stage must bear."""
+    one = np.zeros((11, 11), bool)
+    one[5, 5] = True
+    return {
+        "nothing": np.zeros((12, 15), bool),
+        "everything": np.ones((12, 15), bool),
+        "one pixel": one,
+        "only one pixel": np.ones((1, 1), bool),
+        "row": np.ones((1, 20), bool),
+        "column": np.ones((20, 1), bool),
+        "checkerboard": np.indices((9, 9)).sum(axis=0) % 2 == 0,
+    }
+
+
+def hostile_pictures(shape: tuple[int, int] = (64, 80)) -> dict[str, Grey]:
+    """Return pictures in which there is no print."""
+    rng = np.random.default_rng(7)
+    y, x = np.indices(shape)
+    return {
+        "black": np.zeros(shape, np.uint8),
+        "white": np.full(shape, 255, np.uint8),
+        "grey": np.full(shape, 130, np.uint8),
+        "noise": rng.integers(0, 256, shape, dtype=np.uint8),
+        "black and white noise": rng.integers(0, 2, shape, dtype=np.uint8) * np.uint8(255),
+        "checkerboard": ((y + x) % 2 * 255).astype(np.uint8),
+        "ramp": (x * 255 // (shape[1] - 1)).astype(np.uint8),
+        "edge": np.where(x < shape[1] // 2, 0, 255).astype(np.uint8),
+        "one dot": np.where((y == 20) & (x == 20), 0, 255).astype(np.uint8),
+    }
+
+
+def lines(shape: tuple[int, int], *strokes: tuple[tuple[int, int], tuple[int, int]]) -> Binary:
+    """Return straight lines one pixel wide, each from (x, y) to (x, y)."""
+    canvas = np.zeros(shape, np.uint8)
+    for start, end in strokes:
+        cv2.line(canvas, start, end, 1)
+    return canvas.astype(bool)

@@ -1,0 +1,46 @@
+"""`fpmatch.image.recorder`: each stage by name, in order, as it was."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fpmatch.image.recorder import NoRecorder, StageRecorder
+
+
+def test_stages_are_kept_in_their_order() -> None:
+    recorder = StageRecorder()
+    for k, stage in enumerate(["second", "first", "third"]):
+        recorder.record(stage, np.full((2, 3), k))
+    assert list(recorder.stages) == ["second", "first", "third"]
+    assert [int(array[0, 0]) for array in recorder.stages.values()] == [0, 1, 2]
+
+
+def test_what_was_recorded_does_not_change_with_its_source() -> None:
+    recorder = StageRecorder()
+    array = np.zeros((4, 5), np.float32)
+    recorder.record("stage", array)
+    array += 1
+    assert not recorder.stages["stage"].any()
+    assert recorder.stages["stage"].dtype == np.float32
+
+
+def test_a_stage_of_the_same_name_takes_the_place_of_the_first() -> None:
+    recorder = StageRecorder()
+    recorder.record("stage", np.zeros(2))
+    recorder.record("other", np.zeros(2))
+    recorder.record("stage", np.ones(3))
+    assert list(recorder.stages) == ["stage", "other"]
+    assert recorder.stages["stage"].tolist() == [1, 1, 1]
+
+
+def test_two_recorders_share_nothing() -> None:
+    one, other = StageRecorder(), StageRecorder()
+    one.record("stage", np.zeros(2))
+    assert other.stages == {}
+
+
+def test_no_recorder_keeps_nothing_and_changes_nothing() -> None:
+    recorder, array = NoRecorder(), np.arange(3)
+    recorder.record("stage", array)
+    assert not hasattr(recorder, "stages")
+    assert array.tolist() == [0, 1, 2]

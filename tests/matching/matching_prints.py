@@ -14,7 +14,7 @@ from fpmatch.pointset.similarity import Similarity
 COMPILED = _local_kernel.COMPILED
 """Whether the kernels are; where they are not, a comparison takes a hundred times as long."""
 
-MOST_MINUTIAE = 60 if COMPILED else 15
+MOST_MINUTIAE = 60 if COMPILED else 25
 """Most minutiae of a template that hypothesis makes."""
 
 seeds = st.integers(0, 2**32 - 1)

@@ -1,0 +1,122 @@
+"""What is prepared of a template: points, region, order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from matching_prints import even_field, seeds, spread_points, template_of, templates
+
+from fpmatch.matching.neighbourhood import NeighbourhoodParameters
+from fpmatch.matching.prepare import PreparationParameters, prepare
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+
+
+@pytest.mark.parametrize("dpi", [250.0, 500.0, 1000.0])
+def test_points_are_at_500_dpi_with_y_pointing_up(dpi: float) -> None:
+    minutiae = Minutiae(x=[10, 30], y=[20, 40], angle=[0, np.pi / 2], quality=[100, 25])
+    prepared = prepare(Template(minutiae, 100, 100, dpi))
+    zoom = 500 / dpi
+    assert prepared.zoom == zoom
+    assert prepared.points[:2].T.tolist() == [[10 * zoom, -20 * zoom], [30 * zoom, -40 * zoom]]
+    assert pytest.approx(np.array([[1, 0], [0, 1]]), abs=1e-7) == prepared.points[2:].T
+    assert prepared.quality.tolist() == [1.0, 0.25]
+    assert prepared.index.tolist() == [0, 1]
+    assert len(prepared) == 2
+
+
+def test_of_too_many_minutiae_the_best_take_part_in_their_order() -> None:
+    quality = np.array([10, 90, 50, 90, 50, 70])
+    points = spread_points(np.random.default_rng(1), 6)
+    prepared = prepare(template_of(points, quality=quality), PreparationParameters(max_minutiae=4))
+    assert prepared.index.tolist() == [1, 2, 3, 5]
+    assert prepared.points[0] == pytest.approx(points[0, [1, 2, 3, 5]], abs=1e-4)
+    assert prepared.neighbourhoods.count.tolist() == [3] * 4
+
+
+def test_parameters_of_the_neighbourhoods_are_handed_on() -> None:
+    template = template_of(spread_points(np.random.default_rng(1), 9))
+    prepared = prepare(template, neighbourhood=NeighbourhoodParameters(size=2))
+    assert prepared.neighbourhoods.frame.shape == (9, 6, 2)
+
+
+@given(templates())
+def test_any_template_can_be_prepared(template: Template) -> None:
+    prepared = prepare(template)
+    assert len(prepared) == len(template.minutiae) == prepared.points.shape[1]
+    assert np.isfinite(prepared.points).all()
+    assert np.isfinite(prepared.neighbourhoods.frame).all()
+    assert prepared.region.cells.shape == (4, np.count_nonzero(prepared.region.mask))
+    assert prepared.region.has_flow == (template.field is not None)
+
+
+def test_region_of_a_field_is_its_mask_and_flow() -> None:
+    mask = np.array([[True, False, False], [True, True, False]])
+    orientation = np.array([[0.0, 9.0, 9.0], [np.pi / 4, np.pi / 2, 9.0]])
+    template = Template(Minutiae.empty(), 60, 40, 1000.0, RidgeField(20.0, orientation, mask))
+    region = prepare(template).region
+    assert region.step == 10.0
+    assert region.has_flow
+    assert region.cells[:2].T.tolist() == [[5, -5], [5, -15], [15, -15]]
+    assert pytest.approx(np.array([[1, 0], [0, 1], [-1, 0]]), abs=1e-6) == region.cells[2:].T
+    assert region.area == 300.0
+    x, y = np.array([5.0, 15, 15, -1, 35, 5]), np.array([-5.0, -15, -5, -5, -5, -25])
+    assert region.holds(x, y).tolist() == [True, True, False, False, False, False]
+
+
+def test_region_without_a_field_is_the_hull_of_the_minutiae() -> None:
+    corners = np.array([[20.0, 180, 180, 20], [-20, -20, -180, -180], [1, 1, 1, 1], [0, 0, 0, 0]])
+    region = prepare(template_of(corners)).region
+    assert not region.has_flow
+    assert not region.flow.any()
+    inside = np.array([25.0, 100, 175]), np.array([-25.0, -100, -175])
+    outside = np.array([2.0, 100, 250]), np.array([-100.0, -250, -100])
+    assert region.holds(*inside).all()
+    assert not region.holds(*outside).any()
+    assert region.area == pytest.approx(160**2, rel=0.25)
+
+
+@given(seeds)
+def test_the_hull_holds_its_minutiae(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    prepared = prepare(template_of(spread_points(rng, int(rng.integers(1, 20)))))
+    assert prepared.region.holds(*prepared.points[:2]).all()
+
+
+def test_minutiae_outside_the_image_have_no_region() -> None:
+    prepared = prepare(
+        template_of(spread_points(np.random.default_rng(1), 9) * [[-1], [1], [1], [1]])
+    )
+    assert not prepared.region.mask.any()
+    assert prepared.region.area == 0
+    assert not prepared.region.holds(*prepared.points[:2]).any()
+
+
+@pytest.mark.parametrize("reach", [2e4, 1e9])
+def test_far_minutiae_take_no_more_memory(reach: float) -> None:
+    minutiae = Minutiae(x=[0, reach, 10], y=[0, 10, reach], angle=[0, 0, 0])
+    p = PreparationParameters(max_hull_cells=64)
+    prepared = prepare(Template(minutiae, 100, 100), p)
+    assert max(prepared.region.mask.shape) <= p.max_hull_cells + 1
+    assert prepared.region.holds(*prepared.points[:2]).all()
+
+
+def test_key_tells_whatever_is_compared_apart() -> None:
+    points = spread_points(np.random.default_rng(1), 5)
+    plain = template_of(points)
+    one_cell = np.zeros((2, 2), np.float32)
+    mask = np.array([[False, False], [False, True]])
+    others = [
+        plain,
+        template_of(points[:, ::-1].copy()),
+        template_of(points[:, 1:].copy()),
+        template_of(points, quality=np.full(5, 99)),
+        template_of(points, field=even_field()),
+        template_of(points, field=even_field(orientation=0.7)),
+        # two regions of one cell with the same centre
+        template_of(points, field=RidgeField(16.0, one_cell, mask)),
+        template_of(points, field=RidgeField(48.0, one_cell[:1, :1], mask[1:, 1:])),
+    ]
+    keys = [prepare(template).key for template in others]
+    assert len(set(keys)) == len(others)
+    assert prepare(template_of(points)).key == keys[0]

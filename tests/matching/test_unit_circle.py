@@ -1,0 +1,339 @@
+"""The default matcher: symmetric, invariant, robust to any template, and clear about a no."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from matching_prints import (
+    COMPILED,
+    even_field,
+    jittered,
+    moved,
+    seeds,
+    spread_points,
+    template_of,
+    templates,
+    turned_on_screen,
+)
+
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.result import Comparison, Matcher, Verification
+from fpmatch.matching.verify import verify
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.pointset.similarity import Similarity
+
+EXAMPLES = 50 if COMPILED else 15
+SECONDS_FOR_A_CROWD = 5.0 if COMPILED else 90.0
+PRINT_SIZE = 30 if COMPILED else 18
+CELL_PX = 16.0  # of the region that stands for a print without a field
+
+
+def compare(probe: Template, reference: Template) -> Comparison:
+    matcher: Matcher = MATCHER
+    return matcher.compare(matcher.prepare(probe), matcher.prepare(reference))
+
+
+def two_impressions(seed: int, *, with_field: bool = False) -> tuple[Template, Template]:
+    """Return two impressions of one finger, each with lost and spurious minutiae."""
+    rng = np.random.default_rng(seed)
+    every = spread_points(rng, PRINT_SIZE)
+    shared = PRINT_SIZE * 2 // 3
+    own = (PRINT_SIZE - shared) // 2
+    a = every[:, : shared + own].copy()
+    b = jittered(rng, every[:, np.r_[0:shared, shared + own : PRINT_SIZE]], 1.5, 0.05)
+    first, second = (
+        template_of(
+            side,
+            quality=rng.integers(0, 101, side.shape[1]),
+            field=even_field(side=20) if with_field else None,
+        )
+        for side in (a, b)
+    )
+    return first, second
+
+
+def assert_mirrored(forth: Verification, back: Verification) -> None:
+    """Hold two results to being each other with the sides exchanged."""
+    assert forth.score == back.score
+    assert forth.match == back.match
+    assert forth.agreement == back.agreement
+    assert forth.overlap == back.overlap
+    assert {*map(tuple, forth.pairs.tolist())} == {(j, i) for i, j in back.pairs.tolist()}
+    assert (forth.transform is None) == (back.transform is None)
+    if forth.transform and back.transform:
+        corners = np.array([[0, 0], [forth.probe.width, 0], [0, forth.probe.height]])
+        again = back.transform.inverse().apply(corners)
+        assert again == pytest.approx(forth.transform.apply(corners), rel=1e-6, abs=1e-6)
+
+
+def test_it_is_the_default() -> None:
+    assert DEFAULT_MATCHER == MATCHER.name == "unit-circle"
+    assert get_matcher("unit-circle") is MATCHER
+
+
+@given(templates(), templates())
+@settings(max_examples=EXAMPLES)
+def test_any_two_templates_compare_the_same_both_ways(a: Template, b: Template) -> None:
+    forth, back = verify(a, b), verify(b, a)
+    assert_mirrored(forth, back)
+    assert 0 <= forth.score <= 100
+    assert 0 <= forth.agreement <= 1
+    assert 0 <= forth.overlap <= 1
+    assert math.isfinite(forth.rms_px)
+    assert forth.rms_px >= 0
+    assert forth.match or forth.reason
+    if forth.transform:
+        # Where too few pairs can tell it, the scale is that of the resolutions.
+        assert 0.75 < forth.transform.scale * a.dpi / b.dpi < 1.35
+        assert len(forth.pairs)
+    else:
+        assert (forth.match, forth.score, len(forth.pairs)) == (False, 0.0, 0)
+
+
+@given(templates(), st.sampled_from([100.0, 500.0, 569.0, 4000.0]), seeds)
+@settings(max_examples=EXAMPLES)
+def test_a_shuffled_template_at_another_resolution_compares_the_same_both_ways(
+    template: Template, dpi: float, seed: int
+) -> None:
+    order = np.random.default_rng(seed).permutation(len(template.minutiae))
+    shuffled = Template(template.minutiae.take(order), 400, 400, dpi, template.field)
+    assert_mirrored(verify(template, shuffled), verify(shuffled, template))
+
+
+@given(seeds, st.booleans())
+@settings(max_examples=EXAMPLES)
+def test_impressions_of_one_finger_compare_the_same_both_ways(seed: int, with_field: bool) -> None:
+    a, b = two_impressions(seed, with_field=with_field)
+    forth = verify(a, b)
+    assert_mirrored(forth, verify(b, a))
+    assert len(forth.pairs) >= PRINT_SIZE // 3
+
+
+@given(templates(), templates())
+@settings(max_examples=EXAMPLES)
+def test_pairs_are_one_to_one_in_range_and_in_order(a: Template, b: Template) -> None:
+    pairs = compare(a, b).pairs
+    assert pairs.dtype == np.int32
+    assert pairs.shape[1] == 2
+    i, j = pairs.T.tolist()
+    assert i == sorted(set(i))
+    assert len(set(j)) == len(j)
+    assert all(0 <= k < len(a.minutiae) for k in i)
+    assert all(0 <= k < len(b.minutiae) for k in j)
+
+
+@given(seeds)
+@settings(max_examples=10)
+def test_the_same_templates_give_the_same_result(seed: int) -> None:
+    a, b = two_impressions(seed)
+    first, again = compare(a, b), compare(a, b)
+    assert first.similarity == again.similarity
+    assert first.transform == again.transform
+    assert first.pairs.tolist() == again.pairs.tolist()
+
+
+@given(seeds, st.booleans())
+@settings(max_examples=20)
+def test_a_print_matches_itself_where_it_lies(seed: int, with_field: bool) -> None:
+    points = spread_points(np.random.default_rng(seed), PRINT_SIZE)
+    template = template_of(points, field=even_field(side=20) if with_field else None)
+    found = verify(template, template)
+    assert found.match
+    assert found.score > 60
+    assert found.reason == ""
+    assert found.agreement == found.overlap == 1.0
+    assert found.pairs.tolist() == [[i, i] for i in range(PRINT_SIZE)]
+    assert found.transform is not None
+    assert found.transform.matrix == pytest.approx(np.eye(2, 3), abs=1e-9)
+    assert found.rms_px < 1e-9
+
+
+@given(seeds, st.floats(-math.pi, math.pi), st.floats(-400, 400), st.floats(-400, 400))
+@settings(max_examples=EXAMPLES)
+def test_a_moved_print_is_found_where_it_was_moved(
+    seed: int, turn: float, tx: float, ty: float
+) -> None:
+    template = template_of(spread_points(np.random.default_rng(seed), 15, 20.0))
+    move = Similarity(1.0, turn, tx, ty)
+    found = compare(template, turned_on_screen(template, move))
+    assert found.transform is not None
+    xy = template.minutiae.xy
+    assert found.transform.apply(xy) == pytest.approx(move.apply(xy), abs=1e-2)
+    assert found.pairs.tolist() == [[i, i] for i in range(15)]
+
+
+@given(seeds, st.integers(0, 20), st.integers(0, 20))
+@settings(max_examples=EXAMPLES)
+def test_a_shift_by_whole_cells_leaves_the_similarity_as_it_is(seed: int, u: int, v: int) -> None:
+    """Which side is taken first depends on the content; where it stays, so does the result."""
+    a, b = (turned_on_screen(t, Similarity(tx=64, ty=64)) for t in two_impressions(seed))
+    shifted = turned_on_screen(b, Similarity(tx=u * CELL_PX, ty=v * CELL_PX))
+    p, q, r = (MATCHER.prepare(t) for t in (a, b, shifted))
+    assume((p.key < q.key) == (p.key < r.key))
+    before, after = MATCHER.compare(p, q), MATCHER.compare(p, r)
+    assert after.similarity == pytest.approx(before.similarity, rel=1e-4)
+    assert after.pairs.tolist() == before.pairs.tolist()
+    assert after.rms_px == pytest.approx(before.rms_px, abs=1e-4)
+
+
+@given(seeds, st.floats(-math.pi, math.pi))
+@settings(max_examples=EXAMPLES)
+def test_a_turn_changes_the_similarity_by_no_more_than_its_region_is_coarse(
+    seed: int, turn: float
+) -> None:
+    """Without a field the region is the hull on a grid, which falls anew when it is turned."""
+    a, b = two_impressions(seed)
+    middle = np.array([[150.0, 150.0]])
+    shift = (600.0 - Similarity(1.0, turn).apply(middle))[0]
+    turned = turned_on_screen(b, Similarity(1.0, turn, *shift.tolist()))
+    before, after = compare(a, b), compare(a, turned)
+    assert abs(math.log(after.similarity / before.similarity)) < 0.7
+    assert abs(len(after.pairs) - len(before.pairs)) <= 2
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 8, 18])
+@pytest.mark.parametrize(("probe_dpi", "reference_dpi"), [(500, 1000), (1000, 500), (569, 250)])
+def test_scale_is_that_of_the_resolutions(n: int, probe_dpi: float, reference_dpi: float) -> None:
+    points = spread_points(np.random.default_rng(n), n, 25.0)
+    turned = moved(points, 0.5, 60 - 40j)
+    probe, reference = template_of(points, probe_dpi), template_of(turned, reference_dpi)
+    found = compare(probe, reference)
+    assert found.transform is not None
+    assert found.transform.scale == pytest.approx(reference_dpi / probe_dpi, rel=1e-4)
+    assert found.transform.rotation == pytest.approx(-0.5, abs=1e-4)
+    assert found.transform.apply(probe.minutiae.xy) == pytest.approx(
+        reference.minutiae.xy, abs=1e-2
+    )
+
+
+def test_residual_is_in_pixels_of_the_reference() -> None:
+    rng = np.random.default_rng(4)
+    points = spread_points(rng, 18)
+    worn = jittered(rng, points, 2.0, 0.05)
+    plain, fine = (compare(template_of(points), template_of(worn, dpi)) for dpi in (500.0, 1000.0))
+    assert 1 < plain.rms_px < 5
+    assert fine.rms_px == pytest.approx(2 * plain.rms_px, rel=1e-3)
+
+
+@pytest.mark.parametrize("n", [3, 5])
+def test_minutiae_on_one_spot_turn_by_their_directions(n: int) -> None:
+    angle = 2 * np.pi * np.arange(n) / n
+    points = np.vstack([np.full(n, 90.0), np.full(n, -70.0), np.cos(angle), np.sin(angle)])
+    turned = moved(points, 0.4, 200 - 100j)
+    found = compare(template_of(points), template_of(turned, 1000.0))
+    assert len(found.pairs) == n
+    assert found.transform is not None
+    assert found.transform.scale == 2.0
+    assert found.transform.rotation == pytest.approx(-0.4, abs=1e-5)
+
+
+def test_pairs_on_one_spot_do_not_set_the_scale() -> None:
+    """Eight minutiae a tenth of a pixel apart lie on eight that are 5 px apart: scale stays 1."""
+    rng = np.random.default_rng(1)
+    angle = np.arange(8) * np.pi / 4
+    directions = np.array([np.cos(angle), np.sin(angle)])
+    narrow = np.vstack([100 + rng.uniform(0, 0.1, 8), -100 - rng.uniform(0, 0.1, 8), directions])
+    wide = np.vstack([100 + rng.uniform(0, 5, 8), -100 - rng.uniform(0, 5, 8), directions])
+    found = compare(template_of(narrow), template_of(wide))
+    assert len(found.pairs) == 8
+    assert found.transform is not None
+    assert found.transform.scale == 1.0
+
+
+def test_a_crowd_of_minutiae_is_compared_by_its_best_in_bounded_time() -> None:
+    rng = np.random.default_rng(3)
+    points = spread_points(rng, 2000, 0.0, 3000.0)
+    quality = rng.integers(0, 50, 2000)
+    best = np.sort(rng.permutation(2000)[:200])
+    quality[best] = 90
+    template = template_of(points, quality=quality)
+    start = time.perf_counter()
+    found = compare(template, template)
+    assert time.perf_counter() - start < SECONDS_FOR_A_CROWD
+    assert found.pairs.tolist() == [[i, i] for i in best.tolist()]
+
+
+def some_print(seed: int, n: int = 15, field: RidgeField | None = None) -> Template:
+    return template_of(spread_points(np.random.default_rng(seed), n, 20.0), field=field)
+
+
+EMPTY = Template(Minutiae.empty(), 300, 300)
+RIDGES_ALONE = Template(Minutiae.empty(), 300, 300, field=even_field())
+
+
+@pytest.mark.parametrize(
+    ("probe", "reference", "reason"),
+    [
+        (EMPTY, some_print(1), "the probe has no ridges"),
+        (some_print(1), EMPTY, "the reference has no ridges"),
+        (EMPTY, EMPTY, "the probe has no ridges; the reference has no ridges"),
+        (RIDGES_ALONE, some_print(1), "the probe has too few minutiae (0)"),
+        (some_print(1), some_print(2, 2), "the reference has too few minutiae (2)"),
+        (
+            some_print(2, 1),
+            EMPTY,
+            "the probe has too few minutiae (1); the reference has no ridges",
+        ),
+    ],
+)
+def test_too_little_to_compare_is_named(probe: Template, reference: Template, reason: str) -> None:
+    found = compare(probe, reference)
+    assert found.reason == reason
+    assert (found.similarity, found.transform, len(found.pairs)) == (0.0, None, 0)
+    assert verify(probe, reference, threshold=0).reason == reason
+
+
+def test_no_alike_neighbourhood_is_named() -> None:
+    """Three minutiae close together know no neighbours like those of three far apart."""
+    narrow = np.array([[50.0, 70, 60], [-50, -50, -70], [1, 1, 1], [0, 0, 0]])
+    wide = np.array([[50.0, 350, 200], [-50, -50, -350], [1, 1, 1], [0, 0, 0]])
+    found = compare(template_of(narrow), template_of(wide))
+    assert found.reason == "no neighbourhood of one print is like one of the other"
+    assert found.transform is None
+
+
+def test_a_small_common_region_is_named() -> None:
+    """The lower right corner of one print is the upper left corner of the other."""
+    points = spread_points(np.random.default_rng(5), 12, 12.0, size=96.0)
+    corner = moved(points, 0.0, 304 - 304j)
+    field = even_field()
+    found = compare(template_of(corner, field=field), template_of(points, field=field))
+    assert found.reason.startswith("the common region is small (6% of the smaller print): 12 pairs")
+    assert found.overlap == pytest.approx((96 / 400) ** 2, abs=0.01)
+    assert found.transform is not None
+    assert found.transform.tx == pytest.approx(-304, abs=1e-3)
+
+
+def test_ridges_that_disagree_are_named() -> None:
+    points = spread_points(np.random.default_rng(5), 15, 20.0)
+    along = template_of(points, field=even_field(orientation=0.4))
+    across = template_of(points, field=even_field(orientation=0.4 + math.pi / 2))
+    found = compare(along, across)
+    assert found.reason.startswith("ridge orientations disagree under the best transform: 15 pairs")
+    assert found.overlap == 1.0
+    assert found.similarity < compare(along, along).similarity
+
+
+@pytest.mark.parametrize("field", [None, even_field(side=20)])
+def test_too_few_minutiae_that_agree_are_named(field: RidgeField | None) -> None:
+    """Two prints that share four minutiae of fifteen, and the run of their ridges."""
+    rng = np.random.default_rng(5)
+    a, b = (spread_points(rng, PRINT_SIZE, 15.0) for _ in range(2))
+    b[:, :4] = a[:, :4]
+    found = verify(template_of(a, field=field), template_of(b, field=field), threshold=99.9)
+    assert not found.match
+    assert found.reason.startswith("too few minutiae agree under the best transform: ")
+    assert f"{len(found.pairs)} pairs among" in found.reason
+
+
+def test_strangers_do_not_match() -> None:
+    for seed in range(20 if COMPILED else 5):
+        found = verify(some_print(seed, PRINT_SIZE), some_print(seed + 100, PRINT_SIZE))
+        assert not found.match
+        assert found.reason

@@ -1,0 +1,80 @@
+"""Verification: what a decision says, and what it refuses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matching_prints import spread_points, template_of
+
+from fpmatch.errors import MatcherError
+from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from fpmatch.matching.matchers import get_matcher, matcher_names
+from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
+from fpmatch.minutiae import Minutiae, Template
+
+PROBE = template_of(spread_points(np.random.default_rng(1), 18, 20.0))
+STRANGER = template_of(spread_points(np.random.default_rng(2), 18, 20.0))
+EMPTY = Template(Minutiae.empty(), 300, 300)
+
+
+def test_default_threshold_is_one_false_match_in_ten_thousand() -> None:
+    assert score_to_fmr(DEFAULT_THRESHOLD) == 1e-4
+    assert verify(EMPTY, EMPTY).threshold == DEFAULT_THRESHOLD
+
+
+@pytest.mark.parametrize("matcher", matcher_names())
+def test_result_hands_on_what_the_matcher_found(matcher: str) -> None:
+    chosen = get_matcher(matcher)
+    compared = chosen.compare(chosen.prepare(PROBE), chosen.prepare(STRANGER))
+    found = verify(PROBE, STRANGER, matcher=matcher)
+    assert found.matcher == matcher
+    assert found.score == load_calibration(matcher).score(compared.similarity)
+    assert found.fmr == score_to_fmr(found.score)
+    assert found.transform == compared.transform
+    assert found.pairs.tolist() == compared.pairs.tolist()
+    for name in ("rms_px", "agreement", "overlap"):
+        assert getattr(found, name) == getattr(compared, name)
+    assert found.probe is PROBE
+    assert found.reference is STRANGER
+
+
+@pytest.mark.parametrize("matcher", matcher_names())
+def test_a_match_needs_no_reason_and_a_no_has_one(matcher: str) -> None:
+    same = verify(PROBE, PROBE, matcher=matcher, threshold=1)
+    assert same.match
+    assert same.reason == ""
+    for reference in (STRANGER, EMPTY):
+        other = verify(PROBE, reference, matcher=matcher, threshold=100)
+        assert not other.match
+        assert other.reason
+        assert "\n" not in other.reason
+
+
+def test_the_score_decides_from_the_threshold_on() -> None:
+    # As little of the print as can be told from nothing, so that the score is not at an end.
+    parts = (template_of(spread_points(np.random.default_rng(1), n, 20.0)) for n in range(3, 18))
+    part, score = next((p, s) for p in parts if (s := verify(PROBE, p).score) > 0)
+    assert score < 100
+    assert verify(PROBE, part, threshold=score).match
+    assert not verify(PROBE, part, threshold=math.nextafter(score, 100)).match
+
+
+def test_nothing_found_is_no_match_at_any_threshold() -> None:
+    found = verify(PROBE, EMPTY, threshold=0)
+    assert not found.match
+    assert (found.score, found.fmr, found.transform) == (0.0, 1.0, None)
+    assert found.pairs.shape == (0, 2)
+
+
+@pytest.mark.parametrize("threshold", [-0.1, 100.1, math.inf, -math.inf, math.nan])
+def test_threshold_outside_the_scale(threshold: float) -> None:
+    with pytest.raises(MatcherError, match=r"threshold must lie in 0\.\.100, not ") as caught:
+        verify(EMPTY, EMPTY, threshold=threshold)
+    assert f"{threshold:g}" in str(caught.value)
+
+
+def test_unknown_matcher() -> None:
+    with pytest.raises(MatcherError, match=r"unknown matcher 'nobody'; known: .*unit-circle"):
+        verify(EMPTY, EMPTY, matcher="nobody")

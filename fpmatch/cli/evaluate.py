@@ -74,8 +74,9 @@ def evaluate(
     their mean, and those of all scores pooled.
     """
     from fpmatch.evaluation import run
-    from fpmatch.evaluation.scores_file import check_writable, write_scores
+    from fpmatch.evaluation.scores_file import write_scores
     from fpmatch.evaluation.table import format_table
+    from fpmatch.output import check_writable
 
     if scores is not None:
         check_writable(scores)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.drawing.files import png_bytes, write_whole
+from fpmatch.drawing.files import png_bytes
 from fpmatch.drawing.page import Print
 from fpmatch.drawing.raster import paint
 from fpmatch.drawing.side_by_side import side_by_side as beside
 from fpmatch.drawing.superposed import superposed
 from fpmatch.drawing.svg import svg_text
 from fpmatch.errors import OutputError
+from fpmatch.output import write_whole
 
 if TYPE_CHECKING:
     import os

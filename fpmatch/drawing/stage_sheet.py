@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from fpmatch.drawing.files import png_bytes, reason, write_whole
+from fpmatch.drawing.files import png_bytes
 from fpmatch.drawing.palette import PANEL_EDGE, TEXT, TEXT_MUTED
 from fpmatch.drawing.raster import paint
 from fpmatch.drawing.scene import Item, Pen, Scene, Text
 from fpmatch.drawing.scene import Path as Outline
 from fpmatch.drawing.stage_pictures import Picture, stage_picture, value_range
 from fpmatch.errors import OutputError
+from fpmatch.output import reason, write_whole
 
 __all__ = ["contact_sheet", "stage_picture", "write_stages"]
 

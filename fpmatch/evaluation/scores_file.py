@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import csv
-import secrets
-from contextlib import contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING, Final, TextIO
+import io
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.errors import OutputError
 from fpmatch.matching.calibration import calibrated_matchers, load_calibration
+from fpmatch.output import check_writable, replacing
 
 if TYPE_CHECKING:
     import os
@@ -46,30 +44,11 @@ def write_scores(path: str | os.PathLike[str], report: EvaluationReport) -> None
         If the file cannot be written.
     """
     check_writable(path)
-    with _replacing(Path(path)) as stream:
+    with replacing(path) as binary, io.TextIOWrapper(binary, "utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(COLUMNS)
         for row in report.sets:
             writer.writerows(_rows(row, report.matcher))
-
-
-def check_writable(path: str | os.PathLike[str]) -> None:
-    """Refuse a file that `write_scores` could not write, before hours of work go into it.
-
-    Raises
-    ------
-    OutputError
-        If `path` is a folder, or nothing can be written beside it.
-    """
-    target = Path(path)
-    probe = target.with_name(f".{secrets.token_hex(8)}.part")
-    if target.is_dir():
-        raise OutputError(f"{path}: is a folder")
-    try:
-        probe.touch(exist_ok=False)
-        probe.unlink()
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from error
 
 
 def _rows(result: SetResult, matcher: str) -> Iterator[list[object]]:
@@ -96,17 +75,3 @@ def _rows(result: SetResult, matcher: str) -> Iterator[list[object]]:
 def _short(value: float) -> str:
     """Return a measured value with six digits; "" where there is none."""
     return "" if np.isnan(value) else f"{value:.6g}"
-
-
-@contextmanager
-def _replacing(path: Path) -> Iterator[TextIO]:
-    """Open an unfinished file beside `path` that takes its place once all went well."""
-    unfinished = path.with_name(f".{secrets.token_hex(8)}.part")
-    try:
-        with unfinished.open("x", encoding="utf-8", newline="") as stream:
-            yield stream
-        unfinished.replace(path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from error
-    finally:
-        unfinished.unlink(missing_ok=True)

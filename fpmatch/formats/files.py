@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import secrets
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import FpmatchError, OutputError, TemplateError
+from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.registry import codec_of_content, codec_of_suffix
+from fpmatch.output import write_whole
 
 if TYPE_CHECKING:
     import os
@@ -71,16 +71,7 @@ def save_template(path: str | os.PathLike[str], template: Template) -> None:
     ...     load_template(Path(folder, "print.csv")) == template
     True
     """
-    data = codec_of_suffix(path).encode(template)
-    target = Path(path)
-    unfinished = target.with_name(f".{secrets.token_hex(8)}.part")
-    try:
-        with unfinished.open("xb") as stream:
-            stream.write(data)
-        unfinished.replace(target)
-    except OSError as error:
-        unfinished.unlink(missing_ok=True)
-        raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from error
+    write_whole(path, codec_of_suffix(path).encode(template))
 
 
 def _read(path: str | os.PathLike[str]) -> bytes:

@@ -1,0 +1,106 @@
+"""Files appear whole or not at all: written beside their place, then moved there."""
+
+from __future__ import annotations
+
+import secrets
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fpmatch.errors import OutputError
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterator
+    from typing import BinaryIO
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Open an unfinished file beside `path` that takes its place once all went well.
+
+    Parameters
+    ----------
+    path : path-like
+        The file to write or replace; its folder must exist.
+
+    Yields
+    ------
+    BinaryIO
+        The unfinished file; where the block raises, it is removed and `path` stays as it was.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with replacing(Path(folder, "scores.csv")) as stream:
+    ...         _ = stream.write(b"score")
+    ...     Path(folder, "scores.csv").read_bytes()
+    b'score'
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise OutputError(f"{path}: cannot be written: it is a folder")
+    unfinished = target.with_name(f".{secrets.token_hex(8)}.part")
+    try:
+        with unfinished.open("xb") as stream:
+            yield stream
+        unfinished.replace(target)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
+    finally:
+        if unfinished.exists():
+            unfinished.unlink()
+
+
+def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
+    """Write `content` to a file that appears whole or not at all.
+
+    Parameters
+    ----------
+    path : path-like
+        The file to write or replace; its folder must exist.
+    content : bytes
+        What to write.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written; nothing is left behind then.
+    """
+    with replacing(path) as stream:
+        stream.write(content)
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Refuse a file that could not be written, before hours of work go into it.
+
+    Parameters
+    ----------
+    path : path-like
+        A file that is to be written later.
+
+    Raises
+    ------
+    OutputError
+        If `path` is a folder, or nothing can be written beside it.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise OutputError(f"{path}: cannot be written: it is a folder")
+    trial = target.with_name(f".{secrets.token_hex(8)}.part")
+    try:
+        trial.touch(exist_ok=False)
+        trial.unlink()
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
+
+
+def reason(error: OSError) -> str:
+    """Return what the system says of a failure, to end a sentence with."""
+    return (error.strerror or str(error)).lower()

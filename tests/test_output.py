@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import pytest
+
+from fpmatch.errors import OutputError
+from fpmatch.output import check_writable, replacing, write_whole
+
+
+def test_a_file_is_replaced_and_nothing_left_beside_it(tmp_path):
+    path = tmp_path / "a.png"
+    path.write_bytes(b"old")
+    write_whole(path, b"new")
+    assert path.read_bytes() == b"new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_gets_the_usual_permissions(tmp_path):
+    (tmp_path / "plain").write_bytes(b"")
+    write_whole(tmp_path / "ours", b"")
+    assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+@pytest.mark.parametrize("target", ["missing/a.png", "file/a.png", "folder"])
+def test_what_cannot_be_written_is_named(tmp_path, target):
+    (tmp_path / "file").write_bytes(b"")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(OutputError, match=f"{target}: cannot be written: ") as caught:
+        write_whole(tmp_path / target, b"content")
+    assert "\n" not in str(caught.value)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_an_interrupted_file_is_not_there(tmp_path):
+    path = tmp_path / "scores.csv"
+    path.write_bytes(b"old")
+
+    def write_half() -> None:
+        with replacing(path) as stream:
+            stream.write(b"half of the new")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_half()
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_places_that_cannot_be_written(tmp_path):
+    with pytest.raises(OutputError, match="is a folder"):
+        check_writable(tmp_path)
+    with pytest.raises(OutputError, match="cannot be written"):
+        check_writable(tmp_path / "nowhere" / "scores.csv")
+    check_writable(tmp_path / "scores.csv")
+    assert list(tmp_path.iterdir()) == []

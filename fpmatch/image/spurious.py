@@ -174,7 +174,7 @@ def _crowded(
     p: SpuriousParameters,
 ) -> NDArray[np.bool_]:
     """Tell which of the minutiae `index` crowd another, or face another across a broken ridge."""
-    i, j = _pairs_within_rows(nodes.y[index], max(p.crowded_px, p.broken_px))
+    i, j = _near_pairs(nodes.x[index], nodes.y[index], max(p.crowded_px, p.broken_px))
     z = nodes.x[index] - 1j * nodes.y[index]
     away = z[i] - z[j]
     distance = np.abs(away)
@@ -190,13 +190,15 @@ def _crowded(
     return crowded
 
 
-def _pairs_within_rows(
-    y: NDArray[np.int32], reach: float
+def _near_pairs(
+    x: NDArray[np.int32], y: NDArray[np.int32], reach: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return each pair once whose y differ by at most `reach`, so that few are looked at."""
+    """Return each pair once whose x and y both differ by at most `reach`."""
     by_y = y.argsort(kind="stable")
     last = y[by_y].searchsorted(y[by_y] + reach, "right")
     partners = last - np.arange(1, len(y) + 1)
     first = np.repeat(np.arange(len(y)), partners)
     second = np.arange(len(first)) + np.repeat(last - partners.cumsum(), partners)
-    return by_y[first], by_y[second]
+    i, j = by_y[first], by_y[second]
+    near = np.abs(x[i] - x[j]) <= reach
+    return i[near], j[near]

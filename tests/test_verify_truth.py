@@ -1,0 +1,252 @@
+"""From images to decisions where the truth is known: the sample prints, and two of the FVC."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fpmatch.image.extract import extract
+from fpmatch.image.read import read_image
+from fpmatch.matching import _local_kernel
+from fpmatch.matching.result import Verification
+from fpmatch.matching.verify import verify
+from fpmatch.minutiae import Template
+from fpmatch.pointset.similarity import Similarity
+
+SAMPLES = Path(__file__).resolve().parents[1] / "sample_data"
+FVC2002_DB1 = Path(__file__).resolve().parents[2] / "shared" / "fvc" / "fvc2002" / "DB1_B"
+TRUTH: dict[str, Any] = json.loads((SAMPLES / "truth.json").read_text(encoding="utf-8"))
+IMPRESSIONS: list[str] = sorted(TRUTH["impressions"])
+FINGERS = sorted(TRUTH["fingers"])
+WHITE = 255
+
+# Interpreted kernels take a hundred times as long: one pair in so many is compared there.
+STRIDE = 1 if _local_kernel.COMPILED else 8
+
+Image = NDArray[np.uint8]
+
+
+def same_finger(pair: tuple[str, str]) -> bool:
+    return pair[0].partition("_")[0] == pair[1].partition("_")[0]
+
+
+PAIRS = list(itertools.combinations(IMPRESSIONS, 2))
+GENUINE = [pair for pair in PAIRS if same_finger(pair)]
+CLEAR = [pair for pair in GENUINE if not pair[1].endswith("_4")]  # 4 is partial and worn
+WORN = [pair for pair in GENUINE if pair not in CLEAR]
+IMPOSTOR = [pair for pair in PAIRS if not same_finger(pair)]
+
+
+@cache
+def pixels_of(name: str) -> Image:
+    return read_image(SAMPLES / f"{name}.tif").pixels
+
+
+@cache
+def template_of(name: str) -> Template:
+    return extract(SAMPLES / f"{name}.tif")
+
+
+@cache
+def result_of(probe: str, reference: str) -> Verification:
+    return verify(template_of(probe), template_of(reference))
+
+
+def true_transform(probe: str, reference: str) -> Similarity:
+    to_probe, to_reference = (
+        Similarity(*(TRUTH["impressions"][name]["transform"][k] for k in keys))
+        for name in (probe, reference)
+        for keys in [("scale", "rotation", "tx", "ty")]
+    )
+    return to_reference.after(to_probe.inverse())
+
+
+def centre_of(print_: Template) -> NDArray[np.float64]:
+    """Return the middle of where the ridges are, shape (1, 2), in pixels."""
+    assert print_.field is not None
+    rows, columns = np.nonzero(print_.field.mask)
+    return (np.array([[columns.mean(), rows.mean()]]) + 0.5) * print_.field.step
+
+
+def assert_near(
+    found: Similarity | None, expected: Similarity, at: NDArray[np.float64], deg: float, px: float
+) -> None:
+    """Hold a transform to an expected rotation, and to where it takes the point `at`."""
+    assert found is not None
+    assert abs(Similarity(rotation=found.rotation - expected.rotation).rotation_deg) <= deg
+    assert np.hypot(*(found.apply(at) - expected.apply(at))[0]) <= px
+
+
+def placed(image: Image, place: Similarity, size: tuple[int, int]) -> Image:
+    """Return `image` moved by `place` onto white paper of that size (width, height)."""
+    return np.asarray(
+        cv2.warpAffine(image, place.matrix, size, flags=cv2.INTER_CUBIC, borderValue=WHITE),
+        np.uint8,
+    )
+
+
+def turned_about_the_middle(image: Image, degrees: float) -> tuple[Image, Similarity]:
+    """Return `image` turned on paper that holds it all, and the transform that did it."""
+    height, width = image.shape
+    side = round(np.hypot(width, height)) + 20
+    turn = Similarity(rotation=np.radians(degrees))
+    middle = turn.apply([[width / 2, height / 2]])[0]
+    place = Similarity(1.0, turn.rotation, side / 2 - middle[0], side / 2 - middle[1])
+    return placed(image, place, (side, side)), place
+
+
+def assert_change_is_recovered(name: str, changed: Template, change: Similarity) -> None:
+    """Hold the transforms from a changed print to those from the print, after undoing the change.
+
+    Against the print itself, and against two other impressions of the finger.
+    """
+    finger = name.partition("_")[0]
+    for reference in (f"{finger}_1", f"{finger}_2", f"{finger}_3"):
+        before = result_of(name, reference)
+        after = verify(changed, template_of(reference))
+        assert before.transform is not None
+        assert after.match
+        expected = before.transform.after(change.inverse())
+        assert_near(after.transform, expected, change.apply(centre_of(template_of(name))), 1, 2)
+
+
+def test_every_genuine_pair_and_every_impostor_pair_is_there() -> None:
+    assert (len(CLEAR), len(WORN), len(IMPOSTOR)) == (12, 12, 96)
+
+
+@pytest.mark.parametrize(("probe", "reference"), CLEAR)
+def test_genuine_pair_matches_where_it_truly_lies(probe: str, reference: str) -> None:
+    found = result_of(probe, reference)
+    assert found.match
+    assert found.reason == ""
+    at = centre_of(template_of(probe))
+    assert_near(found.transform, true_transform(probe, reference), at, deg=1.5, px=4)
+    assert found.transform is not None
+    assert found.transform.scale == pytest.approx(true_transform(probe, reference).scale, abs=0.03)
+
+
+@pytest.mark.parametrize(("probe", "reference"), WORN)
+def test_worn_part_matches_nearly_where_it_truly_lies(probe: str, reference: str) -> None:
+    found = result_of(probe, reference)
+    assert found.match
+    at = centre_of(template_of(reference))
+    back = true_transform(probe, reference).inverse()
+    assert found.transform is not None
+    assert_near(found.transform.inverse(), back, at, deg=2.5, px=6)
+
+
+def test_no_impostor_pair_matches() -> None:
+    for probe, reference in IMPOSTOR[::STRIDE]:
+        found = result_of(probe, reference)
+        assert not found.match, f"{probe} matches {reference} with {found.score:.1f}"
+        assert found.reason
+
+
+def test_true_minutiae_meet_under_the_recovered_transform() -> None:
+    """The same minutia of the finger, by the truth of both impressions, meets to within 12 px."""
+    for probe, reference in CLEAR:
+        transform = result_of(probe, reference).transform
+        assert transform is not None
+        p, q = (TRUTH["impressions"][name]["minutiae"] for name in (probe, reference))
+        at_p, at_q = (
+            {m: (x, y) for m, x, y in zip(s["master"], s["x"], s["y"], strict=True)} for s in (p, q)
+        )
+        shared = sorted(at_p.keys() & at_q.keys())
+        off = transform.apply([at_p[m] for m in shared]) - [at_q[m] for m in shared]
+        assert len(shared) >= 15
+        assert np.hypot(*off.T).max() < 12
+        assert np.sqrt((off**2).sum(axis=1).mean()) < 6
+
+
+@pytest.mark.parametrize("degrees", [-135, -90, -20, 4, 33, 180])
+@pytest.mark.parametrize("finger", FINGERS)
+def test_turning_an_image_turns_the_transform_by_as_much(finger: str, degrees: float) -> None:
+    name = f"{finger}_1"
+    image, change = turned_about_the_middle(pixels_of(name), degrees)
+    assert_change_is_recovered(name, extract(image, dpi=500), change)
+
+
+@pytest.mark.parametrize("shift", [(40, 0), (-9, 23), (12.5, -7.25)])
+@pytest.mark.parametrize("finger", FINGERS[:2])
+def test_shifting_an_image_shifts_the_transform_by_as_much(
+    finger: str, shift: tuple[float, float]
+) -> None:
+    name = f"{finger}_2"
+    change = Similarity(tx=shift[0], ty=shift[1])
+    height, width = pixels_of(name).shape
+    image = placed(pixels_of(name), change, (width + 40, height + 40))
+    assert_change_is_recovered(name, extract(image, dpi=500), change)
+
+
+@pytest.mark.parametrize(("top", "left"), [(0, 0), (37, 5), (100, 250)])
+@pytest.mark.parametrize("finger", FINGERS[2:])
+def test_padding_an_image_shifts_the_transform_by_as_much(finger: str, top: int, left: int) -> None:
+    name = f"{finger}_1"
+    image = np.pad(pixels_of(name), ((top, 61), (left, 13)), constant_values=WHITE)
+    assert_change_is_recovered(name, extract(image, dpi=500), Similarity(tx=left, ty=top))
+
+
+@pytest.mark.parametrize("factor", [2.0, 569 / 500])
+@pytest.mark.parametrize("finger", FINGERS[:2])
+def test_a_finer_scan_scales_the_transform_by_as_much(finger: str, factor: float) -> None:
+    name = f"{finger}_1"
+    height, width = pixels_of(name).shape
+    size = (round(width * factor), round(height * factor))
+    image = np.asarray(cv2.resize(pixels_of(name), size, interpolation=cv2.INTER_CUBIC), np.uint8)
+    # The centre of the first pixel stands half a pixel in, at either resolution.
+    change = Similarity(factor, 0.0, (factor - 1) / 2, (factor - 1) / 2)
+    fine = extract(image, dpi=500 * factor)
+    assert_change_is_recovered(name, fine, change)
+    found = verify(template_of(name), fine).transform
+    assert found is not None
+    assert found.scale == pytest.approx(factor, rel=0.01)
+
+
+@pytest.fixture(scope="module")
+def all_templates() -> list[Template]:
+    """Return those of the samples, and of four more that are turned, and cut down to a part."""
+    changed = []
+    for finger, degrees in zip(FINGERS, (25, 90, -60, 170), strict=True):
+        image, _ = turned_about_the_middle(pixels_of(f"{finger}_2"), degrees)
+        changed.append(extract(image[90:-130, 120:-110], dpi=500))
+    return [*map(template_of, IMPRESSIONS), *changed]
+
+
+def test_score_is_symmetric_to_the_last_bit_on_200_pairs(all_templates: list[Template]) -> None:
+    pairs = list(itertools.combinations_with_replacement(all_templates, 2))
+    assert len(pairs) >= 200
+    for a, b in pairs[::STRIDE]:
+        forth, back = verify(a, b), verify(b, a)
+        assert forth.score == back.score
+        assert forth.agreement == back.agreement
+        assert forth.overlap == back.overlap
+        assert (forth.transform is None) == (back.transform is None)
+        if forth.transform and back.transform:
+            corners = [[0, 0], [a.width, 0], [0, a.height], [a.width, a.height]]
+            again = back.transform.inverse().apply(corners)
+            assert again == pytest.approx(forth.transform.apply(corners), abs=1e-6)
+
+
+@pytest.mark.parametrize("name", IMPRESSIONS[::STRIDE])
+def test_every_print_matches_itself_where_it_lies(name: str) -> None:
+    found = result_of(name, name)
+    assert found.match
+    assert found.agreement == found.overlap == 1.0
+    assert_near(found.transform, Similarity(), centre_of(template_of(name)), deg=1e-6, px=1e-6)
+
+
+@pytest.mark.skipif(not FVC2002_DB1.is_dir(), reason="the FVC images are not beside the project")
+@pytest.mark.parametrize(("reference", "match"), [("101_2", True), ("102_1", False)])
+def test_real_prints_are_decided_rightly(reference: str, match: bool) -> None:
+    probe, other = (extract(FVC2002_DB1 / f"{name}.tif", dpi=500) for name in ("101_1", reference))
+    found = verify(probe, other)
+    assert found.match is match
+    assert bool(found.reason) is not match

@@ -1,0 +1,98 @@
+"""The README: its Python runs, its commands do what they say, its links lead somewhere."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fpmatch.cli.group import SUMMARIES
+
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+MEASURED = re.compile(r"\bfvc/")  # databases that are not part of the repository
+NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif")  # uncompiled, each takes seconds
+UTF8 = os.environ | {"PYTHONUTF8": "1"}
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
+
+
+def commands() -> list[str]:
+    """Return the command lines of `fpmatch`, comments taken off."""
+    lines = "\n".join(blocks("sh")).splitlines()
+    return [line.partition("#")[0].strip() for line in lines if line.startswith("fpmatch ")]
+
+
+def arguments(command: str, folder: Path) -> list[str]:
+    """Split a command as a shell in `folder` would, file name patterns filled in."""
+    words: list[str] = []
+    for word in command.split()[1:]:
+        found = sorted(path.relative_to(folder).as_posix() for path in folder.glob(word))
+        words += found or [word]
+    return words
+
+
+def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, *words]
+    return subprocess.run(
+        command, cwd=folder, capture_output=True, encoding="utf-8", env=UTF8, check=False
+    )
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """Return a folder with some of the sample prints, in which files may be written."""
+    prints = tmp_path / "sample_data"
+    shutil.copytree(ROOT / "sample_data", prints, ignore=shutil.ignore_patterns(*NOT_NEEDED))
+    return tmp_path
+
+
+def test_the_python_example_says_match_and_draws_the_overlay(clone: Path) -> None:
+    (example,) = blocks("python")
+    done = run(clone, "-W", "error", "-c", example)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("match ")
+    assert (clone / "overlay.png").stat().st_size > 0
+
+
+def test_every_command_has_its_example() -> None:
+    assert {command.split()[1] for command in commands()} == set(SUMMARIES)
+
+
+@pytest.mark.parametrize("command", [line for line in commands() if not MEASURED.search(line)])
+def test_a_command_on_sample_prints_does_what_it_says(command: str, clone: Path) -> None:
+    words = arguments(command, clone)
+    done = run(clone, "-m", "fpmatch", *words)
+    assert done.returncode == 0, done.stderr
+    if "-o" in words:
+        assert (clone / words[words.index("-o") + 1]).exists()
+
+
+def test_the_output_shown_has_the_lines_that_verify_prints(clone: Path) -> None:
+    shown = README.partition("verify-output:start -->")[2].partition("```text\n")[2]
+    prints = [f"sample_data/101_{n}.tif" for n in (1, 3)]
+    printed = run(clone, "-m", "fpmatch", "verify", *prints).stdout
+    labels = [line[:14] for line in printed.splitlines()]
+    assert [line[:14] for line in shown.partition("\n```")[0].splitlines()] == labels
+
+
+def test_links_and_pictures_lead_to_files() -> None:
+    targets = re.findall(r"\]\(([^)#]+)\)", README) + re.findall(r'src="([^"]+)"', README)
+    assert len(targets) > 4
+    assert [t for t in targets if "://" not in t and not (ROOT / t).exists()] == []
+
+
+def test_the_default_matcher_and_the_papers_are_both_measured() -> None:
+    table = README.partition("measured:start -->")[2].partition("<!-- measured:end")[0]
+    rows = [line for line in table.splitlines() if line.startswith("| ")]
+    assert len(rows) == 1 + 6 + 4
+    assert len({row.count("|") for row in rows}) == 1
+    for matcher in ("unit-circle", "paper"):
+        assert sum(f"`{matcher}`" in row for row in rows) == 2

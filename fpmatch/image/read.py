@@ -99,7 +99,7 @@ class GreyImage:
     Raises
     ------
     ImageError
-        If `pixels` is not two-dimensional uint8.
+        If `pixels` is not two-dimensional uint8, or empty.
     ResolutionError
         If `dpi` lies outside 100 to 4000.
     """
@@ -111,6 +111,8 @@ class GreyImage:
     def __post_init__(self) -> None:
         if self.pixels.ndim != 2 or self.pixels.dtype != np.uint8:
             raise ImageError(f"{self.source}: pixels must be a two-dimensional array of uint8")
+        if self.pixels.size == 0:
+            raise ImageError(f"{self.source}: an image must have pixels")
         if self.dpi is not None:
             object.__setattr__(self, "dpi", check_dpi(self.dpi))
 

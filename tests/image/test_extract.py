@@ -1,0 +1,457 @@
+"""`fpmatch.image.extract`: true minutiae, wherever the print lies and whatever its resolution."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from made_images import (
+    Grey,
+    as_picture,
+    concentric_rings,
+    dislocation,
+    hostile_pictures,
+    plane_wave,
+    turn_between,
+)
+
+from fpmatch.errors import ImageError, ImageReadError, ResolutionError
+from fpmatch.image.extract import ExtractionParameters, extract, resample
+from fpmatch.image.read import GreyImage, read_image
+from fpmatch.image.recorder import StageRecorder
+from fpmatch.minutiae import Minutiae, MinutiaKind, Template
+
+SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
+TRUTH: dict[str, Any] = json.loads((SAMPLES / "truth.json").read_text(encoding="utf-8"))
+SOME = ["101_1", "102_3", "103_4", "104_2"]
+STAGES = [
+    *("input", "normalised", "mask", "orientation", "coherence", "period"),
+    *("enhanced", "binary", "skeleton", "minutiae"),
+]
+
+
+@cache
+def pixels_of(name: str) -> Grey:
+    pixels = read_image(SAMPLES / f"{name}.tif").pixels
+    pixels.setflags(write=False)
+    return pixels
+
+
+@cache
+def template_of(name: str) -> Template:
+    return extract(pixels_of(name), dpi=TRUTH["dpi"])
+
+
+def true_minutiae(name: str) -> Minutiae:
+    m = TRUTH["impressions"][name]["minutiae"]
+    return Minutiae(m["x"], m["y"], np.radians(m["angle_deg"]), m["kind"])
+
+
+def pairs(a: Minutiae, b: Minutiae, max_px: float, max_deg: float = 180) -> list[tuple[int, int]]:
+    """Return minutiae of `a` and `b` in one place and direction, one to one, nearest first."""
+    distance = np.hypot(a.x[:, None] - b.x, a.y[:, None] - b.y)
+    turn = turn_between(np.degrees(a.angle)[:, None], np.degrees(b.angle))
+    near = [
+        (distance[i, j], i, j) for i, j in np.argwhere((distance <= max_px) & (turn <= max_deg))
+    ]
+    chosen: dict[int, int] = {}
+    for _, i, j in sorted(near):
+        if i not in chosen and j not in chosen.values():
+            chosen[int(i)] = int(j)
+    return list(chosen.items())
+
+
+def share_found(
+    expected: list[Minutiae], found: list[Minutiae], max_px: float, deg: float
+) -> float:
+    """Return the share of all minutiae, on the side with more of them, that the other has too."""
+    both = sum(len(pairs(a, b, max_px, deg)) for a, b in zip(expected, found, strict=True))
+    return both / max(sum(map(len, expected)), sum(map(len, found)))
+
+
+def moved(m: Minutiae, x: np.ndarray, y: np.ndarray, turn_deg: float = 0) -> Minutiae:
+    return Minutiae(x, y, m.angle + np.radians(turn_deg), m.kind, m.quality)
+
+
+# --- pictures without a print
+
+
+@pytest.mark.parametrize("shape", [(48, 48), (48, 2000), (2000, 48), (180, 240)])
+@pytest.mark.parametrize("name", hostile_pictures())
+def test_a_picture_without_a_print_gives_next_to_nothing(name: str, shape: tuple[int, int]) -> None:
+    template = extract(hostile_pictures(shape)[name], dpi=500)
+    assert (template.height, template.width, template.dpi) == (*shape, 500)
+    assert len(template.minutiae) <= 3
+    if name in {"black", "white", "grey"}:
+        assert len(template.minutiae) == 0
+        assert template.field is None
+
+
+@pytest.mark.parametrize("dpi", [100, 250, 1000])
+def test_noise_of_any_resolution_is_borne(dpi: float) -> None:
+    template = extract(hostile_pictures((100, 120))["noise"], dpi=dpi)
+    assert (template.width, template.height, template.dpi) == (120, 100, dpi)
+    m = template.minutiae
+    assert ((m.x >= 0) & (m.x < 120) & (m.y >= 0) & (m.y < 100)).all()
+
+
+@settings(max_examples=20)
+@given(arrays(np.uint8, st.tuples(st.integers(48, 70), st.integers(48, 70))))
+def test_any_picture_gives_minutiae_inside_it(picture: Grey) -> None:
+    template = extract(picture, dpi=500)
+    height, width = picture.shape
+    m = template.minutiae
+    assert (template.width, template.height) == (width, height)
+    assert ((m.x >= 0) & (m.x <= width - 1) & (m.y >= 0) & (m.y <= height - 1)).all()
+    assert set(m.kind.tolist()) <= {MinutiaKind.ENDING, MinutiaKind.BIFURCATION}
+
+
+@settings(max_examples=20)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.tuples(st.integers(48, 130), st.integers(48, 130)),
+    st.sampled_from([100.0, 400.0, 500.0, 731.5]),
+    st.integers(1, 9),
+)
+def test_blobs_of_noise_give_minutiae_inside_them(
+    seed: int, shape: tuple[int, int], dpi: float, grain: int
+) -> None:
+    noise = np.random.default_rng(seed).integers(0, 256, shape, dtype=np.uint8)
+    template = extract(cv2.GaussianBlur(noise, (2 * grain + 1,) * 2, 0), dpi=dpi)
+    m = template.minutiae
+    assert ((m.x >= -0.5) & (m.x < shape[1]) & (m.y >= -0.5) & (m.y < shape[0])).all()
+
+
+# --- bad input
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_an_array_that_is_not_finite_is_refused(bad: float) -> None:
+    picture = np.full((80, 80), 0.5)
+    picture[40, 40] = bad
+    with pytest.raises(ImageError, match="NaN or infinite"):
+        extract(picture)
+
+
+@pytest.mark.parametrize(
+    "shape", [(47, 200), (200, 47), (80,), (80, 80, 2), (0, 0), (1, 80, 80, 3)]
+)
+def test_an_array_that_is_no_picture_is_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(ImageError):
+        extract(np.zeros(shape, np.uint8))
+
+
+@pytest.mark.parametrize("dpi", [0, 99, 4001, -500, math.nan, math.inf])
+def test_an_absurd_resolution_is_refused(dpi: float) -> None:
+    with pytest.raises(ResolutionError, match="dpi"):
+        extract(np.zeros((100, 100), np.uint8), dpi=dpi)
+
+
+@pytest.mark.parametrize(("side", "dpi"), [(48, 4000), (200, 4000), (2100, 100)])
+def test_a_picture_that_its_resolution_makes_no_print_is_refused(side: int, dpi: float) -> None:
+    with pytest.raises(ImageError, match=f"array: resampled from {dpi} to 500 dpi"):
+        extract(np.zeros((side, side), np.uint8), dpi=dpi)
+
+
+def test_a_file_that_is_no_picture_is_refused_by_name(tmp_path: Path) -> None:
+    path = tmp_path / "print.tif"
+    path.write_text("not a picture")
+    with pytest.raises(ImageReadError, match=r"print\.tif"):
+        extract(path)
+
+
+def test_an_image_of_no_pixels_is_refused() -> None:
+    with pytest.raises(ImageError, match="pixels"):
+        GreyImage(np.zeros((0, 80), np.uint8))
+
+
+# --- one minutia, known
+
+
+@pytest.mark.parametrize("period", [7, 9, 11])
+@pytest.mark.parametrize("angle", range(0, 360, 30))
+@pytest.mark.parametrize("kind", ["ending", "bifurcation"])
+def test_a_wave_with_one_dislocation_has_one_minutia(kind: str, angle: int, period: int) -> None:
+    at = (83.0, 75.0)
+    m = extract(as_picture(dislocation(angle, period, kind, (160, 170), at)), dpi=500).minutiae
+    assert len(m) == 1
+    assert np.hypot(m.x[0] - at[0], m.y[0] - at[1]) <= 0.8 * period
+    assert turn_between(np.degrees(m.angle[0]), angle) < 15
+    assert m.kind[0] == MinutiaKind[kind.upper()]
+    assert m.quality[0] > 50
+
+
+@pytest.mark.parametrize("kind", ["ending", "bifurcation"])
+def test_with_colours_inverted_an_ending_is_a_bifurcation_and_the_reverse(kind: str) -> None:
+    picture = as_picture(dislocation(60, 9, kind))
+    (one, other) = (extract(p, dpi=500).minutiae for p in (picture, 255 - picture))
+    assert len(one) == len(other) == 1
+    assert np.hypot(one.x - other.x, one.y - other.y)[0] < 9
+    assert turn_between(np.degrees(one.angle), np.degrees(other.angle))[0] < 15
+    assert {int(one.kind[0]), int(other.kind[0])} == {1, 2}
+
+
+@pytest.mark.parametrize("angle", [0, 35, 90])
+def test_plain_ridges_have_no_minutiae(angle: float) -> None:
+    template = extract(as_picture(plane_wave(angle, 9, (200, 220))), dpi=500)
+    assert len(template.minutiae) == 0
+    assert template.field is not None
+    assert template.field.mask.mean() > 0.8
+    found = np.degrees(template.field.orientation[template.field.mask])
+    assert turn_between(found, angle, period_deg=180).max() < 10
+
+
+def test_rings_have_no_minutiae_but_at_their_centre() -> None:
+    m = extract(as_picture(concentric_rings((220, 200), 9)), dpi=500).minutiae
+    assert (np.hypot(m.x - 99.5, m.y - 109.5) < 20).all()
+
+
+def test_a_strip_shows_the_minutia_in_its_middle() -> None:
+    wave = dislocation(0, 9, "ending", (64, 2000))
+    m = extract(as_picture(wave), dpi=500).minutiae
+    assert len(m) == 1
+    assert abs(m.x[0] - 999.5) < 9
+
+
+# --- prints whose minutiae are known
+
+
+def test_most_true_minutiae_are_found_and_most_found_are_true() -> None:
+    names = sorted(TRUTH["impressions"])
+    true = [true_minutiae(name) for name in names]
+    found = [template_of(name).minutiae for name in names]
+    both = sum(len(pairs(t, f, 12, 22.5)) for t, f in zip(true, found, strict=True))
+    assert both / sum(map(len, true)) > 0.91
+    assert both / sum(map(len, found)) > 0.80
+
+
+def test_directions_are_right_and_not_flipped() -> None:
+    turns = []
+    for name in TRUTH["impressions"]:
+        true, found = true_minutiae(name), template_of(name).minutiae
+        for i, j in pairs(true, found, 8):
+            turns.append(turn_between(np.degrees(true.angle[i]), np.degrees(found.angle[j])))
+    assert len(turns) > 400
+    assert np.mean(np.array(turns) <= 30) > 0.97
+    assert np.mean(np.array(turns) > 150) < 0.01
+    assert np.median(turns) < 8
+
+
+@pytest.mark.parametrize("kind", [MinutiaKind.ENDING, MinutiaKind.BIFURCATION])
+def test_kinds_are_mostly_right(kind: MinutiaKind) -> None:
+    right = []
+    for name in TRUTH["impressions"]:
+        true, found = true_minutiae(name), template_of(name).minutiae
+        right += [
+            found.kind[j] == kind for i, j in pairs(true, found, 8, 30) if true.kind[i] == kind
+        ]
+    assert len(right) > 100
+    assert np.mean(right) > 0.7
+
+
+def test_true_minutiae_have_the_better_quality() -> None:
+    true_ones, others = [], []
+    for name in TRUTH["impressions"]:
+        found = template_of(name).minutiae
+        matched = {j for _, j in pairs(true_minutiae(name), found, 12, 22.5)}
+        for j, quality in enumerate(found.quality.tolist()):
+            (true_ones if j in matched else others).append(quality)
+    assert np.mean(true_ones) > np.mean(others) + 5
+
+
+# --- the same print, moved, turned, resampled
+
+
+@pytest.mark.parametrize("turns", [1, 2, 3])
+def test_turning_the_picture_turns_the_minutiae(turns: int) -> None:
+    expected, found = [], []
+    for name in SOME:
+        template = template_of(name)
+        m = template.minutiae
+        x, y = m.x, m.y
+        width, height = template.width, template.height
+        for _ in range(turns):
+            x, y, width, height = y, width - 1 - x, height, width
+        expected.append(moved(m, x, y, 90 * turns))
+        turned = extract(np.rot90(pixels_of(name), turns), dpi=500)
+        assert (turned.width, turned.height) == (width, height)
+        found.append(turned.minutiae)
+    assert share_found(expected, found, 4, 15) > 0.85
+
+
+@pytest.mark.parametrize(("left", "top"), [(16, 24), (64, 8)])
+def test_a_white_border_moves_the_minutiae_by_exactly_its_width(left: int, top: int) -> None:
+    expected, found = [], []
+    for name in SOME:
+        m = template_of(name).minutiae
+        expected.append(moved(m, m.x + left, m.y + top))
+        framed = np.pad(pixels_of(name), ((top, 24), (left, 40)), constant_values=255)
+        found.append(extract(framed, dpi=500).minutiae)
+    assert share_found(expected, found, 1e-3, 1e-3) > 0.9
+
+
+@pytest.mark.parametrize(("left", "top"), [(13, 7), (40, 5), (3, 30)])
+def test_a_border_of_any_width_moves_most_minutiae_with_it(left: int, top: int) -> None:
+    expected, found = [], []
+    for name in SOME:
+        m = template_of(name).minutiae
+        expected.append(moved(m, m.x + left, m.y + top))
+        framed = np.pad(pixels_of(name), ((top, 9), (left, 11)), constant_values=255)
+        found.append(extract(framed, dpi=500).minutiae)
+    assert share_found(expected, found, 3, 15) > 0.85
+
+
+@pytest.mark.parametrize(("dpi", "least"), [(250, 0.75), (400, 0.85), (569, 0.85), (1000, 0.85)])
+def test_another_resolution_gives_the_same_minutiae(dpi: float, least: float) -> None:
+    expected, found = [], []
+    for name in SOME:
+        pixels, m = pixels_of(name), template_of(name).minutiae
+        height, width = (round(side * dpi / 500) for side in pixels.shape)
+        method = cv2.INTER_AREA if dpi < 500 else cv2.INTER_CUBIC
+        template = extract(cv2.resize(pixels, (width, height), interpolation=method), dpi=dpi)
+        assert (template.width, template.height, template.dpi) == (width, height, dpi)
+        x = (m.x + 0.5) * width / pixels.shape[1] - 0.5
+        y = (m.y + 0.5) * height / pixels.shape[0] - 0.5
+        expected.append(moved(m, x, y))
+        found.append(template.minutiae)
+    assert share_found(expected, found, 3 * dpi / 500, 15) > least
+
+
+def test_the_highest_resolution_gives_the_same_minutiae() -> None:
+    part = pixels_of("104_2")[80:300, 60:280]
+    m = extract(part, dpi=500).minutiae
+    large = cv2.resize(part, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC)
+    found = extract(large, dpi=4000).minutiae
+    expected = moved(m, (m.x + 0.5) * 8 - 0.5, (m.y + 0.5) * 8 - 0.5)
+    assert share_found([expected], [found], 24, 15) > 0.85
+
+
+@pytest.mark.parametrize(
+    "change",
+    [lambda p: p // 2, lambda p: 128 + p // 2, lambda p: (p.astype(float) ** 0.8).astype(np.uint8)],
+    ids=["darker", "brighter", "flatter"],
+)
+def test_the_light_does_not_matter(change: Callable[[Grey], Grey]) -> None:
+    expected = [template_of(name).minutiae for name in SOME]
+    found = [extract(change(pixels_of(name)), dpi=500).minutiae for name in SOME]
+    assert share_found(expected, found, 3, 15) > 0.8
+
+
+# --- what is handed in, and what comes out
+
+
+def test_a_file_a_read_image_and_its_pixels_are_one() -> None:
+    path = SAMPLES / "101_1.tif"
+    image = read_image(path)
+    template = extract(path)
+    assert template.dpi == 500
+    for other in (str(path), image, image.pixels, np.dstack([image.pixels] * 3)):
+        assert extract(other, dpi=500) == template
+
+
+def test_the_resolution_is_the_one_given_else_the_images_else_500() -> None:
+    pixels = pixels_of("101_1")
+    assert extract(GreyImage(pixels, 600)).dpi == 600
+    assert extract(GreyImage(pixels, 600), dpi=550).dpi == 550
+    assert extract(GreyImage(pixels, None)).dpi == 500
+    assert extract(pixels).dpi == 500
+
+
+def test_the_same_picture_gives_the_same_template_and_is_not_changed() -> None:
+    pixels = pixels_of("102_1").copy()
+    kept = pixels.copy()
+    first = extract(pixels, dpi=500)
+    assert np.array_equal(pixels, kept)
+    wide = np.repeat(pixels, 2, axis=1)
+    wide.setflags(write=False)
+    for other in (pixels, np.asfortranarray(pixels), wide[:, ::2], pixels[::-1][::-1]):
+        assert extract(other, dpi=500) == first
+
+
+@pytest.mark.parametrize("dpi", [400, 500, 640])
+def test_the_recorder_sees_every_stage_in_order(dpi: float) -> None:
+    recorder = StageRecorder()
+    template = extract(pixels_of("103_1"), dpi=dpi, recorder=recorder)
+    assert template == extract(pixels_of("103_1"), dpi=dpi)
+    stages = recorder.stages
+    assert list(stages) == STAGES
+    grey, zoom = resample(pixels_of("103_1"), dpi)
+    assert np.array_equal(stages["input"], grey)
+    assert {stages[name].shape for name in STAGES[:-1]} == {grey.shape}
+    assert stages["minutiae"].shape == (len(template.minutiae), 5)
+    assert (stages["minutiae"][:, 0] + 0.5) / zoom - 0.5 == pytest.approx(
+        template.minutiae.x, abs=1e-3
+    )
+
+
+def test_the_stages_fit_together() -> None:
+    recorder = StageRecorder()
+    extract(pixels_of("104_1"), dpi=500, recorder=recorder)
+    stages = recorder.stages
+    mask = stages["mask"]
+    assert 0.3 < mask.mean() < 1
+    for name in ("orientation", "period"):
+        assert np.array_equal(np.isfinite(stages[name]), mask)
+    assert not stages["enhanced"][~mask].any()
+    assert not (stages["binary"] & ~mask).any()
+    assert not (stages["skeleton"] & ~stages["binary"]).any()
+    x, y = stages["minutiae"][:, :2].round().astype(int).T
+    assert stages["skeleton"][y, x].all()
+
+
+@pytest.mark.parametrize("dpi", [500, 640])
+def test_the_ridge_field_is_that_of_the_mask_and_the_orientation(dpi: float) -> None:
+    recorder = StageRecorder()
+    template = extract(pixels_of("101_2"), dpi=dpi, recorder=recorder)
+    field = template.field
+    assert field is not None
+    height, width = recorder.stages["mask"].shape
+    step = field.step * 500 / dpi
+    assert step == pytest.approx(round(step))
+    rows, columns = field.mask.shape
+    assert rows == -(-height // round(step))
+    assert columns == -(-width // round(step))
+    centre_y = np.minimum(((np.arange(rows) + 0.5) * step).astype(int), height - 1)
+    centre_x = np.minimum(((np.arange(columns) + 0.5) * step).astype(int), width - 1)
+    at_centre = np.ix_(centre_y, centre_x)
+    mask = recorder.stages["mask"][at_centre]
+    assert np.mean(mask == field.mask) > 0.95
+    both = mask & field.mask
+    found = np.degrees(field.orientation[both])
+    expected = np.degrees(recorder.stages["orientation"][at_centre][both])
+    assert np.percentile(turn_between(found, expected, period_deg=180), 95) < 10
+
+
+def test_all_parameters_are_frozen_and_have_defaults() -> None:
+    parameters = ExtractionParameters()
+    assert parameters == ExtractionParameters()
+    for stage in fields(parameters):
+        part = getattr(parameters, stage.name)
+        assert is_dataclass(part)
+        for owner, name in [(parameters, stage.name), *((part, f.name) for f in fields(part))]:
+            with pytest.raises(FrozenInstanceError):
+                setattr(owner, name, 0)
+        assert hash(part) == hash(type(part)())
+
+
+def test_the_parameters_reach_their_stages() -> None:
+    p = ExtractionParameters()
+    pixels = pixels_of("104_2")
+    nothing = replace(p, segmentation=replace(p.segmentation, min_strength=2.0))
+    assert extract(pixels, parameters=nothing).field is None
+    border = replace(p, spurious=replace(p.spurious, min_border_distance_px=100))
+    m = extract(pixels, parameters=border).minutiae
+    height, width = pixels.shape
+    assert 0 < len(m) < len(template_of("104_2").minutiae)
+    assert (np.minimum.reduce([m.x, m.y, width - 1 - m.x, height - 1 - m.y]) >= 100).all()

@@ -15,7 +15,7 @@ import pytest
 
 from fpmatch.evaluation.agreement import measure_agreement
 from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.extraction import ExtractedSet, extract_datasets
+from fpmatch.evaluation.extraction import extract_datasets
 
 SHARED: Final = Path(__file__).resolve().parents[2] / "shared"
 PRINTS: Final = SHARED / "fvc" / "fvc2002"
@@ -28,19 +28,13 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-@pytest.fixture(scope="module", params=["DB1_B", "DB2_B"])
-def prints(request: pytest.FixtureRequest) -> ExtractedSet:
-    """Return some prints of a database with our templates (DB1_B: 500 dpi, DB2_B: 569 dpi)."""
-    dataset = load_dataset(PRINTS / request.param)
+@pytest.mark.parametrize("name", ["DB1_B", "DB2_B"])  # 500 and 569 dpi
+def test_directions_agree_and_are_not_flipped(name: str) -> None:
+    dataset = load_dataset(PRINTS / name)
     some = replace(dataset, impressions=dataset.impressions[::EVERY])
-    (found,) = extract_datasets([some], workers=1)
-    return found
-
-
-@pytest.mark.parametrize("extractor", ["mindtct", "fjfx", "sourceafis"])
-def test_directions_agree_and_are_not_flipped(prints: ExtractedSet, extractor: str) -> None:
-    folder = MINUTIAE / extractor / "fvc2002" / prints.dataset.impressions[0].path.parent.name
-    agreement = measure_agreement(prints, folder)
-    assert agreement.pairs >= 10 * len(prints.dataset.impressions)
-    assert agreement.agreeing_share >= 0.85
-    assert agreement.flipped_share <= 0.08
+    (prints,) = extract_datasets([some], workers=1)
+    for extractor in ("mindtct", "fjfx", "sourceafis"):
+        agreement = measure_agreement(prints, MINUTIAE / extractor / "fvc2002" / name)
+        assert agreement.pairs >= 10 * len(some.impressions), extractor
+        assert agreement.agreeing_share >= 0.85, extractor
+        assert agreement.flipped_share <= 0.08, extractor

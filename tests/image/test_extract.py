@@ -117,10 +117,10 @@ def test_any_picture_gives_minutiae_inside_it(picture: Grey) -> None:
     assert set(m.kind.tolist()) <= {MinutiaKind.ENDING, MinutiaKind.BIFURCATION}
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(
     st.integers(0, 2**32 - 1),
-    st.tuples(st.integers(48, 130), st.integers(48, 130)),
+    st.tuples(st.integers(48, 110), st.integers(48, 110)),
     st.sampled_from([100.0, 400.0, 500.0, 731.5]),
     st.integers(1, 9),
 )
@@ -361,7 +361,7 @@ def test_a_file_a_read_image_and_its_pixels_are_one() -> None:
 
 
 def test_the_resolution_is_the_one_given_else_the_images_else_500() -> None:
-    pixels = pixels_of("101_1")
+    pixels = hostile_pictures()["white"]
     assert extract(GreyImage(pixels, 600)).dpi == 600
     assert extract(GreyImage(pixels, 600), dpi=550).dpi == 550
     assert extract(GreyImage(pixels, None)).dpi == 500
@@ -369,9 +369,10 @@ def test_the_resolution_is_the_one_given_else_the_images_else_500() -> None:
 
 
 def test_the_same_picture_gives_the_same_template_and_is_not_changed() -> None:
-    pixels = pixels_of("102_1").copy()
+    pixels = pixels_of("102_1")[100:260, 100:280].copy()
     kept = pixels.copy()
     first = extract(pixels, dpi=500)
+    assert len(first.minutiae) > 3
     assert np.array_equal(pixels, kept)
     wide = np.repeat(pixels, 2, axis=1)
     wide.setflags(write=False)

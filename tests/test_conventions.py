@@ -16,11 +16,12 @@ import pytest
 from fpmatch.evaluation.agreement import measure_agreement
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.image._oriented_filter_kernel import COMPILED
 
 SHARED: Final = Path(__file__).resolve().parents[2] / "shared"
 PRINTS: Final = SHARED / "fvc" / "fvc2002"
 MINUTIAE: Final = SHARED / "minutiae"
-EVERY: Final = 4  # of the prints of a database, for speed
+EVERY: Final = 4 if COMPILED else 8  # of the prints of a database, for speed
 
 pytestmark = pytest.mark.skipif(
     not (PRINTS.is_dir() and MINUTIAE.is_dir()),

@@ -28,7 +28,9 @@ IMPRESSIONS: list[str] = sorted(TRUTH["impressions"])
 FINGERS = sorted(TRUTH["fingers"])
 WHITE = 255
 
-# Interpreted kernels take a hundred times as long: one pair in so many is compared there.
+TURNS = list(itertools.product(FINGERS, [-135, -90, -20, 4, 33, 180]))
+
+# Interpreted kernels take a hundred times as long: one case in so many is tried there.
 STRIDE = 1 if _local_kernel.COMPILED else 8
 
 Image = NDArray[np.uint8]
@@ -166,8 +168,7 @@ def test_true_minutiae_meet_under_the_recovered_transform() -> None:
         assert np.sqrt((off**2).sum(axis=1).mean()) < 6
 
 
-@pytest.mark.parametrize("degrees", [-135, -90, -20, 4, 33, 180])
-@pytest.mark.parametrize("finger", FINGERS)
+@pytest.mark.parametrize(("finger", "degrees"), TURNS[:: min(STRIDE, 5)])
 def test_turning_an_image_turns_the_transform_by_as_much(finger: str, degrees: float) -> None:
     name = f"{finger}_1"
     image, change = turned_about_the_middle(pixels_of(name), degrees)

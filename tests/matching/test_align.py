@@ -19,7 +19,7 @@ from matching_prints import (
 )
 from numpy.typing import NDArray
 
-from fpmatch.matching.align import Alignment, AlignmentParameters, align
+from fpmatch.matching.align import Alignment, AlignmentParameters, _distinct, align
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.neighbourhood import neighbourhoods
 
@@ -143,6 +143,13 @@ def test_one_candidate_is_the_seed_of_most_support() -> None:
     found = align(a, b, seeds_of((0, 5), (4, 4), (2, 9)), AlignmentParameters(candidates=1))
     assert found is not None
     assert found.partner.tolist() == list(range(20))
+
+
+def test_candidates_are_those_of_most_support_each_transform_once() -> None:
+    transforms = np.array([[1.0, 0, 0, 0], [0, 1, 5, 5], [1, 0, 0, 0], [1, 0, 9, 9], [0, 1, 5, 5]])
+    support = np.array([3.0, 8.0, 7.0, 2.0, 8.0])
+    assert _distinct(transforms, support, 2) == [1, 2]
+    assert _distinct(transforms, support, 9) == [1, 2, 3]
 
 
 @pytest.mark.parametrize("scale", [0.8, 1.25])

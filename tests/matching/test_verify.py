@@ -14,7 +14,8 @@ from fpmatch.matching.matchers import get_matcher, matcher_names
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
 from fpmatch.minutiae import Minutiae, Template
 
-PROBE = template_of(spread_points(np.random.default_rng(1), 18, 20.0))
+POINTS = spread_points(np.random.default_rng(1), 18, 20.0)
+PROBE = template_of(POINTS)
 STRANGER = template_of(spread_points(np.random.default_rng(2), 18, 20.0))
 EMPTY = Template(Minutiae.empty(), 300, 300)
 
@@ -54,7 +55,7 @@ def test_a_match_needs_no_reason_and_a_no_has_one(matcher: str) -> None:
 
 def test_the_score_decides_from_the_threshold_on() -> None:
     # As little of the print as can be told from nothing, so that the score is not at an end.
-    parts = (template_of(spread_points(np.random.default_rng(1), n, 20.0)) for n in range(3, 18))
+    parts = (template_of(POINTS[:, :n].copy()) for n in range(3, 18))
     part, score = next((p, s) for p in parts if (s := verify(PROBE, p).score) > 0)
     assert score < 100
     assert verify(PROBE, part, threshold=score).match

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     from fpmatch.image.orientation import OrientationField
     from fpmatch.image.spectrum import RidgeSpectrum
+
+_NO_ENERGY: Final = 1e-9  # share of the local energy, summed over the angles
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +75,7 @@ def ridge_period(
         blurred[..., start : start + 4] = cv2.GaussianBlur(
             part, (0, 0), p.smoothing_cells, borderType=cv2.BORDER_REPLICATE
         ).reshape(part.shape)
-    peaked = (blurred / np.maximum(blurred.max(axis=2, keepdims=True), 1e-12)) ** p.peak_power
-    log_period = (peaked @ np.log(spectrum.periods)) / np.maximum(peaked.sum(axis=2), 1e-12)
-    empty = blurred.max(axis=2) <= 0
-    log_period[empty] = np.log(spectrum.periods).mean()
+    blurred[blurred.max(axis=2) < _NO_ENERGY] = 1.0  # nothing to tell: all periods alike
+    peaked = (blurred / blurred.max(axis=2, keepdims=True)) ** p.peak_power
+    log_period = (peaked @ np.log(spectrum.periods)) / peaked.sum(axis=2)
     return np.asarray(np.exp(log_period), np.float32)

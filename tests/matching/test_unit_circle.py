@@ -64,6 +64,8 @@ def assert_mirrored(forth: Verification, back: Verification) -> None:
     assert forth.match == back.match
     assert forth.agreement == back.agreement
     assert forth.overlap == back.overlap
+    if forth.probe == forth.reference:  # then neither side can be told to come first
+        return
     assert {*map(tuple, forth.pairs.tolist())} == {(j, i) for i, j in back.pairs.tolist()}
     assert (forth.transform is None) == (back.transform is None)
     if forth.transform and back.transform:

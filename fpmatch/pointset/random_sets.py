@@ -1,0 +1,298 @@
+"""Random pairs of point sets with known truth, as in the paper's section 4.2.
+
+All lengths are taken by density. Of n points strewn at random over a square of side r, the mean
+distance from a point to its nearest neighbour is r/(2√n), the edge of the square aside. With Q
+such a set of n points,
+
+- the matching distance of eq. (2) is ``t = λ·r/(2√n)``: λ mean nearest-neighbour distances;
+- the jitter between partners is uniform in a disc of radius ``η·r/(2√n)``;
+- ρ is the share of P's m points that have a partner in Q: ⌈ρm⌉ points, so that a matcher that
+  asks for ρm pairs can be satisfied by the truth. The others lie anywhere P lies, independently.
+
+The paper does not say which part of Q the partners come from, and both readings are here:
+
+- "patch": P covers a sub-square of Q's square, of side r·√(m/n) and at a random place. Q has the
+  same density everywhere, n/r², and so has P: within the sub-square Q has m points of its n, the
+  partners of P among them. Most of P's one-rings and neighbours come again in Q.
+- "clutter": P's partners are spread over all of Q's square. Q is n/m times as dense as P, and
+  neighbours in P are not neighbours in Q.
+
+P is then moved by a random similarity, and the truth is the transform that moves it back.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, get_args
+
+import numpy as np
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.similarity import Similarity
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+Reading = Literal["patch", "clutter"]
+READINGS: Final[tuple[Reading, ...]] = get_args(Reading)
+
+MIN_SCALE: Final = 0.5
+MAX_SCALE: Final = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RandomPair:
+    """Hold a random pair of point sets and the truth about it.
+
+    Parameters
+    ----------
+    p : ndarray of float64, shape (m, 2)
+        The pattern, in a frame of its own.
+    q : ndarray of float64, shape (n, 2)
+        The target, in the square [0, √n]²: one point a unit of area.
+    pairs : ndarray of int32, shape (K, 2)
+        The true pairs (into p, into q), sorted by the first; empty for independent sets.
+    transform : Similarity or None
+        Maps p onto q; None for independent sets.
+    tolerance : float
+        The matching distance t, in the units of q.
+    jitter : float
+        Largest distance of true partners under the transform, in the units of q.
+    """
+
+    p: Floats
+    q: Floats
+    pairs: NDArray[np.int32]
+    transform: Similarity | None
+    tolerance: float
+    jitter: float
+
+
+def mean_nearest_distance(side: float, n: int) -> float:
+    """Return r/(2√n), the mean nearest-neighbour distance of n random points in a square.
+
+    Parameters
+    ----------
+    side : float
+        r, the side of the square.
+    n : int
+        Number of points, 1 or more.
+
+    Returns
+    -------
+    float
+        The distance, in the units of `side`.
+
+    References
+    ----------
+    Clark, Evans, "Distance to nearest neighbor as a measure of spatial relationships in
+    populations", Ecology 35 (1954): 1/(2√density).
+
+    Examples
+    --------
+    >>> mean_nearest_distance(side=10.0, n=25)
+    1.0
+    """
+    return side / (2 * math.sqrt(n))
+
+
+def random_pair(
+    m: int,
+    n: int,
+    rho: float,
+    eta: float,
+    lambda_: float,
+    *,
+    reading: Reading = "patch",
+    rng: np.random.Generator | int,
+) -> RandomPair:
+    """Make a random pair of sets in which a share ρ of P's points has a partner in Q.
+
+    Parameters
+    ----------
+    m, n : int
+        Points of P and of Q, 1 ≤ m ≤ n.
+    rho : float
+        ρ in [0, 1]: ⌈ρm⌉ points of P have a partner.
+    eta : float
+        η: radius of the jitter in mean nearest-neighbour distances of Q.
+    lambda_ : float
+        λ: matching distance in mean nearest-neighbour distances of Q.
+    reading : {"patch", "clutter"}
+        Where P lies in Q; see the module.
+    rng : numpy.random.Generator or int
+        Source of randomness, or its seed. The same seed gives the same pair.
+
+    Returns
+    -------
+    RandomPair
+        The sets, the true pairs and the true transform.
+
+    Raises
+    ------
+    PointSetError
+        If a parameter is outside its range, or the reading is neither of the two.
+
+    Examples
+    --------
+    >>> pair = random_pair(50, 100, 0.9, 0.0, 0.84, rng=7)
+    >>> p, q = pair.p[pair.pairs[:, 0]], pair.q[pair.pairs[:, 1]]
+    >>> len(pair.pairs), bool(abs(pair.transform.apply(p) - q).max() < 1e-12)
+    (45, True)
+    """
+    if not 0 <= rho <= 1:
+        raise PointSetError(f"rho must be in [0, 1], not {rho:g}")
+    _check(m, n, eta, lambda_, reading)
+    return _make(m, n, share_of(rho, m), eta, lambda_, reading, np.random.default_rng(rng))
+
+
+def independent_pair(
+    m: int,
+    n: int,
+    lambda_: float,
+    *,
+    reading: Reading = "patch",
+    rng: np.random.Generator | int,
+) -> RandomPair:
+    """Make two sets that have nothing in common but the density `random_pair` gives them.
+
+    Parameters
+    ----------
+    m, n : int
+        Points of P and of Q, 1 ≤ m ≤ n.
+    lambda_ : float
+        λ: matching distance in mean nearest-neighbour distances of Q.
+    reading : {"patch", "clutter"}
+        Which density P has; see the module.
+    rng : numpy.random.Generator or int
+        Source of randomness, or its seed.
+
+    Returns
+    -------
+    RandomPair
+        The sets; no pairs and no transform.
+
+    Raises
+    ------
+    PointSetError
+        If a parameter is outside its range, or the reading is neither of the two.
+
+    Examples
+    --------
+    >>> len(independent_pair(50, 100, 0.84, rng=7).pairs)
+    0
+    """
+    _check(m, n, 0.0, lambda_, reading)
+    return _make(m, n, 0, 0.0, lambda_, reading, np.random.default_rng(rng))
+
+
+def share_of(rho: float, count: int) -> int:
+    """Return ⌈ρ·count⌉: the fewest points that make up a share ρ of `count`.
+
+    Parameters
+    ----------
+    rho : float
+        The share, in [0, 1].
+    count : int
+        Number of points.
+
+    Returns
+    -------
+    int
+        Number of points in the share.
+
+    Examples
+    --------
+    >>> share_of(0.95, 50), share_of(0.6, 50)
+    (48, 30)
+    """
+    rounding = 1e-9  # 0.55·100 is 55.000000000000007 in floating point
+    return math.ceil(rho * count - rounding)
+
+
+def _check(m: int, n: int, eta: float, lambda_: float, reading: str) -> None:
+    if not 1 <= m <= n:
+        raise PointSetError(f"P needs 1 to n points, Q at least as many: {m} and {n}")
+    if not (0 <= eta < math.inf and 0 <= lambda_ < math.inf):
+        raise PointSetError(f"eta and lambda must be 0 or more, not {eta:g} and {lambda_:g}")
+    if reading not in READINGS:
+        raise PointSetError(f"unknown reading {reading!r}: expected {' or '.join(READINGS)}")
+
+
+def _make(
+    m: int,
+    n: int,
+    partners: int,
+    eta: float,
+    lambda_: float,
+    reading: Reading,
+    rng: np.random.Generator,
+) -> RandomPair:
+    side = math.sqrt(n)
+    spacing = mean_nearest_distance(side, n)
+    place = _patch if reading == "patch" else _clutter
+    q, q_partner, strangers = place(m, n, partners, side, rng)
+    p_in_q = np.vstack([q[q_partner] + _in_disc(partners, eta * spacing, rng), strangers])
+    order = rng.permutation(m)
+    rank = order.argsort().astype(np.int32)  # where each point of P comes to stand
+    pairs = np.column_stack([rank[:partners], q_partner]).astype(np.int32)
+    move = _random_similarity(side, rng)
+    return RandomPair(
+        p=move.apply(p_in_q[order]),
+        q=q,
+        pairs=pairs[pairs[:, 0].argsort()],
+        transform=move.inverse() if partners else None,
+        tolerance=lambda_ * spacing,
+        jitter=eta * spacing,
+    )
+
+
+def _patch(
+    m: int, n: int, partners: int, side: float, rng: np.random.Generator
+) -> tuple[Floats, NDArray[np.int64], Floats]:
+    """Return Q, the indices of its partners in a sub-square, and P's points without one."""
+    patch_side = side * math.sqrt(m / n)
+    corner = rng.uniform(0.0, side - patch_side, 2)
+    inside = corner + rng.uniform(0.0, patch_side, (m, 2))
+    order = rng.permutation(n)
+    q = np.vstack([inside, _outside(m, n, corner, patch_side, side, rng)])[order]
+    strangers = corner + rng.uniform(0.0, patch_side, (m - partners, 2))
+    return q, order.argsort()[:partners], strangers
+
+
+def _clutter(
+    m: int, n: int, partners: int, side: float, rng: np.random.Generator
+) -> tuple[Floats, NDArray[np.int64], Floats]:
+    """Return Q, the indices of its partners anywhere in the square, and P's other points."""
+    q = rng.uniform(0.0, side, (n, 2))
+    strangers = rng.uniform(0.0, side, (m - partners, 2))
+    return q, rng.permutation(n)[:partners], strangers
+
+
+def _outside(
+    m: int, n: int, corner: Floats, patch_side: float, side: float, rng: np.random.Generator
+) -> Floats:
+    """Return n - m points, uniform over the square without the sub-square at `corner`."""
+    found = np.empty((0, 2))
+    while len(found) < n - m:
+        tried = rng.uniform(0.0, side, (n, 2))  # n - m of them fall outside, on average
+        in_patch = ((tried >= corner) & (tried < corner + patch_side)).all(axis=1)
+        found = np.vstack([found, tried[~in_patch]])
+    return found[: n - m]
+
+
+def _in_disc(count: int, radius: float, rng: np.random.Generator) -> Floats:
+    """Return `count` shifts, uniform over the disc of `radius`."""
+    distance = radius * np.sqrt(rng.random(count))
+    angle = rng.uniform(0.0, 2 * np.pi, count)
+    return np.column_stack([distance * np.cos(angle), distance * np.sin(angle)])
+
+
+def _random_similarity(side: float, rng: np.random.Generator) -> Similarity:
+    """Return any rotation, a scale even in its logarithm, and a shift of up to the side."""
+    scale = math.exp(rng.uniform(math.log(MIN_SCALE), math.log(MAX_SCALE)))
+    shift = rng.uniform(-side, side, 2)
+    return Similarity(scale, rng.uniform(-math.pi, math.pi), float(shift[0]), float(shift[1]))

@@ -1,0 +1,201 @@
+from __future__ import annotations
+
+import math
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pointset_strategies import seeds
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.random_sets import (
+    MAX_SCALE,
+    MIN_SCALE,
+    READINGS,
+    RandomPair,
+    Reading,
+    independent_pair,
+    mean_nearest_distance,
+    random_pair,
+    share_of,
+)
+
+readings = st.sampled_from(READINGS)
+sizes = st.integers(1, 60).flatmap(lambda m: st.tuples(st.just(m), st.integers(m, 8 * m)))
+shares = st.floats(0, 1)
+
+
+def in_frame_of_q(pair: RandomPair) -> np.ndarray:
+    assert pair.transform is not None
+    return pair.transform.apply(pair.p)
+
+
+def partner_distances(pair: RandomPair) -> np.ndarray:
+    shift = in_frame_of_q(pair)[pair.pairs[:, 0]] - pair.q[pair.pairs[:, 1]]
+    return np.hypot(*shift.T)
+
+
+def same(a: RandomPair, b: RandomPair) -> bool:
+    return all(np.array_equal(x, y) for x, y in zip(astuple(a), astuple(b), strict=True))
+
+
+@given(sizes, shares, readings, seeds)
+def test_sizes_share_and_pairs_are_as_asked(
+    size: tuple[int, int], rho: float, reading: Reading, seed: int
+) -> None:
+    m, n = size
+    pair = random_pair(m, n, rho, 0.25, 0.61, reading=reading, rng=seed)
+    assert pair.p.shape == (m, 2)
+    assert pair.q.shape == (n, 2)
+    assert pair.pairs.dtype == np.int32
+    assert rho * m - 1e-6 <= len(pair.pairs) < rho * m + 1
+    of_p, of_q = pair.pairs.T.tolist()
+    assert of_p == sorted(set(of_p))
+    assert len(set(of_q)) == len(of_q)
+
+
+@given(sizes, readings, seeds)
+def test_without_jitter_partners_coincide(
+    size: tuple[int, int], reading: Reading, seed: int
+) -> None:
+    pair = random_pair(*size, 1.0, 0.0, 0.4, reading=reading, rng=seed)
+    assert len(pair.pairs) == size[0]
+    assert partner_distances(pair) == pytest.approx(0, abs=1e-9)
+
+
+@given(sizes, readings, seeds, st.floats(0.01, 1))
+def test_jitter_stays_in_its_disc(
+    size: tuple[int, int], reading: Reading, seed: int, eta: float
+) -> None:
+    pair = random_pair(*size, 1.0, eta, 0.4, reading=reading, rng=seed)
+    assert pair.jitter == eta / 2  # one point a unit of area
+    assert partner_distances(pair).max() <= pair.jitter + 1e-9
+
+
+@pytest.mark.parametrize("reading", READINGS)
+def test_jitter_is_uniform_over_the_disc(reading: Reading) -> None:
+    pair = random_pair(4000, 4000, 1.0, 0.4, 0.84, reading=reading, rng=1)
+    share_within = (partner_distances(pair) / pair.jitter) ** 2  # uniform in [0, 1]
+    quartiles = np.quantile(share_within, [0.25, 0.5, 0.75])
+    assert quartiles == pytest.approx([0.25, 0.5, 0.75], abs=0.03)
+
+
+@given(seeds, readings)
+def test_the_same_seed_gives_the_same_pair(seed: int, reading: Reading) -> None:
+    make = (20, 50, 0.6, 0.25, 0.61)
+    first = random_pair(*make, reading=reading, rng=seed)
+    again = random_pair(*make, reading=reading, rng=np.random.default_rng(seed))
+    other = random_pair(*make, reading=reading, rng=seed + 1)
+    assert same(first, again)
+    assert not np.array_equal(first.q, other.q)
+
+
+@pytest.mark.parametrize("reading", READINGS)
+def test_q_has_one_point_a_unit_of_area_everywhere(reading: Reading) -> None:
+    side = 20
+    counts = np.zeros((4, 4))
+    for seed in range(100):
+        q = random_pair(100, side * side, 0.6, 0.25, 0.61, reading=reading, rng=seed).q
+        assert q.min() >= 0
+        assert q.max() <= side
+        counts += np.histogram2d(*q.T, bins=4, range=[[0, side], [0, side]])[0]
+    assert counts / 100 == pytest.approx(np.full((4, 4), 25), rel=0.1)
+
+
+def test_a_patch_has_the_density_of_q_within_it() -> None:
+    m, n = 100, 800
+    inside = []
+    for seed in range(20):
+        pair = random_pair(m, n, 0.6, 0.0, 0.61, reading="patch", rng=seed)
+        p = in_frame_of_q(pair)
+        low, high = p.min(axis=0), p.max(axis=0)
+        assert (high - low).max() <= math.sqrt(m) + 1e-9
+        assert (high - low).min() > 0.8 * math.sqrt(m)
+        inside.append(((pair.q >= low) & (pair.q <= high)).all(axis=1).sum())
+    assert np.mean(inside) == pytest.approx(m, rel=0.1)
+
+
+def test_clutter_covers_all_of_q() -> None:
+    pair = random_pair(200, 800, 0.6, 0.0, 0.61, reading="clutter", rng=1)
+    p = in_frame_of_q(pair)
+    strangers = np.setdiff1d(np.arange(200), pair.pairs[:, 0])
+    for part in (p, p[pair.pairs[:, 0]], p[strangers]):
+        assert (np.ptp(part, axis=0) > 0.9 * math.sqrt(800)).all()
+
+
+@given(seeds, readings)
+def test_strangers_are_strangers(seed: int, reading: Reading) -> None:
+    pair = random_pair(50, 100, 0.5, 0.0, 0.61, reading=reading, rng=seed)
+    strangers = np.setdiff1d(np.arange(50), pair.pairs[:, 0])
+    distances = np.hypot(*(in_frame_of_q(pair)[strangers, None] - pair.q[None]).transpose(2, 0, 1))
+    assert distances.min() > 1e-9
+
+
+@given(seeds, readings)
+def test_points_stand_in_random_order(seed: int, reading: Reading) -> None:
+    pair = random_pair(50, 100, 0.5, 0.0, 0.61, reading=reading, rng=seed)
+    for order, size in zip(pair.pairs.T, (50, 100), strict=True):
+        assert order.min() < size / 2 < order.max()
+
+
+def test_transforms_are_of_every_kind() -> None:
+    moves = [random_pair(3, 6, 1.0, 0.0, 0.4, rng=seed).transform for seed in range(200)]
+    scales = np.array([move.scale for move in moves if move])
+    angles = np.array([math.remainder(move.rotation, 2 * math.pi) for move in moves if move])
+    assert scales.min() >= 1 / MAX_SCALE - 1e-12
+    assert scales.max() <= 1 / MIN_SCALE + 1e-12
+    assert np.quantile(scales, [0.1, 0.9]).tolist() != [1, 1]
+    assert (np.histogram(scales, bins=[0.5, 0.71, 1, 1.41, 2])[0] > 25).all()
+    assert (np.histogram(angles, bins=4, range=(-math.pi, math.pi))[0] > 25).all()
+
+
+def test_mean_nearest_distance_is_that_of_random_points() -> None:
+    from scipy.spatial import cKDTree
+
+    q = random_pair(1, 20_000, 1.0, 0.0, 0.4, rng=5).q
+    measured = cKDTree(q).query(q, k=2)[0][:, 1].mean()
+    assert measured == pytest.approx(mean_nearest_distance(math.sqrt(20_000), 20_000), rel=0.02)
+
+
+def test_tolerance_is_by_the_density_of_q() -> None:
+    pair = random_pair(50, 400, 0.9, 0.4, 0.84, rng=1)
+    assert (pair.tolerance, pair.jitter) == (pytest.approx(0.42), pytest.approx(0.2))
+
+
+@pytest.mark.parametrize("reading", READINGS)
+def test_independent_sets_have_no_truth(reading: Reading) -> None:
+    pair = independent_pair(50, 100, 0.61, reading=reading, rng=3)
+    assert (pair.p.shape, pair.q.shape, pair.pairs.shape) == ((50, 2), (100, 2), (0, 2))
+    assert pair.transform is None
+    assert pair.tolerance == pytest.approx(0.305)
+
+
+def test_a_share_is_not_rounded_up_by_rounding_errors() -> None:
+    assert 0.55 * 100 > 55
+    assert share_of(0.55, 100) == 55
+    assert [share_of(rho, 50) for rho in (0.0, 0.01, 0.95, 1.0)] == [0, 1, 48, 50]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((0, 5, 0.5, 0.1, 0.4), "1 to n points"),
+        ((6, 5, 0.5, 0.1, 0.4), "1 to n points"),
+        ((5, 5, 1.5, 0.1, 0.4), "rho"),
+        ((5, 5, math.nan, 0.1, 0.4), "rho"),
+        ((5, 5, 0.5, -0.1, 0.4), "eta"),
+        ((5, 5, 0.5, 0.1, math.inf), "lambda"),
+    ],
+)
+def test_refuses_parameters_outside_their_range(
+    arguments: tuple[int, int, float, float, float], message: str
+) -> None:
+    with pytest.raises(PointSetError, match=message):
+        random_pair(*arguments, rng=1)
+
+
+def test_refuses_an_unknown_reading() -> None:
+    with pytest.raises(PointSetError, match="unknown reading 'both': expected patch or clutter"):
+        independent_pair(5, 5, 0.4, reading="both", rng=1)  # type: ignore[arg-type]

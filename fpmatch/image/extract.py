@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from fpmatch.image.spectrum import RidgeSpectrum
 
 MIN_SIDE_PX: Final = 32  # at 500 dpi: one window of the ridge spectrum
+MAX_MEGAPIXELS: Final = 16.0  # at 500 dpi: four palms
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +214,7 @@ def resample(grey: NDArray[np.uint8], dpi: float) -> tuple[NDArray[np.uint8], fl
 def _check_resampled(size: tuple[int, int], dpi: float) -> None:
     """Refuse what is too large or too small for a print once it is at 500 dpi."""
     try:
-        ImageLimits(min_side_px=MIN_SIDE_PX).check(*size)
+        ImageLimits(min_side_px=MIN_SIDE_PX, max_megapixels=MAX_MEGAPIXELS).check(*size)
     except ImageError as error:
         raise ImageError(f"resampled from {dpi:g} to {STANDARD_DPI:g} dpi, {error}") from error
 

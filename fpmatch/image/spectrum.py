@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+_BAND_ROWS: Final = 16  # rows of cells at a time: memory does not grow with the image's height
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,28 +91,34 @@ def ridge_spectrum(
     p = parameters or SpectrumParameters()
     height, width = pixels.shape
     rows, columns = -(-height // p.step_px), -(-width // p.step_px)
-    patches = _patches(pixels, rows, columns, p)
     waves, window = _waves(p)
-    total = (patches * patches) @ window
-    filled = np.flatnonzero(total > 0)  # background costs nothing
-    projection = patches[filled] @ waves
-    half = projection.shape[1] // 2
-    energy = np.zeros((rows * columns, half), np.float32)
-    energy[filled] = 2.0 * (projection[:, :half] ** 2 + projection[:, half:] ** 2)
+    half = waves.shape[1] // 2
+    energy = np.zeros((rows, columns, half), np.float32)
+    total = np.zeros((rows, columns), np.float32)
+    grid = _neighbourhoods(pixels, rows, columns, p)
+    for band in range(0, rows, _BAND_ROWS):
+        patches = grid[band : band + _BAND_ROWS].reshape(-1, len(window))
+        power = (patches * patches) @ window
+        filled = np.flatnonzero(power > 0)  # background costs nothing
+        projection = patches[filled] @ waves
+        total[band : band + _BAND_ROWS] = power.reshape(-1, columns)
+        energy[band : band + _BAND_ROWS].reshape(-1, half)[filled] = 2.0 * (
+            projection[:, :half] ** 2 + projection[:, half:] ** 2
+        )
     return RidgeSpectrum(
         step_px=p.step_px,
         shape=(height, width),
         angles=(np.arange(p.angles) * (np.pi / p.angles)).astype(np.float32),
         periods=np.asarray(p.periods_px, np.float32),
-        energy=np.asarray(energy, np.float32).reshape(rows, columns, p.angles, -1),
-        total=np.asarray(total, np.float32).reshape(rows, columns),
+        energy=energy.reshape(rows, columns, p.angles, -1),
+        total=total,
     )
 
 
-def _patches(
+def _neighbourhoods(
     pixels: NDArray[np.float32], rows: int, columns: int, p: SpectrumParameters
 ) -> NDArray[np.float32]:
-    """Return one flattened neighbourhood a cell, shape (rows·columns, side²)."""
+    """Return a view of the neighbourhood of each cell, shape (rows, columns, side, side)."""
     height, width = pixels.shape
     radius, side = p.window_radius_px, 2 * p.window_radius_px + 1
     before = radius - p.step_px // 2
@@ -122,8 +130,7 @@ def _patches(
         ),
     )
     windows = np.lib.stride_tricks.sliding_window_view(padded, (side, side))
-    grid = windows[: rows * p.step_px : p.step_px, : columns * p.step_px : p.step_px]
-    return grid.reshape(rows * columns, side * side)
+    return windows[: rows * p.step_px : p.step_px, : columns * p.step_px : p.step_px]
 
 
 @lru_cache(maxsize=4)

@@ -39,7 +39,7 @@ def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
     dtype('float64')
     """
     try:
-        array = np.array(points, dtype=np.float64)
+        array = np.array(points, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise PointSetError(f"{name}: expected an array of numbers of shape (N, 2)") from error
     if array.size == 0:

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 from pointset_strategies import any_finite_points, crowded_pixels, seeds
 from scipy.spatial import Delaunay
 
@@ -75,12 +76,22 @@ def test_triangles_do_not_depend_on_the_order_of_the_points(points: Points, seed
     assert triangles_by_place(triangulate(points)) == triangles_by_place(triangulate(shuffled))
 
 
-@given(seeds)
-def test_agrees_with_qhull_in_general_position(seed: int) -> None:
-    points = np.random.default_rng(seed).uniform(0, 400, (40, 2))
+def edges_of_qhull(points: Points) -> set[tuple[int, int]]:
     corners = Delaunay(points).simplices
     sides = np.sort(np.vstack([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]))
-    assert edge_set(triangulate(points)) == {(a, b) for a, b in sides.tolist()}
+    return {(a, b) for a, b in sides.tolist()}
+
+
+@given(seeds, st.integers(3, 60))
+def test_agrees_with_qhull_in_general_position(seed: int, n: int) -> None:
+    points = np.random.default_rng(seed).uniform(0, 400, (n, 2))
+    assert edge_set(triangulate(points)) == edges_of_qhull(points)
+
+
+@pytest.mark.parametrize("n", [1000, 20_000])
+def test_agrees_with_qhull_on_large_sets(rng: np.random.Generator, n: int) -> None:
+    for points in (rng.random((n, 2)), rng.normal(0, 1, (n, 2))):
+        assert edge_set(triangulate(points)) == edges_of_qhull(points)
 
 
 @given(seeds)

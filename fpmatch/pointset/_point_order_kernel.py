@@ -1,0 +1,239 @@
+"""Kernel: bring points to whole numbers and into the order by x, then y.
+
+The order is the divide and conquer's one sort. Interpreted, the functions run as they stand and
+give the same.
+"""
+
+import math
+
+import cython
+import numpy as np
+
+COMPILED = cython.compiled
+
+_WHOLE = cython.declare(cython.double, 2.0**52)  # added and taken away, it rounds what is smaller
+_SHORT_RUN = cython.declare(cython.int, 8)  # points sorted by insertion
+
+
+def sort_points(points: cython.double[:, ::1], flatness: cython.double) -> tuple | None:
+    """Return x and y of the distinct points in order, shape (2, N), their number, order and place.
+
+    ``points`` (N, 2) are finite; None where they are too few, or lie all within `flatness` of
+    their extent from one line. Coordinates become whole numbers from 0 to 2**52, the smallest
+    that keep their proportions. Of points that coincide the first stands for all.
+    ``order`` (2, N) holds, in its first row, the index of each distinct point; in its second, for
+    each index, the place of the point in that order, or -1 - the index of the point that stands
+    for it.
+    """
+    n: cython.Py_ssize_t = points.shape[0]
+    if n < 3:
+        return None
+    given = np.empty((2, n))
+    in_order = np.empty((2, n))
+    index = np.empty((2, n), np.intc)
+    scratch = np.empty((2, n), np.intc)
+    given_xy: cython.double[:, ::1] = given
+    xy: cython.double[:, ::1] = in_order
+    order: cython.int[:, ::1] = index
+    spare: cython.int[:, ::1] = scratch
+    if not _to_whole_numbers(points, given_xy[0], given_xy[1]):
+        return None
+    _sort(given_xy[0], given_xy[1], order[0], spare[0], spare[1])
+    distinct: cython.Py_ssize_t = _take_distinct(
+        given_xy[0], given_xy[1], order[0], order[1], xy[0], xy[1]
+    )
+    if distinct < 3 or _is_flat(xy[0], xy[1], distinct, flatness):
+        return None
+    return in_order, distinct, index
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _to_whole_numbers(
+    points: cython.double[:, ::1], x: cython.double[::1], y: cython.double[::1]
+) -> cython.bint:
+    """Write the points as whole numbers from 0, at most 2**52 and as small as they can be.
+
+    Return whether there are two that differ.
+    """
+    n: cython.Py_ssize_t = points.shape[0]
+    i: cython.Py_ssize_t
+    half: cython.double = 1.0
+    low_x: cython.double = points[0, 0]
+    high_x: cython.double = low_x
+    low_y: cython.double = points[0, 1]
+    high_y: cython.double = low_y
+    for i in range(1, n):
+        low_x = min(low_x, points[i, 0])
+        high_x = max(high_x, points[i, 0])
+        low_y = min(low_y, points[i, 1])
+        high_y = max(high_y, points[i, 1])
+    if high_x * 0.5 - low_x * 0.5 > 2.0**1022 or high_y * 0.5 - low_y * 0.5 > 2.0**1022:
+        half = 0.5
+    low_x *= half
+    low_y *= half
+    extent: cython.double = max(high_x * half - low_x, high_y * half - low_y)
+    if extent == 0.0:
+        return False
+    # two steps, because the power of two itself may be beyond float64
+    shift: cython.int = 52 - math.frexp(extent)[1]
+    scale: cython.double = math.ldexp(1.0, shift // 2)
+    more: cython.double = math.ldexp(1.0, shift - shift // 2)
+    bits: cython.longlong = 0
+    for i in range(n):
+        x[i] = (points[i, 0] * half - low_x) * scale * more + _WHOLE - _WHOLE
+        y[i] = (points[i, 1] * half - low_y) * scale * more + _WHOLE - _WHOLE
+        bits |= cython.cast(cython.longlong, x[i]) | cython.cast(cython.longlong, y[i])
+    scale = 1.0 / (bits & -bits)
+    for i in range(n):
+        x[i] *= scale
+        y[i] *= scale
+    return True
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _sort(
+    x: cython.double[::1],
+    y: cython.double[::1],
+    order: cython.int[::1],
+    spare: cython.int[::1],
+    end: cython.int[::1],
+) -> cython.void:
+    """Write into `order` the points by x, then y, then index; `spare` and `end` are scratch.
+
+    The points are dealt out to as many strips of x, and those of a strip then merge sorted.
+    """
+    n: cython.Py_ssize_t = order.shape[0]
+    i: cython.Py_ssize_t
+    strip: cython.Py_ssize_t
+    begin: cython.Py_ssize_t = 0
+    widest: cython.double = 0.0
+    for i in range(n):
+        widest = max(widest, x[i])
+        end[i] = 0
+    scale: cython.double = (n - 1) / max(widest, 1.0)
+    for i in range(n):
+        end[cython.cast(cython.Py_ssize_t, x[i] * scale)] += 1
+    for strip in range(1, n):
+        end[strip] += end[strip - 1]
+    for i in range(n - 1, -1, -1):
+        strip = cython.cast(cython.Py_ssize_t, x[i] * scale)
+        end[strip] -= 1
+        order[end[strip]] = cython.cast(cython.int, i)
+    # `end` now says where each strip begins
+    for strip in range(1, n):
+        if end[strip] - begin > 1:
+            _sort_strip(x, y, order, spare, begin, end[strip])
+        begin = end[strip]
+    _sort_strip(x, y, order, spare, begin, n)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _sort_strip(
+    x: cython.double[::1],
+    y: cython.double[::1],
+    order: cython.int[::1],
+    spare: cython.int[::1],
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+) -> cython.void:
+    """Sort the points ``order[low:high]``; those that coincide keep their order."""
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    point: cython.int
+    other: cython.int
+    if high - low <= _SHORT_RUN:
+        for i in range(low + 1, high):
+            point = order[i]
+            j = i
+            while j > low:
+                other = order[j - 1]
+                if x[other] < x[point] or (x[other] == x[point] and y[other] <= y[point]):
+                    break
+                order[j] = other
+                j -= 1
+            order[j] = point
+        return
+    middle: cython.Py_ssize_t = (low + high) // 2
+    _sort_strip(x, y, order, spare, low, middle)
+    _sort_strip(x, y, order, spare, middle, high)
+    for i in range(low, middle):
+        spare[i] = order[i]
+    i = low
+    j = middle
+    k = low
+    while i < middle and j < high:
+        point = spare[i]
+        other = order[j]
+        if x[other] < x[point] or (x[other] == x[point] and y[other] < y[point]):
+            order[k] = other
+            j += 1
+        else:
+            order[k] = point
+            i += 1
+        k += 1
+    while i < middle:
+        order[k] = spare[i]
+        i += 1
+        k += 1
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _take_distinct(
+    given_x: cython.double[::1],
+    given_y: cython.double[::1],
+    order: cython.int[::1],
+    place: cython.int[::1],
+    x: cython.double[::1],
+    y: cython.double[::1],
+) -> cython.Py_ssize_t:
+    """Write the distinct points in order, the first of those that coincide; return their number.
+
+    `place` receives the rank of each point, or -1 - the first one's index for each of the others.
+    """
+    count: cython.Py_ssize_t = 0
+    i: cython.Py_ssize_t
+    point: cython.int
+    for i in range(order.shape[0]):
+        point = order[i]
+        if count > 0 and given_x[point] == x[count - 1] and given_y[point] == y[count - 1]:
+            place[point] = -1 - order[count - 1]
+        else:
+            place[point] = cython.cast(cython.int, count)
+            order[count] = point
+            x[count] = given_x[point]
+            y[count] = given_y[point]
+            count += 1
+    return count
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _is_flat(
+    x: cython.double[::1],
+    y: cython.double[::1],
+    count: cython.Py_ssize_t,
+    flatness: cython.double,
+) -> cython.bint:
+    """Tell whether no point is further than `flatness` of the longest chord from its line."""
+    i: cython.Py_ssize_t
+    dx: cython.double
+    dy: cython.double
+    axis_x: cython.double = 0.0
+    axis_y: cython.double = 0.0
+    longest: cython.double = 0.0
+    for i in range(1, count):
+        dx = x[i] - x[0]
+        dy = y[i] - y[0]
+        if dx * dx + dy * dy > longest:
+            longest = dx * dx + dy * dy
+            axis_x = dx
+            axis_y = dy
+    for i in range(1, count):
+        if abs(axis_x * (y[i] - y[0]) - axis_y * (x[i] - x[0])) > flatness * longest:
+            return False
+    return True

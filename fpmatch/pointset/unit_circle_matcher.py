@@ -99,6 +99,8 @@ class PointMatch:
         Number of closed one-rings in P and in Q.
     alike : int
         Number of ring pairs that matched locally.
+    chance : float or None
+        Expected number of matches as good by chance; None where the matcher does not estimate it.
     """
 
     transform: Similarity | None
@@ -107,6 +109,7 @@ class PointMatch:
     rms: float
     rings: tuple[int, int]
     alike: int
+    chance: float | None = None
 
 
 def match_points(

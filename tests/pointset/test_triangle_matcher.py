@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset import _triangle_kernel as kernel
+from fpmatch.pointset.random_sets import independent_pair, random_pair
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.triangle_matcher import TriangleParameters, match_by_triangles
+
+# Interpreted, a proposal costs some hundred times as much: the search is cut where it is in vain.
+BOUNDED = TriangleParameters(max_proposals=20_000 if kernel.COMPILED else 200)
+TRIALS = 8 if kernel.COMPILED else 2
+
+
+def recognised(case, match) -> bool:
+    """Tell whether at least 80 % of the true pairs were found."""
+    true = set(map(tuple, case.pairs.tolist()))
+    return len(true & set(map(tuple, match.pairs.tolist()))) >= 0.8 * len(true)
+
+
+@pytest.mark.parametrize("times", [2, 4])
+@pytest.mark.parametrize(
+    ("m", "rho", "eta", "lambda_"),
+    [(50, 0.95, 0.175, 0.428), (100, 0.95, 0.175, 0.428), (100, 0.6, 0.25, 0.61)],
+)
+def test_patches_are_recognised(m, rho, eta, lambda_, times):
+    for seed in range(TRIALS):
+        case = random_pair(m, times * m, rho, eta, lambda_, rng=seed)
+        match = match_by_triangles(case.p, case.q, tolerance=case.tolerance)
+        assert recognised(case, match)
+        assert match.chance < 1e-3
+        corners = np.array([[0, 0], [1, 0], [0, 1]]) * np.ptp(case.p) + case.p.min(axis=0)
+        apart = match.transform.apply(corners) - case.transform.apply(corners)
+        assert np.hypot(*apart.T).max() < 3 * case.tolerance
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+def test_independent_sets_do_not_match(seed):
+    case = independent_pair(50, 100, 0.61, rng=seed)
+    match = match_by_triangles(case.p, case.q, tolerance=case.tolerance, parameters=BOUNDED)
+    assert match.transform is None
+    assert len(match.pairs) == 0
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.floats(0.1, 10),
+    st.floats(-math.pi, math.pi),
+    st.floats(-1000, 1000),
+)
+@settings(max_examples=20 if kernel.COMPILED else 3)
+def test_exact_copies_are_recovered_exactly(seed, scale, rotation, shift):
+    points = np.random.default_rng(seed).uniform(0, 100, (30, 2))
+    truth = Similarity(scale, rotation, shift, -shift)
+    match = match_by_triangles(points, truth.apply(points))
+    assert match.matched_share == 1.0
+    assert (match.pairs[:, 0] == match.pairs[:, 1]).all()
+    assert match.transform.scale == pytest.approx(scale, rel=1e-6)
+    assert math.remainder(match.transform.rotation - rotation, 2 * math.pi) == pytest.approx(
+        0, abs=1e-6
+    )
+
+
+@given(
+    arrays(np.float64, st.tuples(st.integers(0, 12), st.just(2)), elements=st.integers(0, 6)),
+    arrays(np.float64, st.tuples(st.integers(0, 12), st.just(2)), elements=st.integers(0, 6)),
+)
+def test_lattices_with_coincident_points_give_a_sound_answer(p, q):
+    match = match_by_triangles(p, q, parameters=BOUNDED)
+    assert len(np.unique(match.pairs[:, 0])) == len(match.pairs)
+    assert len(np.unique(match.pairs[:, 1])) == len(match.pairs)
+    if match.transform:
+        assert 0 < match.matched_share <= 1
+        assert match.chance < 1e-3
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3])
+def test_too_few_points_match_nothing(count):
+    points = np.random.default_rng(1).uniform(0, 1, (count, 2))
+    assert match_by_triangles(points, points).transform is None
+
+
+def test_points_on_a_line_match_nothing():
+    line = np.column_stack([np.arange(20.0), np.zeros(20)])
+    assert match_by_triangles(line, line).transform is None
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1.0, math.inf, math.nan])
+def test_tolerance_must_be_positive(tolerance):
+    with pytest.raises(PointSetError, match="tolerance must be positive"):
+        match_by_triangles(np.eye(2), np.eye(2), tolerance=tolerance)
+
+
+def test_a_set_that_is_no_set_is_named():
+    with pytest.raises(PointSetError, match=r"^q:"):
+        match_by_triangles(np.zeros((5, 2)), np.zeros((5, 3)))
+
+
+def test_cells_hold_each_point_once():
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-1, 5, (2, 200))
+    start, member = np.empty(5 * 4 + 1, np.int32), np.empty(200, np.int32)
+    kernel.sort_into_cells(x, y, 200, 0.0, 0.0, 1.0, 5, 4, start, member)
+    assert sorted(member.tolist()) == list(range(200))
+    cell = np.clip(np.floor(y), 0, 3) * 5 + np.clip(np.floor(x), 0, 4)
+    for k in range(20):
+        assert (cell[member[start[k] : start[k + 1]]] == k).all()
+
+
+def test_shapes_do_not_depend_on_place_turn_and_size():
+    rng = np.random.default_rng(4)
+    points = rng.uniform(0, 1, (3, 2))
+    a, b, c = points
+    if (b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0] < 0:
+        points = points[[0, 2, 1]]
+    triangle = np.array([[0, 1, 2]], np.int32)
+    shapes = []
+    for move in (Similarity(), Similarity(3.0, 1.0, 5.0, -2.0)):
+        corner, shape = np.empty((3, 3), np.int32), np.empty((3, 3))
+        moved = np.array(move.apply(points).T, order="C")
+        assert kernel.label_triangles(moved, triangle, 1.0, corner, shape) == 1
+        shapes.append(shape[0])
+    assert shapes[0][:2] == pytest.approx(shapes[1][:2])
+    assert shapes[1][2] == pytest.approx(3 * shapes[0][2])

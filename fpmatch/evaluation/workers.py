@@ -53,7 +53,7 @@ def run_chunks(
 ) -> list[Result]:
     """Return ``[work(shared, chunk) for chunk in chunks]``, computed by several processes.
 
-    OpenCV runs on one thread meanwhile, so that the cores are not asked twice.
+    OpenCV and numpy run on one thread meanwhile, so that the cores are not asked twice.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _run_here(
     finished: Callable[[Chunk], None],
 ) -> list[Result]:
     results = []
-    with _single_threaded_opencv():
+    with _single_threaded():
         for chunk in chunks:
             results.append(work(shared, chunk))
             finished(chunk)
@@ -124,13 +124,15 @@ def _run_here(
 
 
 @contextmanager
-def _single_threaded_opencv() -> Iterator[None]:
+def _single_threaded() -> Iterator[None]:
     import cv2  # noqa: PLC0415
+    from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        yield
+        with threadpool_limits(1):
+            yield
     finally:
         cv2.setNumThreads(threads)
 
@@ -141,10 +143,13 @@ _held: dict[str, Any] = {}
 
 def _start_worker(work: Callable[[Any, Any], Any], shared: object) -> None:
     import cv2  # noqa: PLC0415
+    import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
+    from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
     # Ctrl-C reaches the whole process group: a worker falls silent, its parent reports.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     cv2.setNumThreads(1)
+    _held["threads"] = threadpool_limits(1)
     _held["work"], _held["shared"] = work, shared
 
 

@@ -11,13 +11,13 @@ import numpy as np
 from fpmatch.errors import ImageError
 from fpmatch.image.binarize import BinarizationParameters, binarize
 from fpmatch.image.blend import BlendParameters, blend
+from fpmatch.image.cells import cells_to_pixels
 from fpmatch.image.crossing_number import find_nodes
 from fpmatch.image.enhance import EnhancementParameters, enhance
 from fpmatch.image.frequency import PeriodParameters, ridge_period
 from fpmatch.image.normalize import NormalizationParameters, normalize
 from fpmatch.image.orientation import (
     OrientationParameters,
-    cells_to_pixels,
     orientation_at_pixels,
     ridge_orientation,
 )

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-import cv2
 import numpy as np
+
+from fpmatch.image.cells import blur_cells
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -69,12 +70,7 @@ def ridge_period(
     along = np.exp(p.angle_sharpness * (np.cos(turn) - 1.0)) * mask[..., None]
     weight = along / (spectrum.total + 1e-3)[..., None]
     by_period = np.einsum("ijaf,ija->ijf", spectrum.energy, weight)
-    blurred = np.empty_like(by_period)
-    for start in range(0, by_period.shape[2], 4):
-        part = np.ascontiguousarray(by_period[..., start : start + 4], np.float32)
-        blurred[..., start : start + 4] = cv2.GaussianBlur(
-            part, (0, 0), p.smoothing_cells, borderType=cv2.BORDER_REPLICATE
-        ).reshape(part.shape)
+    blurred = blur_cells(by_period, p.smoothing_cells)
     blurred[blurred.max(axis=2) < _NO_ENERGY] = 1.0  # nothing to tell: all periods alike
     peaked = (blurred / blurred.max(axis=2, keepdims=True)) ** p.peak_power
     log_period = (peaked @ np.log(spectrum.periods)) / peaked.sum(axis=2)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from fpmatch.image.cells import blur_cells, cells_to_pixels
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -84,8 +86,8 @@ def ridge_orientation(
     stacked = np.stack(
         [by_angle @ np.cos(doubled), by_angle @ np.sin(doubled), by_angle.sum(axis=2)], axis=2
     )
-    fine = _blur(stacked, p.fine_sigma_cells)
-    coarse = _blur(stacked, p.coarse_sigma_cells)
+    fine = blur_cells(stacked, p.fine_sigma_cells)
+    coarse = blur_cells(stacked, p.coarse_sigma_cells)
     trust = np.clip(_coherence(fine) / p.trusted_coherence, 0.0, 1.0)[..., None] ** 2
     vector = trust * _unit(fine) + (1.0 - trust) * _unit(coarse)
     orientation = np.mod(0.5 * np.arctan2(vector[..., 1], vector[..., 0]), np.pi)
@@ -101,19 +103,6 @@ def orientation_at_pixels(
     large = cells_to_pixels(doubled, spectrum)
     angle = np.mod(0.5 * cv2.phase(large[..., 0], large[..., 1]), np.pi)
     return np.asarray(angle, np.float32)
-
-
-def cells_to_pixels(cells: NDArray[np.float32], spectrum: RidgeSpectrum) -> NDArray[np.float32]:
-    """Interpolate a field of cells (rows, columns, ...) to pixels linearly; shape (H, W, ...)."""
-    height, width = spectrum.shape
-    rows, columns = cells.shape[:2]
-    step = spectrum.step_px
-    large = cv2.resize(cells, (columns * step, rows * step), interpolation=cv2.INTER_LINEAR)
-    return np.asarray(large[:height, :width], np.float32)
-
-
-def _blur(cells: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
-    return np.asarray(cv2.GaussianBlur(cells, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE))
 
 
 def _coherence(stacked: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from fpmatch.image.cells import blur_cells, cells_to_pixels, pixels_to_cells
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -57,8 +59,8 @@ def segment(
     p = parameters or SegmentationParameters()
     rows, columns = spectrum.total.shape
     strength = ridge_strength(spectrum, p.smoothing_cells)
-    contrast = _at_cells(image.contrast * image.valid, spectrum)
-    valid = _at_cells(image.valid.astype(np.float32), spectrum) > 0.5
+    contrast = pixels_to_cells(image.contrast * image.valid, spectrum)
+    valid = pixels_to_cells(image.valid.astype(np.float32), spectrum) > 0.5
     ridges = (strength >= p.min_strength) & valid
     if not ridges.any():
         return np.zeros((rows, columns), bool)
@@ -70,21 +72,15 @@ def segment(
 def ridge_strength(spectrum: RidgeSpectrum, smoothing_cells: float) -> NDArray[np.float32]:
     """Return the largest share of the local energy in one wave, 0..1, shape (rows, columns)."""
     rows, columns, angles, periods = spectrum.energy.shape
-    energy = _smooth(spectrum.energy.reshape(rows, columns, angles * periods), smoothing_cells)
-    total = _smooth(spectrum.total, smoothing_cells)
+    energy = blur_cells(spectrum.energy.reshape(rows, columns, angles * periods), smoothing_cells)
+    total = blur_cells(spectrum.total, smoothing_cells)
     strength: NDArray[np.float32] = energy.max(axis=2) / (total + 1e-3)
     return strength
 
 
 def mask_at_pixels(mask: NDArray[np.bool_], spectrum: RidgeSpectrum) -> NDArray[np.bool_]:
     """Return the mask of cells as a smooth mask of pixels, shape (H, W)."""
-    height, width = spectrum.shape
-    rows, columns = mask.shape
-    step = spectrum.step_px
-    large = cv2.resize(
-        mask.astype(np.float32), (columns * step, rows * step), interpolation=cv2.INTER_LINEAR
-    )
-    pixels: NDArray[np.bool_] = large[:height, :width] > 0.5
+    pixels: NDArray[np.bool_] = cells_to_pixels(mask.astype(np.float32), spectrum) > 0.5
     return pixels
 
 
@@ -102,29 +98,6 @@ def _tidy(ridges: NDArray[np.bool_], p: SegmentationParameters) -> NDArray[np.bo
     _, outside = cv2.connectedComponents((~print_).astype(np.uint8), connectivity=4)
     filled: NDArray[np.bool_] = outside != outside[0, 0]
     return filled[margin:-margin, margin:-margin]
-
-
-def _at_cells(pixels: NDArray[np.float32], spectrum: RidgeSpectrum) -> NDArray[np.float32]:
-    """Return the mean of `pixels` over each cell."""
-    height, width = spectrum.shape
-    rows, columns = spectrum.total.shape
-    step = spectrum.step_px
-    padded = np.pad(pixels, ((0, rows * step - height), (0, columns * step - width)), mode="edge")
-    cells: NDArray[np.float32] = padded.reshape(rows, step, columns, step).mean(axis=(1, 3))
-    return cells
-
-
-def _smooth(cells: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
-    """Blur over the grid of cells, channel by channel."""
-    smoothed = np.empty_like(cells)
-    if cells.ndim == 2:
-        return np.asarray(cv2.GaussianBlur(cells, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE))
-    for start in range(0, cells.shape[2], 4):  # OpenCV blurs four channels at a time
-        part = np.ascontiguousarray(cells[:, :, start : start + 4])
-        smoothed[:, :, start : start + 4] = cv2.GaussianBlur(
-            part, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE
-        ).reshape(part.shape)
-    return smoothed
 
 
 def _disc(diameter: int) -> NDArray[np.uint8]:

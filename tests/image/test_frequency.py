@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import along_and_across, concentric_rings, plane_wave
 
+from fpmatch.image.cells import cells_to_pixels
 from fpmatch.image.frequency import PeriodParameters, ridge_period
-from fpmatch.image.orientation import cells_to_pixels, ridge_orientation
+from fpmatch.image.orientation import ridge_orientation
 from fpmatch.image.spectrum import SpectrumParameters, ridge_spectrum
 
 EIGHT = SpectrumParameters(step_px=8)

@@ -11,7 +11,6 @@ from made_images import along_and_across, concentric_rings, plane_wave, turn_bet
 
 from fpmatch.image.orientation import (
     OrientationField,
-    cells_to_pixels,
     orientation_at_pixels,
     ridge_orientation,
 )
@@ -103,18 +102,6 @@ def test_an_orientation_of_pi_is_none() -> None:
     almost = np.full((2, 2), np.nextafter(np.float32(np.pi), np.float32(0)))
     found = orientation_at_pixels(almost, spectrum)
     assert error_deg(found, 0).max() < 0.01
-
-
-def test_cells_to_pixels_is_linear_between_the_centres_of_cells() -> None:
-    spectrum = ridge_spectrum(np.zeros((16, 37), np.float32))
-    step = spectrum.step_px
-    columns = spectrum.total.shape[1]
-    ramp = np.tile(np.arange(columns, dtype=np.float32), (spectrum.total.shape[0], 1))
-    pixels = cells_to_pixels(ramp, spectrum)
-    assert pixels.shape == (16, 37)
-    between = np.arange(step // 2, (columns - 1) * step - step // 2)
-    assert pixels[5, between] == pytest.approx((between + 0.5) / step - 0.5, abs=1e-4)
-    assert cells_to_pixels(np.dstack([ramp, ramp]), spectrum).shape == (16, 37, 2)
 
 
 @given(arrays(np.float32, (40, 50), elements=st.floats(-3, 3, width=32)), st.booleans())

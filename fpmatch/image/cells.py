@@ -1,0 +1,59 @@
+"""Fields on the cells of a ridge spectrum: blurred, and brought to pixels and back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.image.spectrum import RidgeSpectrum
+
+_CHANNELS: Final = 4  # that OpenCV blurs at a time
+
+
+def cells_to_pixels(cells: NDArray[np.float32], spectrum: RidgeSpectrum) -> NDArray[np.float32]:
+    """Interpolate a field of cells linearly.
+
+    Parameters
+    ----------
+    cells : ndarray of float32, shape (rows, columns) or (rows, columns, C)
+        A field on the cells of `spectrum`.
+    spectrum : RidgeSpectrum
+        Tells the size of cells and image.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W) or (H, W, C)
+        The field at the pixels of the image.
+    """
+    height, width = spectrum.shape
+    rows, columns = cells.shape[:2]
+    step = spectrum.step_px
+    large = cv2.resize(cells, (columns * step, rows * step), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(large[:height, :width], np.float32)
+
+
+def pixels_to_cells(pixels: NDArray[np.float32], spectrum: RidgeSpectrum) -> NDArray[np.float32]:
+    """Average a field of pixels (H, W) over each cell, shape (rows, columns)."""
+    height, width = spectrum.shape
+    rows, columns = spectrum.total.shape
+    step = spectrum.step_px
+    padded = np.pad(pixels, ((0, rows * step - height), (0, columns * step - width)), mode="edge")
+    means = padded.reshape(rows, step, columns, step).mean(axis=(1, 3))
+    return np.asarray(means, np.float32)
+
+
+def blur_cells(cells: NDArray[np.float32], sigma_cells: float) -> NDArray[np.float32]:
+    """Blur a field of cells, shape (rows, columns) or (rows, columns, C), channel by channel."""
+    planes = np.atleast_3d(np.asarray(cells, np.float32))
+    blurred = np.empty_like(planes)
+    for start in range(0, planes.shape[2], _CHANNELS):
+        part = np.ascontiguousarray(planes[:, :, start : start + _CHANNELS])
+        blurred[:, :, start : start + _CHANNELS] = cv2.GaussianBlur(
+            part, (0, 0), sigma_cells, borderType=cv2.BORDER_REPLICATE
+        ).reshape(part.shape)
+    return blurred.reshape(cells.shape)

@@ -1,0 +1,48 @@
+"""`fpmatch.image.cells`: fields of cells, blurred and brought to pixels and back."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from fpmatch.image.cells import blur_cells, cells_to_pixels, pixels_to_cells
+from fpmatch.image.spectrum import SpectrumParameters, ridge_spectrum
+
+EIGHT = SpectrumParameters(step_px=8)
+
+
+def test_cells_to_pixels_is_linear_between_the_centres_of_cells() -> None:
+    spectrum = ridge_spectrum(np.zeros((16, 37), np.float32))
+    step = spectrum.step_px
+    columns = spectrum.total.shape[1]
+    ramp = np.tile(np.arange(columns, dtype=np.float32), (spectrum.total.shape[0], 1))
+    pixels = cells_to_pixels(ramp, spectrum)
+    assert pixels.shape == (16, 37)
+    between = np.arange(step // 2, (columns - 1) * step - step // 2)
+    assert pixels[5, between] == pytest.approx((between + 0.5) / step - 0.5, abs=1e-4)
+    assert cells_to_pixels(np.dstack([ramp, ramp]), spectrum).shape == (16, 37, 2)
+
+
+def test_pixels_to_cells_is_the_mean_of_each_cell(rng: np.random.Generator) -> None:
+    spectrum = ridge_spectrum(np.zeros((24, 32), np.float32), EIGHT)
+    pixels = rng.random((24, 32), dtype=np.float32)
+    cells = pixels_to_cells(pixels, spectrum)
+    assert cells.shape == (3, 4)
+    assert cells[1, 2] == pytest.approx(pixels[8:16, 16:24].mean())
+
+
+def test_a_cell_cut_off_by_the_border_repeats_its_edge() -> None:
+    spectrum = ridge_spectrum(np.zeros((20, 20), np.float32), EIGHT)
+    assert (pixels_to_cells(np.full((20, 20), 3, np.float32), spectrum) == 3).all()
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4, 5, 16])
+def test_each_channel_is_blurred_by_itself(rng: np.random.Generator, channels: int) -> None:
+    cells = rng.random((9, 7, channels), dtype=np.float32)
+    blurred = blur_cells(cells, 1.2)
+    for k in range(channels):
+        alone = np.ascontiguousarray(cells[:, :, k])
+        once = cv2.GaussianBlur(alone, (0, 0), 1.2, borderType=cv2.BORDER_REPLICATE)
+        np.testing.assert_allclose(blurred[:, :, k], once, rtol=1e-5, atol=1e-6)
+        np.testing.assert_array_equal(blur_cells(alone, 1.2), once)

@@ -72,6 +72,12 @@ class Alignment:
     bent: NDArray[np.float64]
 
 
+def at_rest(a: NDArray[np.float64]) -> Alignment:
+    """Return the alignment of a print, minutiae (4, N), with itself: each is its own partner."""
+    n = a.shape[1]
+    return Alignment(np.array([1.0, 0.0, 0.0, 0.0]), np.arange(n, dtype=np.int32), np.ones(n), a)
+
+
 def align(
     a: NDArray[np.float64],
     b: NDArray[np.float64],

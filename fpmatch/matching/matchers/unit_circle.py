@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.align import align
+from fpmatch.matching.align import align, at_rest
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.result import Comparison
@@ -56,7 +56,9 @@ class UnitCircleMatcher:
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return _nothing(_too_few(probe, reference))
         likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-        alignment = align(a.points, b.points, most_alike(likeness))
+        same = a.key == b.key  # neither comes first, and only lying still is its own inverse
+        seeds = most_alike(likeness)
+        alignment = at_rest(a.points) if same else align(a.points, b.points, seeds)
         if alignment is None or not (alignment.partner >= 0).any():
             return _nothing("no neighbourhood of one print is like one of the other")
         evidence = gather_evidence(a, b, alignment, likeness)

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import importlib.util
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
 import numpy as np
 import pytest
 from hypothesis import settings
 from numpy.typing import NDArray
 
+import fpmatch
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
@@ -65,3 +71,20 @@ def ridge_pattern(seed: int, height: int = 300, width: int = 280) -> NDArray[np.
 def fingers() -> list[NDArray[np.uint8]]:
     """Return pictures of two different fingers that never were."""
     return [ridge_pattern(1), ridge_pattern(2)]
+
+
+@pytest.fixture(scope="session")
+def interpreted() -> Callable[[str], ModuleType]:
+    """Return the function that loads a kernel as ordinary Python, compiled or not besides."""
+
+    def load(name: str) -> ModuleType:
+        (source,) = Path(fpmatch.__file__).parent.rglob(f"{name}.py")
+        spec = importlib.util.spec_from_file_location(f"interpreted{name}", source)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        assert not module.COMPILED
+        return module
+
+    return load

@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-import fpmatch.image
-
 sys.path.append(str(Path(__file__).parent))
 
 
 @pytest.fixture(scope="session")
-def interpreted_trace_kernel() -> ModuleType:
+def interpreted_trace_kernel(interpreted: Callable[[str], ModuleType]) -> ModuleType:
     """Return the tracing kernel as ordinary Python, whether or not it is compiled as well."""
-    source = Path(fpmatch.image.__file__).with_name("_trace_kernel.py")
-    spec = importlib.util.spec_from_file_location("interpreted_trace_kernel", source)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    assert not module.COMPILED
-    return module
+    return interpreted("_trace_kernel")

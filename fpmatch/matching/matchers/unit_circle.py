@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 MIN_MINUTIAE: Final = 3
 MIN_PAIRS_FOR_SCALE: Final = 6
+SMALL_OVERLAP: Final = 0.25  # share of the smaller print
+POOR_ORIENTATION: Final = 0.5  # mean cosine of twice the difference
 MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
@@ -142,8 +144,8 @@ def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
 def _against(evidence: Evidence) -> str:
     """Say what speaks most against one finger."""
     share = f"{evidence.pairs} pairs among {evidence.common} minutiae in the common region"
-    if evidence.overlap < 0.25:
+    if evidence.overlap < SMALL_OVERLAP:
         return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
-    if evidence.orientation < 0.5:
+    if evidence.orientation < POOR_ORIENTATION:
         return f"ridge orientations disagree under the best transform: {share}"
     return f"too few minutiae agree under the best transform: {share}"

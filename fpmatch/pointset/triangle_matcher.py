@@ -22,9 +22,9 @@ from fpmatch.errors import PointSetError
 from fpmatch.pointset import _triangle_kernel as kernel
 from fpmatch.pointset.delaunay import triangulate
 from fpmatch.pointset.pairing import pair_one_to_one
+from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.points import as_points
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle_matcher import PointMatch
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     Ints = NDArray[np.int32]
 
 FEWEST_POINTS: Final = 4
-_NO_MATCH: Final = PointMatch(None, np.empty((0, 2), np.int32), 0.0, 0.0, (0, 0), 0)
 _LEFT: Final = -0.1  # shapes lie a little beyond 0..1 where a side is only nearly the longest
 _NARROWEST_BIN: Final = 0.02
 _WIDEST_BIN: Final = 0.2
@@ -121,16 +120,16 @@ def match_by_triangles(
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
     if min(len(source), len(target)) < FEWEST_POINTS:
-        return _NO_MATCH
+        return PointMatch.none()
     mesh_p, mesh_q = triangulate(source), triangulate(target)
     if not len(mesh_p.triangles) or not len(mesh_q.triangles):
-        return _NO_MATCH
+        return PointMatch.none()
     for triangles in (_delaunay_triangles, _ring_triangles):
         search = _Search(mesh_p, mesh_q, triangles(mesh_p), triangles(mesh_q), tolerance, given)
         found = search.run()
         if found is not None:
             return found
-    return _NO_MATCH
+    return PointMatch.none()
 
 
 class _Search:
@@ -212,8 +211,7 @@ class _Search:
             pairs=pairs,
             matched_share=len(pairs) / min(self.p.shape[1], self.q.shape[1]),
             rms=math.sqrt(float((residual**2).sum()) / len(pairs)),
-            rings=(0, 0),
-            alike=passed,
+            local_matches=passed,
             chance=chance,
         )
 

@@ -30,6 +30,7 @@ import numpy as np
 from fpmatch.errors import PointSetError
 from fpmatch.pointset import _one_ring_kernel as kernel
 from fpmatch.pointset.pairing import pair_one_to_one
+from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.prepared_points import PreparedPoints, prepare_points
 from fpmatch.pointset.similarity import Similarity
 
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class MatchParameters:
+class UnitCircleParameters:
     """Set what counts as a match.
 
     Parameters
@@ -81,39 +82,8 @@ class MatchParameters:
             raise PointSetError(f"matching factor must be in (0, 1], not {self.matching_factor:g}")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PointMatch:
-    """Hold the result of matching P with Q.
-
-    Parameters
-    ----------
-    transform : Similarity or None
-        Maps P onto Q; None where no transform was found.
-    pairs : ndarray of int32, shape (K, 2)
-        Indices (into P, into Q), one-to-one, sorted by the first.
-    matched_share : float
-        K over the number of points in the smaller set; 0 where a set is empty.
-    rms : float
-        Root mean square distance of the pairs after the transform, in the units of Q.
-    rings : tuple of int
-        Number of closed one-rings in P and in Q.
-    alike : int
-        Number of ring pairs that matched locally.
-    chance : float or None
-        Expected number of matches as good by chance; None where the matcher does not estimate it.
-    """
-
-    transform: Similarity | None
-    pairs: Ints
-    matched_share: float
-    rms: float
-    rings: tuple[int, int]
-    alike: int
-    chance: float | None = None
-
-
-def match_points(
-    p: ArrayLike, q: ArrayLike, parameters: MatchParameters | None = None
+def match_by_unit_circle(
+    p: ArrayLike, q: ArrayLike, parameters: UnitCircleParameters | None = None
 ) -> PointMatch:
     """Match two point sets by their one-rings on the unit circle.
 
@@ -121,7 +91,7 @@ def match_points(
     ----------
     p, q : array_like of float, shape (N, 2) and (M, 2)
         The point sets.
-    parameters : MatchParameters, optional
+    parameters : UnitCircleParameters, optional
         What counts as a match.
 
     Returns
@@ -139,7 +109,7 @@ def match_points(
     --------
     >>> points = np.random.default_rng(7).uniform(0, 100, (30, 2))
     >>> moved = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0).apply(points)
-    >>> match = match_points(points, moved)
+    >>> match = match_by_unit_circle(points, moved)
     >>> match.matched_share, round(match.transform.scale, 6), round(match.transform.rotation, 6)
     (1.0, 2.0, 0.5)
     """
@@ -147,19 +117,18 @@ def match_points(
 
 
 def match_prepared(
-    p: PreparedPoints, q: PreparedPoints, parameters: MatchParameters | None = None
+    p: PreparedPoints, q: PreparedPoints, parameters: UnitCircleParameters | None = None
 ) -> PointMatch:
-    """Match two prepared sets; see `match_points`."""
-    given = parameters or MatchParameters()
+    """Match two prepared sets; see `match_by_unit_circle`."""
+    given = parameters or UnitCircleParameters()
     if (len(p), p.points.tobytes()) > (len(q), q.points.tobytes()):
         return _seen_from_the_other_side(match_prepared(q, p, given))
     tolerance = _tolerance(q, given)
     alike = rings_alike(p.rings, q.rings, given.area_tolerance)
     moves = _within_scale(fit_rings(p, q, alike), q.frame.exponent - p.frame.exponent, given)
     best = best_overlay(p, q, moves, tolerance, given.matching_factor)
-    rings = (len(p.rings), len(q.rings))
     if best is None:
-        return PointMatch(None, np.empty((0, 2), np.int32), 0.0, 0.0, rings, len(alike))
+        return PointMatch.none(len(alike))
     move, pairs = _refit_once(p.unit.T, q.unit.T, _as_similarity(best), tolerance)
     residual = move.apply(p.unit.T[pairs[:, 0]]) - q.unit.T[pairs[:, 1]]
     return PointMatch(
@@ -167,8 +136,7 @@ def match_prepared(
         pairs=pairs,
         matched_share=len(pairs) / len(p),
         rms=math.ldexp(_root_mean_square(residual), q.frame.exponent),
-        rings=rings,
-        alike=len(alike),
+        local_matches=len(alike),
     )
 
 
@@ -259,14 +227,14 @@ def best_overlay(
     return moves[found[0]] if found[0] >= 0 else None
 
 
-def _tolerance(target: PreparedPoints, parameters: MatchParameters) -> float:
+def _tolerance(target: PreparedPoints, parameters: UnitCircleParameters) -> float:
     """Return the matching distance in the target's unit frame."""
     if parameters.tolerance is None:
         return parameters.precision * target.spacing
     return math.ldexp(parameters.tolerance, -target.frame.exponent)
 
 
-def _within_scale(moves: Floats, exponent: int, parameters: MatchParameters) -> Floats:
+def _within_scale(moves: Floats, exponent: int, parameters: UnitCircleParameters) -> Floats:
     """Leave out moves that collapse the points or change their scale too much."""
     scale = np.hypot(moves[:, 0], moves[:, 1])
     moves, scale = moves[scale > 0], scale[scale > 0]
@@ -303,5 +271,4 @@ def _seen_from_the_other_side(match: PointMatch) -> PointMatch:
         transform=transform,
         pairs=np.ascontiguousarray(pairs[pairs[:, 0].argsort()]),
         rms=match.rms * transform.scale if transform else 0.0,
-        rings=match.rings[::-1],
     )

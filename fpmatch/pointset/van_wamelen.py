@@ -35,11 +35,11 @@ import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset import _van_wamelen_kernel as kernel
+from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.points import UnitFrame, as_points
 from fpmatch.pointset.prepared_points import MAX_EXPONENT
 from fpmatch.pointset.random_sets import share_of
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle_matcher import PointMatch
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -140,7 +140,7 @@ def match_van_wamelen(
     -------
     PointMatch
         The first transform of `p` onto `q` that pairs ρM points; none, with a share of 0, where
-        the search found none or gave up. `alike` counts local matches; there are no rings.
+        the search found none or gave up. `local_matches` counts alike neighbourhoods.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def match_van_wamelen(
     _check(rho, lambda_, tolerance, confidence)
     frame_p, frame_q = _frame(given_p, "p"), _frame(given_q, "q")
     if min(len(given_p), len(given_q)) < FEWEST_POINTS:
-        return _no_match(0)
+        return PointMatch.none()
     plan = plan_search(len(given_p), len(given_q), rho, lambda_, confidence)
     grid_p, grid_q = _sort_into_cells(given_p, frame_p), _sort_into_cells(given_q, frame_q)
     if tolerance is None:
@@ -169,7 +169,7 @@ def match_van_wamelen(
         reach = math.ldexp(tolerance, -grid_q.frame.exponent)
     found, move, pairs = _search(grid_p, grid_q, plan, reach, seed, most_looks)
     if not len(pairs):
-        return _no_match(found)
+        return PointMatch.none(found)
     transform = _enter(grid_q.frame).inverse().after(move).after(_enter(grid_p.frame))
     residual = move.apply(grid_p.point.T[pairs[:, 0]]) - grid_q.point.T[pairs[:, 1]]
     rms = math.sqrt(float((residual * residual).sum(axis=1).mean()))
@@ -179,8 +179,7 @@ def match_van_wamelen(
         pairs=in_sets[in_sets[:, 0].argsort()].astype(np.int32),
         matched_share=len(pairs) / min(len(given_p), len(given_q)),
         rms=math.ldexp(rms, grid_q.frame.exponent),
-        rings=(0, 0),
-        alike=found,
+        local_matches=found,
     )
 
 
@@ -303,10 +302,6 @@ def _enter(frame: UnitFrame) -> Similarity:
     """Return the transform from the points as given into their unit frame."""
     x0, y0 = math.ldexp(frame.x0, -frame.span), math.ldexp(frame.y0, -frame.span)
     return Similarity(math.ldexp(1.0, -frame.exponent), 0.0, -x0, -y0)
-
-
-def _no_match(local_matches: int) -> PointMatch:
-    return PointMatch(None, np.empty((0, 2), np.int32), 0.0, 0.0, (0, 0), local_matches)
 
 
 def _check(rho: float, lambda_: float, tolerance: float | None, confidence: float) -> None:

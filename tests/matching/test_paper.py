@@ -12,7 +12,7 @@ from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher
 from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle_matcher import MatchParameters
+from fpmatch.pointset.unit_circle_matcher import UnitCircleParameters
 
 
 def template_of(xy: np.ndarray, dpi: float = 500.0) -> Template:
@@ -134,7 +134,7 @@ def test_nothing_in_common_is_explained(
 
 
 def test_transform_that_matches_no_minutia_is_none() -> None:
-    exact = PaperMatcher(MatchParameters(area_tolerance=3.0, tolerance=0.0))
+    exact = PaperMatcher(UnitCircleParameters(area_tolerance=3.0, tolerance=0.0))
     sides = (exact.prepare(template_of(positions(seed, 9))) for seed in (1, 2))
     found = exact.compare(*sides)
     assert found.transform is None

@@ -15,7 +15,7 @@ from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle_matcher import (
     best_overlay,
     fit_rings,
-    match_points,
+    match_by_unit_circle,
     rings_alike,
 )
 
@@ -120,7 +120,7 @@ def test_compiled_and_interpreted_agree_to_the_last_bit(
             patch.setattr(one_rings, "kernel", kernel)
             patch.setattr(unit_circle_matcher, "kernel", kernel)
             p, q = two_views(seed, 16)
-            match = match_points(p.points, q.points)
+            match = match_by_unit_circle(p.points, q.points)
             results.append((p.rings, match))
     (rings, match), (same_rings, same_match) = results
     for name in ("centre", "vertex", "weight", "image", "area"):

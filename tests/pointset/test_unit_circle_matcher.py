@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.points import UnitFrame
 from fpmatch.pointset.prepared_points import MAX_EXPONENT, prepare_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle_matcher import (
-    MatchParameters,
-    PointMatch,
-    match_points,
+    UnitCircleParameters,
+    match_by_unit_circle,
     match_prepared,
     rings_alike,
 )
@@ -60,7 +60,7 @@ def test_finds_any_similarity_transform(
     p = random_points(seed)
     move = Similarity(scale, rotation, tx, ty)
     order = np.random.default_rng(seed).permutation(len(p))
-    match = match_points(p, move.apply(p)[order])
+    match = match_by_unit_circle(p, move.apply(p)[order])
     assert match.matched_share == 1
     assert order[match.pairs[:, 1]].tolist() == match.pairs[:, 0].tolist()
     assert match.transform is not None
@@ -71,7 +71,7 @@ def test_finds_a_worn_copy() -> None:
     move = Similarity(0.7, 2.0, 30, -40)
     for seed in range(10):
         p = random_points(seed, 40)
-        match = match_points(p, moved_and_worn(p, move, seed))
+        match = match_by_unit_circle(p, moved_and_worn(p, move, seed))
         assert match.transform is not None
         assert match.matched_share > 0.7
         assert match.transform.apply(p) == pytest.approx(move.apply(p), abs=6)
@@ -80,14 +80,14 @@ def test_finds_a_worn_copy() -> None:
 def test_finds_a_patch_of_a_larger_set() -> None:
     q = random_points(3, 200)
     inside = ((q > 100) & (q < 300)).all(axis=1)
-    match = match_points(Similarity(2.0, -1.0, 5, 5).apply(q[inside]), q)
+    match = match_by_unit_circle(Similarity(2.0, -1.0, 5, 5).apply(q[inside]), q)
     assert match.matched_share == 1
     assert match.pairs[:, 1].tolist() == inside.nonzero()[0].tolist()
 
 
 def test_strangers_share_little() -> None:
     shares = [
-        match_points(random_points(2 * i, 40), random_points(2 * i + 1, 40)).matched_share
+        match_by_unit_circle(random_points(2 * i, 40), random_points(2 * i + 1, 40)).matched_share
         for i in range(20)
     ]
     assert max(shares) < 0.6
@@ -97,11 +97,10 @@ def test_strangers_share_little() -> None:
 def test_exchanging_the_sets_inverts_the_transform(seed: int, factor: float) -> None:
     p = random_points(seed)
     q = moved_and_worn(p, Similarity(1.3, 1.0, 7, 9), seed)
-    parameters = MatchParameters(matching_factor=factor)
-    forth, back = match_points(p, q, parameters), match_points(q, p, parameters)
+    parameters = UnitCircleParameters(matching_factor=factor)
+    forth, back = match_by_unit_circle(p, q, parameters), match_by_unit_circle(q, p, parameters)
     assert forth.matched_share == back.matched_share
-    assert forth.rings == back.rings[::-1]
-    assert forth.alike == back.alike
+    assert forth.local_matches == back.local_matches
     assert {*map(tuple, forth.pairs.tolist())} == {(i, j) for j, i in back.pairs.tolist()}
     assert forth.transform is not None
     assert back.transform is not None
@@ -112,7 +111,7 @@ def test_exchanging_the_sets_inverts_the_transform(seed: int, factor: float) -> 
 
 @given(crowded_pixels, crowded_pixels)
 def test_crowded_pixels_match_soundly_and_symmetrically(p: np.ndarray, q: np.ndarray) -> None:
-    forth, back = match_points(p, q), match_points(q, p)
+    forth, back = match_by_unit_circle(p, q), match_by_unit_circle(q, p)
     check_sound(forth, p, q)
     check_sound(back, q, p)
     assert forth.matched_share == back.matched_share
@@ -127,9 +126,9 @@ def beyond_reach(points: np.ndarray) -> bool:
 def test_any_finite_points_match_or_are_refused(p: np.ndarray, q: np.ndarray) -> None:
     if beyond_reach(p) or beyond_reach(q):
         with pytest.raises(PointSetError, match="beyond"):
-            match_points(p, q)
+            match_by_unit_circle(p, q)
         return
-    match = match_points(p, q)
+    match = match_by_unit_circle(p, q)
     assert 0 <= match.matched_share <= 1
     assert (match.transform is None) == (len(match.pairs) == 0)
 
@@ -139,7 +138,7 @@ def test_sizes_may_differ_by_a_hundred_and_seventy_powers_of_ten(
     p_size: float, q_size: float
 ) -> None:
     points = random_points(2) / 400
-    match = match_points(points * p_size, points * q_size)
+    match = match_by_unit_circle(points * p_size, points * q_size)
     assert match.matched_share == 1
     assert match.transform is not None
     assert match.transform.scale == pytest.approx(q_size / p_size)
@@ -148,8 +147,8 @@ def test_sizes_may_differ_by_a_hundred_and_seventy_powers_of_ten(
 @given(seeds, st.integers(-40, 40))
 def test_a_power_of_two_in_scale_changes_no_bit(seed: int, exponent: int) -> None:
     p, q = random_points(seed), random_points(seed + 1)
-    plain = match_points(p, q)
-    scaled = match_points(np.ldexp(p, exponent), np.ldexp(q, exponent))
+    plain = match_by_unit_circle(p, q)
+    scaled = match_by_unit_circle(np.ldexp(p, exponent), np.ldexp(q, exponent))
     assert plain.pairs.tolist() == scaled.pairs.tolist()
     assert np.ldexp(plain.rms, exponent) == scaled.rms
 
@@ -167,30 +166,29 @@ def test_a_power_of_two_in_scale_changes_no_bit(seed: int, exponent: int) -> Non
 )
 def test_sets_without_closed_rings_match_nothing(points: list[list[int]]) -> None:
     other = random_points(1)
-    for match in (match_points(points, other), match_points(other, points)):
+    for match in (match_by_unit_circle(points, other), match_by_unit_circle(other, points)):
         assert match.transform is None
         assert match.matched_share == 0
-        assert 0 in match.rings
         assert match.pairs.shape == (0, 2)
 
 
 def test_one_interior_point_is_enough() -> None:
     kite = np.array([[0, 0], [5, 1], [4, 6], [-1, 3], [2, 2]])
-    match = match_points(kite, Similarity(3.0, 1.0, 2.0, 2.0).apply(kite))
+    match = match_by_unit_circle(kite, Similarity(3.0, 1.0, 2.0, 2.0).apply(kite))
     assert match.matched_share == 1
-    assert (match.rings, match.alike) == ((1, 1), 1)
+    assert match.local_matches == 1
 
 
 def test_mirrored_points_do_not_match() -> None:
     p = random_points(11, 40)
-    assert match_points(p, p * [1, -1]).matched_share < 0.6
+    assert match_by_unit_circle(p, p * [1, -1]).matched_share < 0.6
 
 
 def test_tolerance_is_in_the_units_of_the_points() -> None:
     p = random_points(4, 40)
     q = p + np.random.default_rng(0).uniform(-4, 4, p.shape)
-    wide = match_points(p, q, MatchParameters(tolerance=12.0))
-    narrow = match_points(p, q, MatchParameters(tolerance=1.0))
+    wide = match_by_unit_circle(p, q, UnitCircleParameters(tolerance=12.0))
+    narrow = match_by_unit_circle(p, q, UnitCircleParameters(tolerance=1.0))
     assert wide.matched_share > 0.9 > narrow.matched_share
     assert narrow.rms <= 1.0
 
@@ -198,10 +196,10 @@ def test_tolerance_is_in_the_units_of_the_points() -> None:
 def test_scale_can_be_bounded() -> None:
     p = random_points(4)
     q = Similarity(scale=1.5).apply(p)
-    assert match_points(p, q, MatchParameters(max_scale=1.6)).matched_share == 1
+    assert match_by_unit_circle(p, q, UnitCircleParameters(max_scale=1.6)).matched_share == 1
     for match in (
-        match_points(p, q, MatchParameters(max_scale=1.4)),
-        match_points(q, p, MatchParameters(max_scale=1.4)),
+        match_by_unit_circle(p, q, UnitCircleParameters(max_scale=1.4)),
+        match_by_unit_circle(q, p, UnitCircleParameters(max_scale=1.4)),
     ):
         assert match.matched_share < 0.6
 
@@ -209,7 +207,7 @@ def test_scale_can_be_bounded() -> None:
 def test_a_lower_matching_factor_ends_the_search_sooner_but_soundly() -> None:
     p = random_points(8, 60)
     q = moved_and_worn(p, Similarity(1.0, 0.4, 3, 3), 8)
-    match = match_points(p, q, MatchParameters(matching_factor=0.5))
+    match = match_by_unit_circle(p, q, UnitCircleParameters(matching_factor=0.5))
     check_sound(match, p, q)
     assert match.matched_share >= 0.5
 
@@ -218,7 +216,9 @@ def test_prepared_sets_can_be_used_again() -> None:
     p, q = random_points(1), random_points(2)
     a, b = prepare_points(p), prepare_points(q)
     first, second = match_prepared(a, b), match_prepared(a, b)
-    assert first.pairs.tolist() == second.pairs.tolist() == match_points(p, q).pairs.tolist()
+    assert (
+        first.pairs.tolist() == second.pairs.tolist() == match_by_unit_circle(p, q).pairs.tolist()
+    )
 
 
 @given(seeds, st.floats(0, 1))
@@ -248,9 +248,9 @@ def test_rings_alike_by_their_definition(seed: int, tolerance: float) -> None:
 )
 def test_impossible_parameters_are_refused(bad: dict[str, float]) -> None:
     with pytest.raises(PointSetError):
-        MatchParameters(**bad)
+        UnitCircleParameters(**bad)
 
 
 def test_malformed_points_are_refused() -> None:
     with pytest.raises(PointSetError, match="finite"):
-        match_points([[0, np.nan]], [[0, 0]])
+        match_by_unit_circle([[0, np.nan]], [[0, 0]])

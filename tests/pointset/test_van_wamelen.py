@@ -10,11 +10,11 @@ from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset import _van_wamelen_kernel
+from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.points import UnitFrame
 from fpmatch.pointset.prepared_points import MAX_EXPONENT
 from fpmatch.pointset.random_sets import independent_pair, random_pair
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle_matcher import PointMatch
 from fpmatch.pointset.van_wamelen import SearchPlan, match_van_wamelen, plan_search
 
 COMPILED = _van_wamelen_kernel.COMPILED
@@ -28,11 +28,10 @@ def check_sound(match: PointMatch, p: np.ndarray, q: np.ndarray) -> None:
     assert match.pairs.dtype == np.int32
     assert match.pairs[:, 0].tolist() == sorted(set(match.pairs[:, 0].tolist()))
     assert len(set(match.pairs[:, 1].tolist())) == len(match.pairs)
-    assert match.rings == (0, 0)
     if match.transform is None:
         assert (match.matched_share, match.rms, len(match.pairs)) == (0, 0, 0)
         return
-    assert match.alike > 0
+    assert match.local_matches > 0
     assert match.matched_share == len(match.pairs) / min(len(p), len(q))
     residual = match.transform.apply(p[match.pairs[:, 0]]) - q[match.pairs[:, 1]]
     rms = np.sqrt((residual**2).sum(axis=1).mean())
@@ -94,8 +93,11 @@ def test_the_seed_decides_and_nothing_else() -> None:
     ]
     first, again, *others = matches
     assert first.transform == again.transform
-    assert (first.pairs.tolist(), first.alike) == (again.pairs.tolist(), again.alike)
-    assert any(other.alike != first.alike for other in others)
+    assert (first.pairs.tolist(), first.local_matches) == (
+        again.pairs.tolist(),
+        again.local_matches,
+    )
+    assert any(other.local_matches != first.local_matches for other in others)
 
 
 @given(seeds, st.integers(-40, 40), st.integers(-40, 40))
@@ -216,7 +218,7 @@ def test_work_is_bounded_whatever_the_sets() -> None:
     for pattern, target in ((p, q), (q[::2], np.vstack([p, p]))):
         match = match_van_wamelen(pattern, target, rho=0.95, lambda_=0.428, most_looks=LITTLE_WORK)
         assert match.transform is None
-        assert match.alike < LITTLE_WORK
+        assert match.local_matches < LITTLE_WORK
 
 
 @given(crowded_pixels, crowded_pixels)

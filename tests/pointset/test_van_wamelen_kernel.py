@@ -271,4 +271,4 @@ def test_compiled_and_interpreted_agree_to_the_last_bit(
     match, same_match = results
     assert match.transform == same_match.transform
     assert match.pairs.tolist() == same_match.pairs.tolist()
-    assert (match.rms, match.alike) == (same_match.rms, same_match.alike)
+    assert (match.rms, match.local_matches) == (same_match.rms, same_match.local_matches)

@@ -19,7 +19,7 @@ from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.prepared_points import PreparedPoints, prepare_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle_matcher import (
-    MatchParameters,
+    UnitCircleParameters,
     match_prepared,
 )
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.minutiae import Template
-    from fpmatch.pointset.unit_circle_matcher import PointMatch
+    from fpmatch.pointset.point_match import PointMatch
 
     Floats = NDArray[np.float64]
 
@@ -49,14 +49,16 @@ class PaperMatcher:
 
     Parameters
     ----------
-    parameters : MatchParameters
+    parameters : UnitCircleParameters
         What counts as a match; lengths in pixels at 500 dpi. Default: λ of the middle part of
         the paper's Table 2, the best of its three on prints.
     name : str
         Name of the matcher.
     """
 
-    parameters: MatchParameters = field(default_factory=lambda: MatchParameters(precision=0.61))
+    parameters: UnitCircleParameters = field(
+        default_factory=lambda: UnitCircleParameters(precision=0.61)
+    )
     name: str = "paper"
 
     def prepare(self, template: Template) -> PreparedTemplate:
@@ -81,7 +83,9 @@ class PaperMatcher:
         match = match_prepared(p, q, self.parameters)
         if match.transform is None:
             nothing = np.empty((0, 2), np.int32)
-            return Comparison(0.0, None, nothing, 0.0, 0.0, 0.0, _why_nothing(match, p, q))
+            return Comparison(
+                0.0, None, nothing, 0.0, 0.0, 0.0, _why_nothing(match.local_matches, p, q)
+            )
         agreement, overlap = _common_region(match, p.points, q.points)
         return Comparison(
             similarity=match.matched_share,
@@ -96,17 +100,14 @@ class PaperMatcher:
 MATCHER: Final = PaperMatcher()
 
 
-def _why_nothing(match: PointMatch, probe: PreparedPoints, reference: PreparedPoints) -> str:
+def _why_nothing(alike: int, probe: PreparedPoints, reference: PreparedPoints) -> str:
     """Say in words at which step of the method the two prints had nothing in common."""
-    for side, points, rings in (
-        ("probe", probe, match.rings[0]),
-        ("reference", reference, match.rings[1]),
-    ):
+    for side, points in (("probe", probe), ("reference", reference)):
         if len(points) < MIN_MINUTIAE:
             return f"too few minutiae: {len(points)} in the {side}"
-        if not rings:
+        if not len(points.rings):
             return f"no minutia of the {side} has others all round it"
-    if not match.alike:
+    if not alike:
         return "no one-ring of the probe is like one of the reference"
     return "no transform lays minutiae of the probe on minutiae of the reference"
 

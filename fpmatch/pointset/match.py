@@ -1,0 +1,85 @@
+"""Match two point sets by any of the room's matchers, under one name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal, get_args
+
+from fpmatch.errors import PointSetError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from fpmatch.pointset.point_match import PointMatch
+
+PointMatcher = Literal["triangles", "unit-circle", "van-wamelen"]
+POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
+
+DEFAULT_RHO: Final = 0.6
+"""Share of P that van Wamelen's matcher asks for here: the least of the paper's experiments."""
+
+DEFAULT_LAMBDA: Final = 0.61
+"""λ of that part of the paper's experiments, in mean nearest-neighbour distances of Q."""
+
+
+def match_points(
+    p: ArrayLike,
+    q: ArrayLike,
+    *,
+    tolerance: float | None = None,
+    matcher: PointMatcher = "triangles",
+) -> PointMatch:
+    """Find the similarity transform that lays points of P on points of Q, if there is one.
+
+    Parameters
+    ----------
+    p, q : array_like of float, shape (N, 2) and (M, 2)
+        The point sets; a part of one has partners in the other.
+    tolerance : float, optional
+        How far a partner may lie from its place, in the units of Q; by default a share of the mean
+        spacing of Q that suits the matcher.
+    matcher : {"triangles", "unit-circle", "van-wamelen"}
+        "triangles" is fast and right where points are missing, jittered and strewn among others,
+        and says "no match" where nothing better than chance was found; "unit-circle" is the
+        paper's method as printed, which returns the best transform however little it matches;
+        "van-wamelen" is the baseline that the paper measures itself against. Their modules have
+        functions with more parameters.
+
+    Returns
+    -------
+    PointMatch
+        Transform, pairs, matched share, rms distance, and how many matches as good are to be
+        expected by chance; no transform where there is no match.
+
+    Raises
+    ------
+    PointSetError
+        If a set is malformed, the tolerance is not positive, or the matcher is unknown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fpmatch.pointset.similarity import Similarity
+    >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
+    >>> moved = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0).apply(points)
+    >>> match = match_points(points[5:], moved)
+    >>> match.matched_share, round(match.transform.scale, 6), match.chance < 1e-6
+    (1.0, 2.0, True)
+    >>> match_points(points, np.random.default_rng(8).uniform(0, 100, (40, 2))).transform is None
+    True
+    """
+    if matcher == "triangles":
+        from fpmatch.pointset.triangle_matcher import match_by_triangles  # noqa: PLC0415
+
+        return match_by_triangles(p, q, tolerance=tolerance)
+    if matcher == "unit-circle":
+        from fpmatch.pointset.unit_circle_matcher import (  # noqa: PLC0415
+            UnitCircleParameters,
+            match_by_unit_circle,
+        )
+
+        return match_by_unit_circle(p, q, UnitCircleParameters(tolerance=tolerance))
+    if matcher == "van-wamelen":
+        from fpmatch.pointset.van_wamelen import match_van_wamelen  # noqa: PLC0415
+
+        return match_van_wamelen(p, q, rho=DEFAULT_RHO, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)
+    raise PointSetError(f"unknown matcher {matcher!r}: expected one of {', '.join(POINT_MATCHERS)}")

@@ -20,6 +20,7 @@ SUMMARIES: Final = {
     "extract": "Write the templates of images as files.",
     "stages": "Write every stage of an extraction as a picture.",
     "evaluate": "Measure error rates on FVC-style databases.",
+    "points": "Match, benchmark and draw bare point sets.",
 }
 EXIT_ERROR: Final = 2
 EXIT_INTERRUPTED: Final = 130  # 128 + SIGINT, as shells report it
@@ -37,21 +38,42 @@ class _OneLineError(click.ClickException):
         click.echo(f"fpmatch: error: {line}", file=file, err=True)
 
 
-class _LazyGroup(click.Group):
-    """Import a sub-command when it is called for."""
+class LazyGroup(click.Group):
+    """Import a sub-command when it is called for.
+
+    Parameters
+    ----------
+    summaries : dict of str
+        One line on each sub-command, by name.
+    prefix : str
+        What stands before a sub-command's name in the name of its module and object.
+    **attrs
+        What `click.Group` takes.
+    """
+
+    def __init__(self, *, summaries: dict[str, str], prefix: str = "", **attrs: Any) -> None:
+        super().__init__(**attrs)
+        self._summaries, self._prefix = summaries, prefix
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(SUMMARIES)
+        """Return the names, in the order of the summaries."""
+        return list(self._summaries)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in SUMMARIES:
+        """Import the sub-command `cmd_name`, if there is one."""
+        if cmd_name not in self._summaries:
             return None
-        command = getattr(import_module(f"fpmatch.cli.{cmd_name}"), cmd_name)
-        return cast("click.Command", command)
+        name = f"{self._prefix}{cmd_name}"
+        return cast("click.Command", getattr(import_module(f"fpmatch.cli.{name}"), name))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the summaries."""
         with formatter.section("Commands"):
-            formatter.write_dl(list(SUMMARIES.items()))
+            formatter.write_dl(list(self._summaries.items()))
+
+
+class _Fpmatch(LazyGroup):
+    """The whole command: errors in one line, and the exit status that goes with each."""
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -68,7 +90,8 @@ class _LazyGroup(click.Group):
 
 @click.group(
     name="fpmatch",
-    cls=_LazyGroup,
+    cls=_Fpmatch,
+    summaries=SUMMARIES,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="""\b
 Examples:

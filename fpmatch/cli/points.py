@@ -1,0 +1,30 @@
+"""`fpmatch points`: the commands for bare point sets, each in a module of its own."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import click
+
+from fpmatch.cli.group import LazyGroup
+
+SUMMARIES: Final = {
+    "match": "Find the transform between two point sets.",
+    "bench": "Repeat the paper's experiment on random point sets.",
+    "draw": "Draw the paper's figures from a point set.",
+}
+
+
+@click.group(
+    cls=LazyGroup,
+    summaries=SUMMARIES,
+    prefix="points_",
+    epilog="""\b
+Examples:
+  fpmatch points match stars.csv catalogue.csv
+  fpmatch points bench --quick
+  fpmatch points draw -o figures
+""",
+)
+def points() -> None:
+    """Match, benchmark and draw bare point sets: stars, landmarks, spots on gels."""

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from fpmatch.pointset.point_match import PointMatch
 
-PointMatcher = Literal["triangles", "unit-circle", "van-wamelen"]
+PointMatcher = Literal["triangles", "paper", "van-wamelen"]
 POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
 
 DEFAULT_RHO: Final = 0.6
@@ -37,9 +37,9 @@ def match_points(
     tolerance : float, optional
         How far a partner may lie from its place, in the units of Q; by default a share of the mean
         spacing of Q that suits the matcher.
-    matcher : {"triangles", "unit-circle", "van-wamelen"}
+    matcher : {"triangles", "paper", "van-wamelen"}
         "triangles" is fast and right where points are missing, jittered and strewn among others,
-        and says "no match" where nothing better than chance was found; "unit-circle" is the
+        and says "no match" where nothing better than chance was found; "paper" is the
         paper's method as printed, which returns the best transform however little it matches;
         "van-wamelen" is the baseline that the paper measures itself against. Their modules have
         functions with more parameters.
@@ -71,7 +71,7 @@ def match_points(
         from fpmatch.pointset.triangle_matcher import match_by_triangles  # noqa: PLC0415
 
         return match_by_triangles(p, q, tolerance=tolerance)
-    if matcher == "unit-circle":
+    if matcher == "paper":
         from fpmatch.pointset.unit_circle_matcher import (  # noqa: PLC0415
             UnitCircleParameters,
             match_by_unit_circle,

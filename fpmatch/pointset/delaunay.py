@@ -33,7 +33,8 @@ from fpmatch.pointset.points import as_points
 from fpmatch.pointset.triangulation import Triangulation
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 GRID_BITS: Final = 52
 """Coordinates are triangulated to 2**-52 of the extent: float64's own precision."""
@@ -67,7 +68,11 @@ def triangulate(points: ArrayLike) -> Triangulation:
     >>> mesh.one_ring(4).tolist(), mesh.interior.tolist()
     ([0, 1, 2, 3], [False, False, False, False, True])
     """
-    given = as_points(points)
+    return triangulate_checked(as_points(points))
+
+
+def triangulate_checked(given: NDArray[np.float64]) -> Triangulation:
+    """Triangulate points that `as_points` returned; they are made read-only. See `triangulate`."""
     in_order = sort_points(given, FLATNESS)
     given.setflags(write=False)
     if in_order is None:

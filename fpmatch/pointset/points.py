@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset._bounding_box_kernel import bounding_box
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -46,9 +47,17 @@ def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
         return array.reshape(0, 2)
     if array.ndim != 2 or array.shape[1] != 2:
         raise PointSetError(f"{name}: expected an array of shape (N, 2), not {array.shape}")
-    if not np.isfinite(array).all():
+    if not bounding_box(array, np.empty(4)):
         raise PointSetError(f"{name}: coordinates must be finite")
     return array
+
+
+def box_of(points: NDArray[np.float64]) -> tuple[float, float, float, float]:
+    """Return least and largest x, least and largest y of `points` (N, 2), N > 0, writable."""
+    box = np.empty(4)
+    bounding_box(points, box)
+    left, right, top, bottom = box.tolist()
+    return left, right, top, bottom
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +97,9 @@ class UnitFrame:
         return self.magnitude + self.span
 
     def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return `points` (N, 2) in the frame."""
+        """Return `points` (N, 2) in the frame; themselves where that is as they stand."""
+        if self == UnitFrame():
+            return points
         shifted = np.ldexp(points, -self.magnitude) - (self.x0, self.y0)
         return np.asarray(np.ldexp(shifted, -self.span))
 

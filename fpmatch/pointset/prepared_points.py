@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.errors import PointSetError
 from fpmatch.pointset.delaunay import triangulate
+from fpmatch.pointset.frames import frame_of, way_in
 from fpmatch.pointset.one_rings import OneRings, map_to_unit_circle
-from fpmatch.pointset.points import UnitFrame, as_points
-from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.points import as_points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.pointset.points import UnitFrame
+    from fpmatch.pointset.similarity import Similarity
+
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
-
-MAX_EXPONENT: Final = 300
-"""Coordinates and extents reach 2**±300, so that no transform between sets leaves float64."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,9 +47,7 @@ class PreparedPoints:
     @property
     def enter_frame(self) -> Similarity:
         """Transform from the points as given into their unit frame."""
-        frame = self.frame
-        x0, y0 = math.ldexp(frame.x0, -frame.span), math.ldexp(frame.y0, -frame.span)
-        return Similarity(math.ldexp(1.0, -frame.exponent), 0.0, -x0, -y0)
+        return way_in(self.frame)
 
     @property
     def leave_frame(self) -> Similarity:
@@ -82,9 +79,7 @@ def prepare_points(points: ArrayLike) -> PreparedPoints:
     1
     """
     given = as_points(points)
-    frame = UnitFrame.of(given)
-    if len(given) and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT:
-        raise PointSetError(f"points: coordinates or extent beyond 2**±{MAX_EXPONENT}")
+    frame = frame_of(given)
     mesh = triangulate(frame.apply(given))
     unit = np.array(mesh.points.T, order="C")
     cells = max(1, math.isqrt(len(given)))

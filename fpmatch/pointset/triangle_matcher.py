@@ -6,38 +6,49 @@ its shape could have become. Every such pair proposes a similarity transform, wh
 one neighbour after the other and refitted as it grows, so that most false ones are given up after
 a few. What passes is settled over all points, and accepted only where so many pairs are not to be
 expected by chance (a contrario). Where no triangle of the triangulation leads there, triangles
-over one-rings with gaps are tried.
+over one-rings with gaps are tried. The pairs of what is accepted are the best one-to-one pairing.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import combinations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset import _triangle_kernel as kernel
-from fpmatch.pointset.delaunay import triangulate
-from fpmatch.pointset.pairing import pair_one_to_one
+from fpmatch.pointset import _overlay_kernel as overlay
+from fpmatch.pointset._proposal_kernel import propose, weigh_hits
+from fpmatch.pointset.assignment import assign_one_to_one
+from fpmatch.pointset.cells import sort_into_cells
+from fpmatch.pointset.delaunay import triangulate_checked
+from fpmatch.pointset.frames import between_sets, frame_if_needed
+from fpmatch.pointset.labelled_triangles import (
+    delaunay_triangles,
+    density_of,
+    label,
+    ring_triangles,
+    sort_by_shape,
+)
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.points import as_points
+from fpmatch.pointset.points import as_points, box_of
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.pointset._cell_grid_kernel import CellGrid
     from fpmatch.pointset.triangulation import Triangulation
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
 
 FEWEST_POINTS: Final = 4
-_LEFT: Final = -0.1  # shapes lie a little beyond 0..1 where a side is only nearly the longest
-_NARROWEST_BIN: Final = 0.02
-_WIDEST_BIN: Final = 0.2
+_MOST_ROUNDS: Final = 12
+_GAIN_STEPS: Final = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +61,8 @@ class TriangleParameters:
         Share of neighbours that a true transform is supposed to bring onto points of Q.
     give_up, pass_on : float
         Log-likelihood ratios at which a proposed transform is given up or settled.
+    pass_small : float
+        The ratio that is enough where P has no more neighbours to ask.
     test_length : int
         Neighbours that are tested, at most.
     accept : float
@@ -63,18 +76,19 @@ class TriangleParameters:
     near_tie : float
         A side of Q's triangles counts as longest too where it is at least so much of it.
     max_proposals : int
-        Pairs of triangles that are tested in each of the two searches, at most.
+        Pairs of triangles that are tested, at most.
     """
 
     share: float = 0.6
     give_up: float = -2.5
-    pass_on: float = 9.0
-    test_length: int = 40
+    pass_on: float = 14.0
+    pass_small: float = 4.0
+    test_length: int = 60
     accept: float = 1e-3
-    shape_tolerance: float = 1.0
+    shape_tolerance: float = 0.75
     shortest_side: float = 1.2
     near_tie: float = 0.8
-    max_proposals: int = 400_000
+    max_proposals: int = 250_000
 
 
 def match_by_triangles(
@@ -105,7 +119,8 @@ def match_by_triangles(
     Raises
     ------
     PointSetError
-        If a set is malformed or the tolerance is not positive.
+        If a set is malformed, its coordinates or extent are beyond 2**±300, or the tolerance is
+        not positive.
 
     Examples
     --------
@@ -115,173 +130,139 @@ def match_by_triangles(
     >>> match.matched_share, round(match.transform.scale, 6), match.chance < 1e-6
     (1.0, 2.0, True)
     """
-    given = parameters or TriangleParameters()
-    source, target = as_points(p, "p"), as_points(q, "q")
+    given_p, given_q = as_points(p, "p"), as_points(q, "q")
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
-    if min(len(source), len(target)) < FEWEST_POINTS:
+    frame_p, frame_q = frame_if_needed(given_p, "p"), frame_if_needed(given_q, "q")
+    if min(len(given_p), len(given_q)) < FEWEST_POINTS:
         return PointMatch.none()
-    mesh_p, mesh_q = triangulate(source), triangulate(target)
+    points_p, points_q = frame_p.apply(given_p), frame_q.apply(given_q)
+    box_q = box_of(points_q)
+    mesh_p, mesh_q = triangulate_checked(points_p), triangulate_checked(points_q)
     if not len(mesh_p.triangles) or not len(mesh_q.triangles):
         return PointMatch.none()
-    for triangles in (_delaunay_triangles, _ring_triangles):
-        search = _Search(mesh_p, mesh_q, triangles(mesh_p), triangles(mesh_q), tolerance, given)
-        found = search.run()
-        if found is not None:
-            return found
-    return PointMatch.none()
+    reach = None if tolerance is None else math.ldexp(tolerance, -frame_q.exponent)
+    search = _Search(mesh_p, mesh_q, box_q, reach, parameters or TriangleParameters())
+    if not search.run():
+        return PointMatch.none(search.passed)
+    pairs, rms = search.pair()
+    return PointMatch(
+        transform=between_sets(_as_similarity(search.move), frame_p, frame_q),
+        pairs=pairs,
+        matched_share=len(pairs) / min(len(given_p), len(given_q)),
+        rms=math.ldexp(rms, frame_q.exponent),
+        local_matches=search.passed,
+        chance=math.exp(search.log_chance),
+    )
 
 
 class _Search:
-    """One search: both sets' triangles labelled, Q's sorted, and what the kernel writes."""
+    """A search: P's triangles in order, Q's by shape, Q's points in cells, and where it stands."""
 
     def __init__(
         self,
         mesh_p: Triangulation,
         mesh_q: Triangulation,
-        triangles_p: Ints,
-        triangles_q: Ints,
+        box_q: tuple[float, float, float, float],
         tolerance: float | None,
         parameters: TriangleParameters,
     ) -> None:
         self.mesh_p, self.mesh_q, self.given = mesh_p, mesh_q, parameters
-        self.p = np.array(mesh_p.points.T, order="C")
-        self.q = np.array(mesh_q.points.T, order="C")
-        self.density = _density(mesh_q)
-        spacing = 1.0 / math.sqrt(self.density)
-        self.tolerance = 0.25 * spacing if tolerance is None else tolerance
-        self.corner_p, self.shape_p = _labelled(self.p, triangles_p, 1.0)
-        corner, shape = _labelled(self.q, triangles_q, parameters.near_tie)
-        large = shape[:, 2] >= parameters.shortest_side * spacing
-        self.corner_q, self.shape_q = corner[large], shape[large]
-        widest = parameters.shape_tolerance * self.tolerance / (parameters.shortest_side * spacing)
-        self.bins = self._sort_shapes(widest)
-        self.cells = self._sort_points(max(spacing, self.tolerance))
+        self.p, self.q = (np.array(mesh.points.T, order="C") for mesh in (mesh_p, mesh_q))
+        self.density_p, self.density = density_of(mesh_p, self.p), density_of(mesh_q, self.q)
+        self.spacing = 1.0 / math.sqrt(self.density)
+        self.tolerance = 0.25 * self.spacing if tolerance is None else tolerance
+        self.grid = self._cells(*box_q)
+        self.move = np.empty(4)
+        self.partner = np.empty(len(mesh_p), np.int32)
+        self.log_chance = 0.0
+        self.tried = 0
+        self.passed = 0
 
-    def run(self) -> PointMatch | None:
-        """Search, and return what is not to be expected by chance, or None."""
-        given, m = self.given, self.p.shape[1]
-        tests = max(1, len(self.corner_p) * len(self.corner_q))
-        pairs = np.full(m, -1, np.int32)
-        move, fit = np.empty(4), np.empty(8)
-        tally = np.zeros(3, np.int_)
-        log_chance = kernel.search(
+    def run(self) -> bool:
+        """Search, first the triangulations, then their one-rings with gaps; tell of success."""
+        return self._through(delaunay_triangles) or self._through(ring_triangles)
+
+    def pair(self) -> tuple[Ints, float]:
+        """Return the best pairs (K, 2) under the move, which is refitted to them, and their rms."""
+        partner = assign_one_to_one(self.p, self.grid, self.move, self.tolerance)
+        overlay.fit(self.p, self.grid, partner, self.move)
+        pairs = np.empty((np.count_nonzero(partner >= 0), 2), np.int32)
+        return pairs, overlay.list_pairs(self.p, self.grid, partner, self.move, pairs)
+
+    def _through(self, triangles: Callable[[Triangulation, Floats], Ints]) -> bool:
+        """Search one kind of triangle until a proposal is accepted."""
+        given = self.given
+        strangers = (1.0 - given.share) * self.density_p
+        ours = label(self.p, triangles(self.mesh_p, self.p), 1.0, 0.0, strangers)
+        shortest = given.shortest_side * self.spacing
+        theirs = label(self.q, triangles(self.mesh_q, self.q), given.near_tie, shortest, 0.0)
+        widest = given.shape_tolerance * self.tolerance / shortest
+        shapes = sort_by_shape(theirs, widest)
+        log_tests = math.log(max(1, len(ours) * len(theirs)))
+        m = len(self.mesh_p)
+        order = np.argsort(-ours.telling, kind="stable")
+        seen, company = np.full(m, -1, np.int32), np.empty(m, np.int32)
+        owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(m)
+        fit = np.empty(8)
+        ring_start, ring = self.mesh_p.ring_start.copy(), self.mesh_p.ring.copy()
+        state = np.zeros(4, np.int_)
+        state[2] = self.tried
+        t2 = self.tolerance**2
+        gain = np.empty(_GAIN_STEPS)
+        miss = weigh_hits(math.pi * t2 * self.density, given.share, gain)
+        while propose(
             self.p,
-            self._order(),
-            self.corner_p,
-            self.shape_p,
-            self.mesh_p.ring_start.copy(),
-            self.mesh_p.ring.copy(),
+            order,
+            ours.corner,
+            ours.shape,
+            ring_start,
+            ring,
             self.q,
-            self.corner_q,
-            self.shape_q,
-            *self.cells,
-            *self.bins,
-            self.density,
-            self.tolerance,
+            self.grid,
+            theirs.corner,
+            theirs.side,
+            shapes,
             given.shape_tolerance * self.tolerance,
-            given.share,
+            widest,
+            t2,
+            gain,
+            miss,
             given.give_up,
             given.pass_on,
+            given.pass_small,
             given.test_length,
             given.max_proposals,
-            math.log(tests),
-            math.log(given.accept),
-            np.full(m, -1, np.int32),
-            np.empty(m, np.int32),
-            np.empty(self.q.shape[1], np.int32),
-            np.empty(m, np.int32),
-            np.empty(m),
-            pairs,
+            seen,
+            company,
             fit,
-            move,
-            tally,
-        )
-        if log_chance >= math.log(given.accept):
-            return None
-        return self._match(move, pairs, math.exp(log_chance), int(tally[1]))
+            state,
+        ):
+            self.passed += 1
+            self.move[:] = _move(fit)
+            inside = overlay.settle(
+                self.p, self.grid, t2, _MOST_ROUNDS, owner, self.partner, distance2, self.move
+            )
+            if inside >= 0:
+                chance = overlay.log_chance(self.partner, distance2, inside, t2, self.density)
+                self.log_chance = log_tests + chance
+                if self.log_chance < math.log(given.accept):
+                    return True
+        self.tried = int(state[2])
+        return False
 
-    def _match(self, move: Floats, partner: Ints, chance: float, passed: int) -> PointMatch:
-        c, s, tx, ty = move.tolist()
-        transform = Similarity(math.hypot(c, s), math.atan2(s, c), tx, ty)
-        pairs = pair_one_to_one(transform.apply(self.p.T), self.q.T, self.tolerance)
-        residual = transform.apply(self.p.T[pairs[:, 0]]) - self.q.T[pairs[:, 1]]
-        return PointMatch(
-            transform=transform,
-            pairs=pairs,
-            matched_share=len(pairs) / min(self.p.shape[1], self.q.shape[1]),
-            rms=math.sqrt(float((residual**2).sum()) / len(pairs)),
-            local_matches=passed,
-            chance=chance,
-        )
-
-    def _order(self) -> Ints:
-        """Return P's triangles, first those whose match would tell most and is likely to exist.
-
-        A large triangle tells its shape well, but others' points fall into its circle: with a
-        share of strangers among them, it survives with probability exp(-strangers·area).
-        """
-        x, y, side = self.shape_p.T
-        flat = np.maximum(2.0 * y, 1e-9)
-        radius = side * np.hypot(x, y) * np.hypot(x - 1.0, y) / flat
-        strangers = (1.0 - self.given.share) * _density(self.mesh_p)
-        telling = side**2 * np.exp(-strangers * np.pi * radius**2)
-        return np.argsort(-telling, kind="stable").astype(np.int32)
-
-    def _sort_shapes(self, widest: float) -> tuple[Floats, Ints, Ints, Ints]:
-        width = min(max(widest / 2, _NARROWEST_BIN), _WIDEST_BIN)
-        size = np.array([int(1.2 / width) + 1, int(1.0 / width) + 1], np.int32)
-        corner = (_LEFT, 0.0)
-        x, y = np.array(self.shape_q[:, :2].T, order="C")
-        start, member = _sorted_into_cells(x, y, corner, width, size)
-        return np.array([*corner, width, widest]), size, start, member
-
-    def _sort_points(self, side: float) -> tuple[Floats, Ints, Ints, Ints]:
-        low, high = self.q.min(axis=1), self.q.max(axis=1)
-        size = ((high - low) / side).astype(np.int32) + 1
-        start, member = _sorted_into_cells(self.q[0], self.q[1], tuple(low), side, size)
-        return np.array([*low, side, *high]), size, start, member
+    def _cells(self, left: float, right: float, top: float, bottom: float) -> CellGrid:
+        side = max(0.7 * self.spacing, self.tolerance)
+        return sort_into_cells(self.q, side, low=(left, top), high=(right, bottom))
 
 
-def _delaunay_triangles(mesh: Triangulation) -> Ints:
-    return mesh.triangles.copy()
+def _move(fit: Floats) -> tuple[float, float, float, float]:
+    """Return the move of a fit: number, means of P and of Q, Σ|p|², Σp·q, Σp×q."""
+    _, px, py, qx, qy, spread, cosine, sine = fit.tolist()
+    a, b = cosine / spread, sine / spread
+    return a, b, qx - a * px + b * py, qy - b * px - a * py
 
 
-def _ring_triangles(mesh: Triangulation) -> Ints:
-    """Return all triangles of a point and two of its neighbours: one-rings with gaps."""
-    triples = [
-        (i, int(j), int(k)) for i in range(len(mesh)) for j, k in combinations(mesh.one_ring(i), 2)
-    ]
-    triangles = np.array(triples, np.int32)
-    a, b, c = (mesh.points[triangles[:, r]] for r in range(3))
-    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    triangles[area < 0] = triangles[area < 0][:, [0, 2, 1]]
-    least = np.take_along_axis(triangles, triangles.argmin(axis=1)[:, None], axis=1)
-    turn = (triangles == least).argmax(axis=1)
-    columns = (np.arange(3) + turn[:, None]) % 3
-    distinct = np.unique(np.take_along_axis(triangles, columns, axis=1)[area != 0], axis=0)
-    return np.ascontiguousarray(distinct, np.int32)
-
-
-def _labelled(points: Floats, triangles: Ints, near_tie: float) -> tuple[Ints, Floats]:
-    """Return corners (K, 3) and shapes (K, 3) of triangles, seen from their longest sides."""
-    corner = np.empty((3 * len(triangles), 3), np.int32)
-    shape = np.empty((3 * len(triangles), 3))
-    count = kernel.label_triangles(points, triangles, near_tie, corner, shape)
-    return corner[:count], shape[:count]
-
-
-def _sorted_into_cells(
-    x: Floats, y: Floats, corner: tuple[float, ...], side: float, size: Ints
-) -> tuple[Ints, Ints]:
-    columns, rows = size.tolist()
-    start, member = np.empty(columns * rows + 1, np.int32), np.empty(len(x), np.int32)
-    kernel.sort_into_cells(x, y, len(x), *corner, side, columns, rows, start, member)
-    return start, member
-
-
-def _density(mesh: Triangulation) -> float:
-    """Return points an area of the convex hull."""
-    x, y = mesh.points[mesh.hull].T
-    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
-    return len(mesh) / area
+def _as_similarity(move: Floats) -> Similarity:
+    a, b, tx, ty = move.tolist()
+    return Similarity(math.hypot(a, b), math.atan2(b, a), tx, ty)

@@ -29,6 +29,7 @@ import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset import _one_ring_kernel as kernel
+from fpmatch.pointset.frames import between_sets
 from fpmatch.pointset.pairing import pair_one_to_one
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.prepared_points import PreparedPoints, prepare_points
@@ -132,7 +133,7 @@ def match_prepared(
     move, pairs = _refit_once(p.unit.T, q.unit.T, _as_similarity(best), tolerance)
     residual = move.apply(p.unit.T[pairs[:, 0]]) - q.unit.T[pairs[:, 1]]
     return PointMatch(
-        transform=q.leave_frame.after(move).after(p.enter_frame),
+        transform=between_sets(move, p.frame, q.frame),
         pairs=pairs,
         matched_share=len(pairs) / len(p),
         rms=math.ldexp(_root_mean_square(residual), q.frame.exponent),

@@ -35,14 +35,16 @@ import numpy as np
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset import _van_wamelen_kernel as kernel
+from fpmatch.pointset.frames import between_sets, frame_of
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.points import UnitFrame, as_points
-from fpmatch.pointset.prepared_points import MAX_EXPONENT
+from fpmatch.pointset.points import as_points
 from fpmatch.pointset.random_sets import share_of
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.pointset.points import UnitFrame
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
@@ -158,7 +160,7 @@ def match_van_wamelen(
     """
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
     _check(rho, lambda_, tolerance, confidence)
-    frame_p, frame_q = _frame(given_p, "p"), _frame(given_q, "q")
+    frame_p, frame_q = frame_of(given_p, "p"), frame_of(given_q, "q")
     if min(len(given_p), len(given_q)) < FEWEST_POINTS:
         return PointMatch.none()
     plan = plan_search(len(given_p), len(given_q), rho, lambda_, confidence)
@@ -170,7 +172,7 @@ def match_van_wamelen(
     found, move, pairs = _search(grid_p, grid_q, plan, reach, seed, most_looks)
     if not len(pairs):
         return PointMatch.none(found)
-    transform = _enter(grid_q.frame).inverse().after(move).after(_enter(grid_p.frame))
+    transform = between_sets(move, grid_p.frame, grid_q.frame)
     residual = move.apply(grid_p.point.T[pairs[:, 0]]) - grid_q.point.T[pairs[:, 1]]
     rms = math.sqrt(float((residual * residual).sum(axis=1).mean()))
     in_sets = np.column_stack([grid_p.order[pairs[:, 0]], grid_q.order[pairs[:, 1]]])
@@ -257,14 +259,6 @@ def _search(
     return local_matches, similarity, pair[0, :, :pairs].T
 
 
-def _frame(points: Floats, name: str) -> UnitFrame:
-    """Return the unit frame of a set, or refuse it where transforms would leave float64."""
-    frame = UnitFrame.of(points)
-    if len(points) and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT:
-        raise PointSetError(f"{name}: coordinates or extent beyond 2**±{MAX_EXPONENT}")
-    return frame
-
-
 def _sort_into_cells(points: Floats, frame: UnitFrame) -> _CellGrid:
     """Sort a set of one point or more into the cells of a grid."""
     unit = frame.apply(points)
@@ -296,12 +290,6 @@ def _cells_per_unit(area: float, n: int, width: float, height: float) -> float:
         max(width, height) / (most_per_point * n),
     )
     return 1.0 / side if side > 0 else 1.0
-
-
-def _enter(frame: UnitFrame) -> Similarity:
-    """Return the transform from the points as given into their unit frame."""
-    x0, y0 = math.ldexp(frame.x0, -frame.span), math.ldexp(frame.y0, -frame.span)
-    return Similarity(math.ldexp(1.0, -frame.exponent), 0.0, -x0, -y0)
 
 
 def _check(rho: float, lambda_: float, tolerance: float | None, confidence: float) -> None:

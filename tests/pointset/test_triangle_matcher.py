@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset import _triangle_kernel as kernel
+from fpmatch.pointset import _proposal_kernel as kernel
 from fpmatch.pointset.random_sets import independent_pair, random_pair
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangle_matcher import TriangleParameters, match_by_triangles
@@ -101,31 +101,3 @@ def test_tolerance_must_be_positive(tolerance):
 def test_a_set_that_is_no_set_is_named():
     with pytest.raises(PointSetError, match=r"^q:"):
         match_by_triangles(np.zeros((5, 2)), np.zeros((5, 3)))
-
-
-def test_cells_hold_each_point_once():
-    rng = np.random.default_rng(3)
-    x, y = rng.uniform(-1, 5, (2, 200))
-    start, member = np.empty(5 * 4 + 1, np.int32), np.empty(200, np.int32)
-    kernel.sort_into_cells(x, y, 200, 0.0, 0.0, 1.0, 5, 4, start, member)
-    assert sorted(member.tolist()) == list(range(200))
-    cell = np.clip(np.floor(y), 0, 3) * 5 + np.clip(np.floor(x), 0, 4)
-    for k in range(20):
-        assert (cell[member[start[k] : start[k + 1]]] == k).all()
-
-
-def test_shapes_do_not_depend_on_place_turn_and_size():
-    rng = np.random.default_rng(4)
-    points = rng.uniform(0, 1, (3, 2))
-    a, b, c = points
-    if (b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0] < 0:
-        points = points[[0, 2, 1]]
-    triangle = np.array([[0, 1, 2]], np.int32)
-    shapes = []
-    for move in (Similarity(), Similarity(3.0, 1.0, 5.0, -2.0)):
-        corner, shape = np.empty((3, 3), np.int32), np.empty((3, 3))
-        moved = np.array(move.apply(points).T, order="C")
-        assert kernel.label_triangles(moved, triangle, 1.0, corner, shape) == 1
-        shapes.append(shape[0])
-    assert shapes[0][:2] == pytest.approx(shapes[1][:2])
-    assert shapes[1][2] == pytest.approx(3 * shapes[0][2])

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset.frames import MAX_EXPONENT
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.points import UnitFrame
-from fpmatch.pointset.prepared_points import MAX_EXPONENT, prepare_points
+from fpmatch.pointset.prepared_points import prepare_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle_matcher import (
     UnitCircleParameters,

@@ -10,9 +10,9 @@ from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset import _van_wamelen_kernel
+from fpmatch.pointset.frames import MAX_EXPONENT
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.points import UnitFrame
-from fpmatch.pointset.prepared_points import MAX_EXPONENT
 from fpmatch.pointset.random_sets import independent_pair, random_pair
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.van_wamelen import SearchPlan, match_van_wamelen, plan_search

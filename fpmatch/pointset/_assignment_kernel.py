@@ -1,0 +1,153 @@
+"""Kernel: the best one-to-one pairing of two overlaid point sets.
+
+Of all pairings within a distance t, the one with the least Σ(d² - t²) over its pairs: many pairs,
+and near ones; leaving a pair out costs t². Points are assigned one after the other along shortest
+augmenting paths. Interpreted, the functions run as they stand.
+"""
+
+import cython
+
+if cython.compiled:
+    from cython.cimports.fpmatch.pointset._cell_grid_kernel import CellGrid
+else:
+    from fpmatch.pointset._cell_grid_kernel import CellGrid
+
+COMPILED = cython.compiled
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+def find_candidates(
+    p: cython.double[:, ::1],
+    grid: CellGrid,
+    move: cython.double[::1],
+    t2: cython.double,
+    most: cython.int,
+    start: cython.int[::1],
+    near: cython.int[::1],
+    cost: cython.double[::1],
+) -> cython.int:
+    """Write the points of Q within t of each moved point of P, nearest first, at most `most`.
+
+    Those of point i are the entries ``start[i]`` to ``start[i + 1]`` of ``near``; their cost, less
+    than 0, is d² - t².
+    """
+    i: cython.Py_ssize_t
+    e: cython.Py_ssize_t
+    x: cython.double
+    y: cython.double
+    start[0] = 0
+    for i in range(p.shape[1]):
+        x = move[2] + move[0] * p[0, i] - move[1] * p[1, i]
+        y = move[3] + move[1] * p[0, i] + move[0] * p[1, i]
+        start[i + 1] = start[i] + grid.within(x, y, t2, most, near, cost, start[i])
+        for e in range(start[i], start[i + 1]):
+            cost[e] -= t2
+    return start[p.shape[1]]
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+def assign(
+    start: cython.int[::1],
+    near: cython.int[::1],
+    cost: cython.double[::1],
+    least_gain: cython.double,
+    edge: cython.int[::1],
+    owner: cython.int[::1],
+    path: cython.double[::1],
+    came_from: cython.int[::1],
+    came_by: cython.int[::1],
+    stamp: cython.int[::1],
+    queue: cython.int[::1],
+) -> cython.int:
+    """Assign candidates to points at the least cost in all; return how many have one.
+
+    ``edge[i]``, while at work the entry of ``near`` that point i is given, receives the candidate
+    itself, or -1; ``owner`` the way back. Improvements under `least_gain` are rounding. The other
+    arrays are work space, of P's length; ``queue`` is used as a ring.
+    """
+    size: cython.Py_ssize_t = edge.shape[0]
+    i: cython.int
+    j: cython.int
+    k: cython.int
+    s: cython.Py_ssize_t
+    e: cython.Py_ssize_t
+    head: cython.Py_ssize_t
+    waiting: cython.Py_ssize_t
+    tail: cython.Py_ssize_t
+    end: cython.int
+    end_edge: cython.int
+    assigned: cython.int = 0
+    best: cython.double
+    length: cython.double
+    for s in range(size):
+        edge[s] = -1
+        stamp[s] = -1
+    for s in range(owner.shape[0]):
+        owner[s] = -1
+    for s in range(size):
+        # cheapest way to give s a candidate, or to leave it or one it displaces without
+        i = cython.cast(cython.int, s)
+        end = i
+        end_edge = -1
+        best = 0.0
+        path[i] = 0.0
+        stamp[i] = i
+        came_from[i] = -1
+        queue[0] = i
+        head = 0
+        waiting = 1
+        while waiting > 0:
+            i = queue[head]
+            head = head + 1 if head + 1 < size else 0
+            waiting -= 1
+            for e in range(start[i], start[i + 1]):
+                j = near[e]
+                k = owner[j]
+                if k == i:
+                    continue
+                length = path[i] + cost[e]
+                if k < 0:
+                    if length < best - least_gain:
+                        best = length
+                        end = i
+                        end_edge = cython.cast(cython.int, e)
+                    continue
+                length -= cost[edge[k]]
+                if stamp[k] == s and length >= path[k] - least_gain:
+                    continue
+                if k == s or waiting == size:
+                    continue
+                path[k] = length
+                stamp[k] = cython.cast(cython.int, s)
+                came_from[k] = i
+                came_by[k] = cython.cast(cython.int, e)
+                if length < best - least_gain:
+                    best = length
+                    end = k
+                    end_edge = -1
+                tail = head + waiting
+                queue[tail if tail < size else tail - size] = k
+                waiting += 1
+        if end == s and end_edge < 0:
+            continue
+        # walk back: each on the way takes the candidate by which the next was displaced
+        i = end
+        k = end_edge
+        while i >= 0:
+            j = edge[i]
+            edge[i] = k
+            if k >= 0:
+                owner[near[k]] = i
+            if i == s:
+                break
+            k = came_by[i]
+            i = came_from[i]
+    for s in range(size):
+        if edge[s] >= 0:
+            edge[s] = near[edge[s]]
+            assigned += 1
+    return assigned

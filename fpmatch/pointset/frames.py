@@ -1,0 +1,80 @@
+"""Ways into a set's unit frame and out again, for matchers that work there."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.points import UnitFrame, box_of
+from fpmatch.pointset.similarity import Similarity
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+MAX_EXPONENT: Final = 300
+"""Coordinates and extents reach 2**±300, so that no transform between sets leaves float64."""
+
+MODERATE_EXPONENT: Final = 60
+"""Coordinates and extents within 2**±60 need no frame."""
+
+
+def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
+    """Return the unit frame of a set, or refuse it where transforms would leave float64.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (N, 2)
+        The points.
+    name : str
+        What to call them in an error.
+
+    Returns
+    -------
+    UnitFrame
+        The frame.
+
+    Raises
+    ------
+    PointSetError
+        If coordinates or extent are beyond 2**±300.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> frame_of(np.array([[10.0, 20.0], [16.0, 20.0]])).exponent
+    3
+    """
+    frame = UnitFrame.of(points)
+    if len(points) and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT:
+        raise PointSetError(f"{name}: coordinates or extent beyond 2**±{MAX_EXPONENT}")
+    return frame
+
+
+def frame_if_needed(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
+    """Return the frame of a set, the identity where the set is in reach of float64 as it stands.
+
+    See `frame_of`; squares of squares of lengths stay in reach then.
+    """
+    least, most = 2.0**-MODERATE_EXPONENT, 2.0**MODERATE_EXPONENT
+    if len(points):
+        x0, x1, y0, y1 = box_of(points)
+        if max(-x0, -y0, x1, y1) < most and max(x1 - x0, y1 - y0) > least:
+            return UnitFrame()
+    return frame_of(points, name)
+
+
+def way_in(frame: UnitFrame) -> Similarity:
+    """Return the transform from points as given into their unit frame."""
+    if frame == UnitFrame():
+        return Similarity()
+    x0, y0 = math.ldexp(frame.x0, -frame.span), math.ldexp(frame.y0, -frame.span)
+    return Similarity(math.ldexp(1.0, -frame.exponent), 0.0, -x0, -y0)
+
+
+def between_sets(move: Similarity, frame_p: UnitFrame, frame_q: UnitFrame) -> Similarity:
+    """Return the transform between two sets as given, of a move between their unit frames."""
+    if frame_p == frame_q == UnitFrame():
+        return move
+    return way_in(frame_q).inverse().after(move).after(way_in(frame_p))

@@ -1,0 +1,126 @@
+"""Triangles with their shapes: those of a triangulation, and those of one-rings with gaps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.pointset import _triangle_kernel as kernel
+from fpmatch.pointset.cells import sort_into_cells
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.pointset._cell_grid_kernel import CellGrid
+    from fpmatch.pointset.triangulation import Triangulation
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int32]
+
+_LEFT: Final = -0.1  # shapes lie a little beyond 0..1 where a side is only nearly the longest
+_RIGHT: Final = 1.1
+_HIGH: Final = 1.0
+_NARROWEST_BIN: Final = 0.02
+_WIDEST_BIN: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledTriangles:
+    """Hold triangles as seen from their longest sides.
+
+    Parameters
+    ----------
+    corner : ndarray of int32, shape (K, 3)
+        Ends of the longest side and the apex, counter-clockwise.
+    shape : ndarray of float64, shape (2, C), C at least K
+        Real and imaginary part of the apex once that side lies from 0 to 1.
+    side : ndarray of float64, shape (K,)
+        Length of that side.
+    telling : ndarray of float64, shape (K,)
+        What a match would tell, times the chance that the triangle exists in the other set too.
+    """
+
+    corner: Ints
+    shape: Floats
+    side: Floats
+    telling: Floats
+
+    def __len__(self) -> int:
+        return len(self.corner)
+
+
+def delaunay_triangles(mesh: Triangulation, _: Floats) -> Ints:
+    """Return the triangles of a mesh, for kernels: writable, shape (T, 3)."""
+    return mesh.triangles.copy()
+
+
+def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
+    """Return all triangles of a point and two of its neighbours, each once, shape (T, 3).
+
+    `points` are those of the mesh, shape (2, N).
+    """
+    degree = np.diff(mesh.ring_start).astype(np.int64)
+    triangles = np.empty((int((degree * (degree - 1) // 2).sum()), 3), np.int32)
+    count = kernel.ring_triangles(points, mesh.ring_start.copy(), mesh.ring.copy(), triangles)
+    return triangles[:count]
+
+
+def density_of(mesh: Triangulation, points: Floats) -> float:
+    """Return points to a unit of area of the convex hull; `points` are the mesh's, (2, N)."""
+    return len(mesh) / float(kernel.polygon_area(points, mesh.hull.copy()))
+
+
+def label(
+    points: Floats, triangles: Ints, near_tie: float, shortest: float, strangers: float
+) -> LabelledTriangles:
+    """Return triangles as seen from each side that is the longest to within `near_tie`.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (2, N)
+        The points.
+    triangles : ndarray of int32, shape (T, 3)
+        Corners, counter-clockwise.
+    near_tie : float
+        A side counts as longest where it is at least so much of it.
+    shortest : float
+        Sides under this length are left out.
+    strangers : float
+        Points without partner to a unit of area, which may split a triangle.
+
+    Returns
+    -------
+    LabelledTriangles
+        Up to three for each triangle.
+    """
+    most = (1 if near_tie == 1.0 else 3) * len(triangles)
+    most += 2 * len(triangles) if near_tie == 1.0 else 0  # sides may be equal to the last bit
+    corner, shape = np.empty((most, 3), np.int32), np.empty((2, most))
+    side, telling = np.empty(most), np.empty(most)
+    count = kernel.label_triangles(
+        points, triangles, near_tie, shortest, strangers, corner, shape, side, telling
+    )
+    return LabelledTriangles(corner[:count], shape, side[:count], telling[:count])
+
+
+def sort_by_shape(triangles: LabelledTriangles, widest: float) -> CellGrid:
+    """Return triangles in bins by shape.
+
+    Parameters
+    ----------
+    triangles : LabelledTriangles
+        The triangles.
+    widest : float
+        Largest distance of shapes that will be looked for.
+
+    Returns
+    -------
+    CellGrid
+        Their shapes.
+    """
+    width = min(max(widest / 2, _NARROWEST_BIN), _WIDEST_BIN)
+    return sort_into_cells(
+        triangles.shape, width, low=(_LEFT, 0.0), high=(_RIGHT, _HIGH), count=len(triangles)
+    )

@@ -1,0 +1,247 @@
+"""Bare points from CSV, as spreadsheets, star catalogues and scripts write them.
+
+A table has columns x and y by these names, in any case and place among others::
+
+    name,X,Y
+    Vega,279.23,38.78
+
+or no header and two columns of numbers. Columns are separated by comma, semicolon or tab; numbers
+have a decimal point; values may stand in quotes. Blank lines, rows without a value and lines that
+start with # are left out. The text is UTF-8, with or without a byte order mark.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from array import array
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import PointSetError
+from fpmatch.output import reason
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    Record = tuple[int, list[str]]
+
+DELIMITERS: Final = (",", ";", "\t")
+MAX_BYTES: Final = 2**30  # some twenty million points
+_SHOWN_LETTERS: Final = 40  # of a value that an error quotes
+_SHOWN_CELLS: Final = 5
+_UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
+
+
+def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+    r"""Load the points of a CSV file.
+
+    Parameters
+    ----------
+    path : path-like
+        The file, in the form that this module describes; a pipe will do.
+
+    Returns
+    -------
+    ndarray of float64, shape (N, 2)
+        x and y of each row, in the order and the units of the file.
+
+    Raises
+    ------
+    PointSetError
+        If the file is missing, unreadable or no such table; the message names file and line.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     stars = Path(folder, "stars.csv")
+    ...     _ = stars.write_text("name;x;y\nVega;279.23;38.78\n")
+    ...     load_points(stars).tolist()
+    [[279.23, 38.78]]
+    """
+    try:
+        if Path(path).is_dir():
+            raise PointSetError(f"{path}: is a folder, not a CSV file")
+        with Path(path).open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError as error:
+        raise PointSetError(f"{path}: no such file") from error
+    except (OSError, ValueError) as error:
+        why = reason(error) if isinstance(error, OSError) else error
+        raise PointSetError(f"{path}: cannot be read: {why}") from error
+    return decode_points(data, str(path))
+
+
+def decode_points(data: bytes, name: str = "points") -> NDArray[np.float64]:
+    r"""Return the points that the bytes of a CSV file hold.
+
+    Parameters
+    ----------
+    data : bytes
+        The file's content.
+    name : str
+        What to call it in an error.
+
+    Returns
+    -------
+    ndarray of float64, shape (N, 2)
+        x and y of each row; no rows where the table has a header and nothing else.
+
+    Raises
+    ------
+    PointSetError
+        If the bytes are no such table; the message gives name and line.
+
+    Examples
+    --------
+    >>> decode_points(b"# two stars\n1.5,2\n-3,4e2\n").tolist()
+    [[1.5, 2.0], [-3.0, 400.0]]
+    """
+    _check_text(data, name)
+    table = _find_table(data, name)
+    records = _records(data, table.delimiter, name)
+    if table.has_header:
+        next(records)
+    values = array("d")
+    for line, cells in records:
+        if len(cells) > table.columns:
+            raise _error(name, line, f"expected {table.columns} values, found {len(cells)}")
+        cells.extend([""] * (table.columns - len(cells)))
+        try:
+            x, y = _number(cells[table.x], "x"), _number(cells[table.y], "y")
+        except ValueError as error:
+            raise _error(name, line, str(error)) from error
+        values.append(x)
+        values.append(y)
+    return np.array(values, dtype=np.float64).reshape(-1, 2)
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """How a table is written: its delimiter, number of columns, and where x and y stand."""
+
+    delimiter: str
+    columns: int
+    x: int
+    y: int
+    has_header: bool
+
+
+def _check_text(data: bytes, name: str) -> None:
+    """Refuse what is no UTF-8 text, empty, or too much."""
+    if not data:
+        raise PointSetError(f"{name}: the file is empty")
+    if len(data) > MAX_BYTES:
+        raise PointSetError(f"{name}: more than {MAX_BYTES // 2**20} MiB")
+    if data.startswith(_UTF16_MARKS):
+        raise PointSetError(f"{name}: text in UTF-16, not UTF-8")
+    if b"\0" in data:
+        raise PointSetError(f"{name}: not a text file")
+    try:
+        data.decode()
+    except UnicodeDecodeError as error:
+        line = len((data[: error.start] + b"?").splitlines())
+        raise _error(name, line, f"not UTF-8 text (byte 0x{data[error.start]:02x})") from error
+
+
+def _records(data: bytes, delimiter: str, name: str) -> Iterator[Record]:
+    """Yield the records that hold a value, each with the line it begins on."""
+    begin, open_quote = 0, False
+
+    def lines() -> Iterator[str]:
+        """Yield what is neither blank nor a comment, and all that a quote runs over."""
+        nonlocal begin, open_quote
+        for number, line in enumerate(io.TextIOWrapper(io.BytesIO(data), "utf-8-sig", newline="")):
+            if not open_quote:
+                start = line.lstrip()
+                if not start or start.startswith("#"):
+                    continue
+                begin, open_quote = number + 1, True
+            yield line
+
+    try:
+        for cells in csv.reader(lines(), delimiter=delimiter, skipinitialspace=True, strict=True):
+            open_quote = False
+            while cells and not cells[-1]:  # as spreadsheets fill short rows up
+                cells.pop()
+            if cells:
+                yield begin, cells
+    except csv.Error as error:
+        raise _error(name, begin, f"malformed row ({error})") from error
+
+
+def _find_table(data: bytes, name: str) -> _Table:
+    """Return the form under which the first record is a header with x and y, or two numbers."""
+    firsts: list[Record] = []
+    refusal = PointSetError(f"{name}: no points, only blank lines and comments")
+    for delimiter in DELIMITERS:
+        try:
+            line, cells = next(_records(data, delimiter, name), (0, []))
+        except PointSetError as error:
+            refusal = error
+            continue
+        header = [cell.strip().casefold() for cell in cells]
+        for column in ("x", "y"):
+            if {"x", "y"} <= set(header) and header.count(column) > 1:
+                raise _error(name, line, f"more than one column {column}")
+        if {"x", "y"} <= set(header):
+            return _Table(delimiter, len(cells), header.index("x"), header.index("y"), True)
+        if len(cells) == 2 and all(map(_is_float, cells)):
+            return _Table(delimiter, 2, 0, 1, False)
+        if cells:
+            firsts.append((line, cells))
+    if not firsts:
+        raise refusal
+    line, cells = max(firsts, key=lambda first: len(first[1]))
+    found = ", ".join(map(_shown, cells[:_SHOWN_CELLS])) + ", …" * (len(cells) > _SHOWN_CELLS)
+    raise _error(
+        name,
+        line,
+        "expected a header with columns x and y, or two numbers, "
+        f"separated by comma, semicolon or tab; found {found}",
+    )
+
+
+def _number(text: str, column: str) -> float:
+    """Return a finite number, or raise a ValueError that says what stands there for `column`."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if math.isfinite(value) and "_" not in text:  # Python alone takes 1_000 for a number
+        return value
+    raise ValueError(_expectation(text, column))
+
+
+def _expectation(text: str, column: str) -> str:
+    if not text.strip():
+        return f"expected a number for {column}, found nothing"
+    if _is_float(text) and "_" not in text:
+        return f"expected a finite number for {column}, not {_shown(text)}"
+    hint = "; decimals take a point" if "," in text and _is_float(text.replace(",", ".")) else ""
+    return f"expected a number for {column}, not {_shown(text)}{hint}"
+
+
+def _is_float(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _shown(text: str) -> str:
+    """Return a value as an error quotes it."""
+    return repr(text if len(text) <= _SHOWN_LETTERS else text[:_SHOWN_LETTERS] + "…")
+
+
+def _error(name: str, line: int, what: str) -> PointSetError:
+    return PointSetError(f"{name}, line {line}: {what}")

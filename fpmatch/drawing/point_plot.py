@@ -1,0 +1,305 @@
+"""A picture of two matched point sets: P, moved, on Q; or side by side where nothing matched.
+
+Drawn by matplotlib, which the extra ``fpmatch[plot]`` installs; y points up.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import warnings
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.drawing.palette import (
+    MATCH,
+    NO_MATCH,
+    PAIR_LINK,
+    PROBE_INK,
+    PROBE_MARK,
+    REFERENCE_INK,
+    REFERENCE_MARK,
+    TEXT_MUTED,
+    Colour,
+    hexadecimal,
+)
+from fpmatch.drawing.point_caption import match_facts, match_verdict
+from fpmatch.errors import OutputError
+from fpmatch.output import check_writable, write_whole
+from fpmatch.pointset.points import as_points
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterator, Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.pointset.point_match import PointMatch
+
+    Floats = NDArray[np.float64]
+
+SUFFIXES: Final = (".png", ".svg")
+_DPI: Final = 150
+_WIDTH: Final = 8.0  # of the axes, in inches, as all up to the blank line
+_LEAST_HEIGHT: Final = 2.5
+_MOST_HEIGHT: Final = 9.0
+_LEFT: Final = 0.9
+_RIGHT: Final = 0.3
+_BELOW: Final = 0.55  # ticks
+_LEGEND: Final = 0.6
+_LINE: Final = 0.2
+
+_POINTS_AN_INCH: Final = 72.0
+_MARK_SHARE: Final = 0.4  # of the mean spacing that a mark covers, within the next two bounds
+_LEAST_MARK: Final = 0.4
+_MOST_MARK: Final = 8.0
+_LEGEND_MARK: Final = 6.0
+_LEAST_LINE: Final = 0.45
+_MOST_VECTORS: Final = 50_000  # marks; an SVG holds more of them as one image
+_NAME_LETTERS: Final = 30
+_PLAIN_EXPONENT: Final = 20  # coordinates beyond 1e±20 are drawn in a unit that tames them
+_LEAST_EXPONENT: Final = -300
+
+
+@dataclass(frozen=True, slots=True)
+class _Mark:
+    """How points of one kind are drawn: marker of matplotlib's, relative size, filled or not."""
+
+    marker: str
+    colour: Colour
+    size: float
+    filled: bool
+    order: int
+
+
+_Q_PAIRED: Final = _Mark("o", REFERENCE_MARK, 1.5, filled=False, order=2)
+_LINK_ORDER: Final = 3
+_P_PAIRED: Final = _Mark("o", PROBE_MARK, 0.6, filled=True, order=4)
+_Q_ALONE: Final = _Mark("s", REFERENCE_INK, 0.7, filled=False, order=5)
+_P_ALONE: Final = _Mark("x", PROBE_INK, 0.9, filled=False, order=6)
+_APART: Final = (
+    _Mark("o", PROBE_MARK, 0.8, filled=True, order=2),
+    _Mark("o", REFERENCE_MARK, 0.8, filled=True, order=2),
+)
+
+
+def check_plot(path: str | os.PathLike[str]) -> None:
+    """Refuse a plot that could not be made, before hours of work go into it.
+
+    Parameters
+    ----------
+    path : path-like
+        Where the plot shall go.
+
+    Raises
+    ------
+    OutputError
+        If the ending is neither ``.png`` nor ``.svg``, the file cannot be written, or matplotlib
+        is not installed.
+    """
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise OutputError(f"{path}: a plot is written as .png or .svg")
+    if find_spec("matplotlib") is None:
+        raise OutputError(f"{path}: a plot needs matplotlib: pip install 'fpmatch[plot]'")
+    check_writable(path)
+
+
+def save_point_plot(
+    path: str | os.PathLike[str],
+    p: ArrayLike,
+    q: ArrayLike,
+    match: PointMatch,
+    *,
+    names: tuple[str, str] = ("P", "Q"),
+) -> None:
+    """Draw Q, and P moved onto it, with pairs joined; both sets apart where there is no match.
+
+    Parameters
+    ----------
+    path : path-like
+        Where to; its ending, ``.png`` or ``.svg``, says which.
+    p, q : array_like of float, shape (N, 2) and (M, 2)
+        The point sets.
+    match : PointMatch
+        What `fpmatch.match_points` found for them.
+    names : tuple of str
+        What to call the two sets.
+
+    Raises
+    ------
+    OutputError
+        As `check_plot`; nothing is left behind then.
+    PointSetError
+        If a set is malformed.
+
+    Examples
+    --------
+    >>> from fpmatch.pointset.match import match_points
+    >>> points = np.random.default_rng(7).uniform(0, 100, (40, 2))
+    >>> save_point_plot("stars.png", points, points, match_points(points, points))  # doctest: +SKIP
+    """
+    check_plot(path)
+    source, target = as_points(p, "p"), as_points(q, "q")
+    content = io.BytesIO()
+    with _plain_style():
+        if match.transform is None:
+            figure = _apart(source, target, match, names)
+        else:
+            figure = _superposed(match.transform.apply(source), target, match, names)
+        suffix = Path(path).suffix.lower().removeprefix(".")
+        figure.savefig(
+            content, format=suffix, dpi=_DPI, metadata={"Date": None} if suffix == "svg" else None
+        )
+    write_whole(path, content.getvalue())
+
+
+@contextmanager
+def _plain_style() -> Iterator[None]:
+    """Draw the same picture whatever the user's matplotlibrc says, with text as text in an SVG."""
+    import matplotlib.style  # noqa: PLC0415
+
+    settings = {"svg.fonttype": "none", "svg.hashsalt": "fpmatch", "text.parse_math": False}
+    with matplotlib.style.context(["default", settings]), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph")  # a name may be in any script
+        yield
+
+
+def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> Figure:
+    """Draw the sets over each other."""
+    unit = _unit(moved, q)
+    moved, q = moved / unit, q / unit
+    width, height = np.ptp(np.vstack([moved, q]), axis=0).tolist()
+    high = _WIDTH * height / width if width > 0 else _MOST_HEIGHT
+    title = f"{_called('P', names[0])}, moved, on {_called('Q', names[1])}"
+    facts = [title, *(f"{label}: {value}" for label, value in match_facts(match))]
+    figure = _figure(high, (match_verdict(match), MATCH), facts, _LEGEND)
+    axes = figure.subplots()
+    rows_p, rows_q = match.pairs.T
+    size = _mark_size(figure, max(len(moved), len(q)))
+    for points, mark, words in (
+        (q[rows_q], _Q_PAIRED, "Q, paired"),
+        (np.delete(q, rows_q, axis=0), _Q_ALONE, "Q, unpaired"),
+        (moved[rows_p], _P_PAIRED, "P, moved, paired"),
+        (np.delete(moved, rows_p, axis=0), _P_ALONE, "P, moved, unpaired"),
+    ):
+        _draw(axes, points, mark, size, f"{words} ({len(points):,})")
+    links = np.full((len(match.pairs), 3, 2), np.nan)  # the third of each breaks the line
+    links[:, 0], links[:, 1] = moved[rows_p], q[rows_q]
+    x, y = links.reshape(-1, 2).T
+    colour, width = hexadecimal(PAIR_LINK), max(size / 6, _LEAST_LINE)
+    axes.plot(
+        x,
+        y,
+        color=colour,
+        linewidth=width,
+        zorder=_LINK_ORDER,
+        label=f"pair ({len(rows_p):,})",
+        rasterized=len(rows_p) > _MOST_VECTORS,
+    )
+    _finish(axes, unit)
+    figure.legend(
+        loc="lower left",
+        bbox_to_anchor=(_LEFT / figure.get_figwidth(), 0),
+        borderaxespad=0.5,
+        ncols=3,
+        frameon=False,
+        markerscale=_LEGEND_MARK / size,
+    )
+    return figure
+
+
+def _apart(p: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> Figure:
+    """Draw the sets side by side, each in a frame of its own."""
+    facts = ["No transform was found that lays P on Q.", ""]
+    figure = _figure(_WIDTH / 2, (match_verdict(match), NO_MATCH), facts)
+    size = _mark_size(figure, 2 * max(len(p), len(q)))
+    both = zip(figure.subplots(1, 2), (p, q), _APART, "PQ", names, strict=True)
+    for axes, points, mark, letter, name in both:
+        unit = _unit(points)
+        _draw(axes, points / unit, mark, size, "")
+        axes.set_title(f"{_called(letter, name)}: {len(points):,} points", fontsize="medium")
+        _finish(axes, unit)
+    return figure
+
+
+def _figure(
+    height: float, verdict: tuple[str, Colour], facts: Sequence[str], below: float = 0.0
+) -> Figure:
+    """Return a figure with the verdict and a fact a line above the place of its axes.
+
+    `height` is that of the axes, in inches, and kept within bounds; `below` is left blank.
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    high = min(max(height, _LEAST_HEIGHT), _MOST_HEIGHT)
+    above = (len(facts) + 2.5) * _LINE
+    width, total = _LEFT + _WIDTH + _RIGHT, above + high + _BELOW + below
+    figure = Figure(figsize=(width, total))
+    figure.subplots_adjust(
+        left=_LEFT / width,
+        right=1 - _RIGHT / width,
+        top=1 - above / total,
+        bottom=(_BELOW + below) / total,
+    )
+    words, colour = verdict
+    left, top = _LEFT / width, 1 - 1.5 * _LINE / total
+    figure.text(left, top, words, color=hexadecimal(colour), fontsize="x-large", weight="bold")
+    for n, fact in enumerate(facts, start=1):
+        figure.text(left, top - n * _LINE / total, fact, color=hexadecimal(TEXT_MUTED))
+    return figure
+
+
+def _unit(*sets: Floats) -> float:
+    """Return a power of ten in which matplotlib can lay out points, 1 for all but wild ones."""
+    largest = max(float(np.abs(points).max(initial=0.0)) for points in sets)
+    exponent = math.floor(math.log10(largest)) if largest > 0 else 0
+    return 10.0 ** max(exponent, _LEAST_EXPONENT) if abs(exponent) > _PLAIN_EXPONENT else 1.0
+
+
+def _mark_size(figure: Figure, count: int) -> float:
+    """Return the size of marks, in points, that leaves `count` of them room in the figure."""
+    area = figure.subplotpars
+    side = _POINTS_AN_INCH * min(_WIDTH, figure.get_figheight() * (area.top - area.bottom))
+    return float(np.clip(_MARK_SHARE * side / np.sqrt(count), _LEAST_MARK, _MOST_MARK))
+
+
+def _draw(axes: Axes, points: Floats, mark: _Mark, size: float, label: str) -> None:
+    colour = hexadecimal(mark.colour)
+    axes.plot(
+        points[:, 0],
+        points[:, 1],
+        linestyle="none",
+        marker=mark.marker,
+        markersize=mark.size * size,
+        markeredgecolor=colour,
+        markerfacecolor=colour if mark.filled else "none",
+        markeredgewidth=max(size / 8, _LEAST_LINE),
+        zorder=mark.order,
+        label=label,
+        rasterized=len(points) > _MOST_VECTORS,
+    )
+
+
+def _finish(axes: Axes, unit: float) -> None:
+    axes.set_aspect("equal", anchor="NW")
+    axes.set_axisbelow(True)
+    axes.grid(color="0.92")
+    words = "" if unit == 1.0 else f" ({unit:g})"
+    axes.set_xlabel(f"x{words}")
+    axes.set_ylabel(f"y{words}")
+
+
+def _called(letter: str, name: str) -> str:
+    """Return what to call a set; of a long path the end, which tells it apart."""
+    if name == letter:
+        return letter
+    clean = "".join(sign if sign.isprintable() else " " for sign in name)
+    short = clean if len(clean) <= _NAME_LETTERS else "…" + clean[1 - _NAME_LETTERS :]
+    return f"{letter} ({short})"

@@ -1,0 +1,190 @@
+"""The picture of two point sets: what it shows lies where it should, and says what was found."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fpmatch.drawing.palette import (
+    PROBE_INK,
+    PROBE_MARK,
+    REFERENCE_INK,
+    REFERENCE_MARK,
+    Colour,
+    hexadecimal,
+)
+from fpmatch.drawing.point_plot import check_plot, save_point_plot
+from fpmatch.errors import OutputError
+from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.similarity import Similarity
+
+MOVE = Similarity(2.0, 0.5, 300.0, -40.0)
+PAIRED = 8
+
+
+@pytest.fixture
+def sets(rng: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return 10 points and 12, of which the first eight of both are partners."""
+    p = rng.uniform(0, [100, 60], (10, 2))
+    return p, np.vstack([MOVE.apply(p[:PAIRED]), rng.uniform(300, 400, (4, 2))])
+
+
+@pytest.fixture
+def match() -> PointMatch:
+    pairs = np.column_stack([np.arange(PAIRED)] * 2).astype(np.int32)
+    return PointMatch(MOVE, pairs, 0.8, 0.0, 1, 1e-9)
+
+
+def drawn(path: Path, *given: Any, **named: Any) -> str:
+    """Return the text of the SVG that is drawn."""
+    pytest.importorskip("matplotlib", reason="the plot extra is not installed")
+    save_point_plot(path, *given, **named)
+    return path.read_text(encoding="utf-8")
+
+
+def words_of(svg: str) -> list[str]:
+    root = ElementTree.fromstring(svg)
+    return [node.text or "" for node in root.iter("{http://www.w3.org/2000/svg}text")]
+
+
+def marks_of(svg: str, colour: Colour) -> NDArray[np.float64]:
+    """Return the places of all marks of a colour, in SVG's units, those of the legend left out."""
+    legend = svg.index('<g id="legend_')
+    found = re.findall(
+        rf'<use xlink:href="#\w+" x="([-\d.]+)" y="([-\d.]+)" style="[^"]*{hexadecimal(colour)}',
+        svg[:legend],
+    )
+    return np.array(found, dtype=np.float64).reshape(-1, 2)
+
+
+def test_every_point_has_its_mark(tmp_path: Path, sets: Any, match: PointMatch) -> None:
+    p, q = sets
+    svg = drawn(tmp_path / "plot.svg", p, q, match)
+    rings, dots = marks_of(svg, REFERENCE_MARK), marks_of(svg, PROBE_MARK)
+    np.testing.assert_allclose(rings, dots, atol=1e-3)  # an exact match: dots amid their rings
+    squares, crosses = marks_of(svg, REFERENCE_INK), marks_of(svg, PROBE_INK)
+    places = np.vstack([rings, squares, crosses])
+    truth = np.vstack([q[:PAIRED], q[PAIRED:], MOVE.apply(p[PAIRED:])])
+    truth[:, 1] *= -1  # in SVG, y points down
+    fit = Similarity.fit(truth, places)  # the same scale along x and y, and no turn
+    np.testing.assert_allclose(fit.apply(truth), places, atol=1e-3)
+    assert abs(fit.rotation) < 1e-6
+
+
+def test_the_words_say_what_was_found(tmp_path: Path, sets: Any, match: PointMatch) -> None:
+    words = words_of(drawn(tmp_path / "plot.svg", *sets, match, names=("a.csv", "b" * 99)))
+    assert "MATCH" in words
+    assert f"P (a.csv), moved, on Q (…{'b' * 29})" in words
+    assert "Pairs: 8, 80.0% of the smaller set" in words
+    assert "Transform: scale 2, rotation 28.648° from x to y, shift +300, -40" in words
+    for entry in (
+        "Q, paired (8)",
+        "Q, unpaired (4)",
+        "P, moved, paired (8)",
+        "P, moved, unpaired (2)",
+        "pair (8)",
+    ):
+        assert entry in words
+
+
+def test_no_match_stands_side_by_side(tmp_path: Path, sets: Any) -> None:
+    words = words_of(drawn(tmp_path / "plot.svg", *sets, PointMatch.none(), names=("a", "b")))
+    assert "NO MATCH" in words
+    assert "P (a): 10 points" in words
+    assert "Q (b): 12 points" in words
+
+
+def test_the_picture_does_not_depend_on_settings(
+    tmp_path: Path, sets: Any, match: PointMatch
+) -> None:
+    matplotlib = pytest.importorskip("matplotlib", reason="the plot extra is not installed")
+    plain = drawn(tmp_path / "plot.svg", *sets, match)
+    with matplotlib.rc_context({"font.size": 30, "axes.facecolor": "red"}):
+        assert drawn(tmp_path / "plot.svg", *sets, match) == plain
+
+
+@pytest.mark.parametrize("name", ["$x_1$ & <b>", "two\nlines\x01", "日本", "\udcff"])
+def test_any_name_can_be_written(tmp_path: Path, sets: Any, match: PointMatch, name: str) -> None:
+    words = words_of(drawn(tmp_path / "plot.svg", *sets, match, names=(name, "Q")))
+    shown = re.sub("[\n\x01\udcff]", " ", name)
+    assert f"P ({shown}), moved, on Q" in words
+    save_point_plot(tmp_path / "plot.png", *sets, match, names=(name, "Q"))
+
+
+@pytest.mark.parametrize("factor", [1e-310, 1e-40, 1e12, 1e40, 1e300])
+@pytest.mark.parametrize("move", [Similarity(), None])
+def test_points_of_any_magnitude_are_drawn(
+    tmp_path: Path, sets: Any, factor: float, move: Similarity | None
+) -> None:
+    pairs = np.array([[0, 0]] if move else np.empty((0, 2)), np.int32)
+    match = PointMatch(move, pairs, 0.1, 0.0, 1)
+    p, q = (points * factor for points in sets)
+    words = words_of(drawn(tmp_path / "plot.svg", p, q, match))
+    assert any(word.startswith("x (1e") for word in words) == (factor != 1e12)
+
+
+def test_points_without_width_are_drawn(tmp_path: Path) -> None:
+    pairs = np.array([[0, 0]], np.int32)
+    for points in ([[1.0, 2.0]], [[0.0, 0.0], [0.0, 5.0]], [[1e12, 0.0], [1e12 + 1, 0.0]]):
+        match = PointMatch(Similarity(), pairs, 1.0, 0.0, 1)
+        svg = drawn(tmp_path / "plot.svg", points, points, match)
+        assert len(marks_of(svg, PROBE_MARK)) == 1
+
+
+def test_many_marks_are_one_image_in_an_svg(
+    tmp_path: Path, sets: Any, match: PointMatch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fpmatch.drawing.point_plot._MOST_VECTORS", 7)
+    svg = drawn(tmp_path / "plot.svg", *sets, match)
+    assert "<image" in svg
+    assert len(marks_of(svg, PROBE_MARK)) == 0
+    assert len(marks_of(svg, PROBE_INK)) == 2
+
+
+def test_a_png_is_a_picture_of_the_same(tmp_path: Path, sets: Any, match: PointMatch) -> None:
+    pytest.importorskip("matplotlib", reason="the plot extra is not installed")
+    path = tmp_path / "plot.PNG"
+    save_point_plot(path, *sets, match)
+    picture = cv2.imread(str(path))
+    assert picture.shape[1] == 1380
+    for colour in (PROBE_MARK, PROBE_INK, REFERENCE_MARK, REFERENCE_INK):
+        near = np.abs(picture[..., ::-1].astype(int) - colour).max(axis=2) < 12
+        assert near.sum() > 10, colour
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("plot.pdf", "a plot is written as .png or .svg"),
+        ("plot", "a plot is written as .png or .svg"),
+        ("gone/plot.png", "cannot be written: no such file or directory"),
+        ("folder.png", "cannot be written: it is a folder"),
+    ],
+)
+def test_where_no_plot_can_go(
+    tmp_path: Path, sets: Any, match: PointMatch, name: str, reason: str
+) -> None:
+    pytest.importorskip("matplotlib", reason="the plot extra is not installed")
+    (tmp_path / "folder.png").mkdir()
+    for refuse in (check_plot, lambda path: save_point_plot(path, *sets, match)):
+        with pytest.raises(OutputError) as caught:
+            refuse(tmp_path / name)
+        assert str(caught.value) == f"{tmp_path / name}: {reason}"
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
+
+
+def test_without_matplotlib_it_says_what_to_install(
+    tmp_path: Path, sets: Any, match: PointMatch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(OutputError, match=r"needs matplotlib: pip install 'fpmatch\[plot\]'"):
+        save_point_plot(tmp_path / "plot.png", *sets, match)
+    assert list(tmp_path.iterdir()) == []

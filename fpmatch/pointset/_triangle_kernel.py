@@ -21,7 +21,7 @@ COMPILED = cython.compiled
 @cython.cdivision(True)
 def label_triangles(
     point: cython.double[:, ::1],
-    triangle: cython.int[:, ::1],
+    triangle: cython.const[cython.int][:, ::1],
     near_tie: cython.double,
     shortest: cython.double,
     strangers: cython.double,
@@ -36,7 +36,8 @@ def label_triangles(
     the real and imaginary part of z, ``side[k]`` the side's length. Sides under `shortest` are
     left out. ``telling[k]`` weighs what a match of the triangle would tell by the chance that it
     exists: a large one tells its shape well, but strangers, of whom there are so many to a unit
-    of area, fall into its circle; it survives them with probability exp(-strangers·circle).
+    of area, fall into its circle; it survives them with probability exp(-strangers·circle). Where
+    ``telling`` has no entries, it is not asked for.
     """
     k: cython.Py_ssize_t = 0
     i: cython.Py_ssize_t
@@ -87,10 +88,9 @@ def label_triangles(
             shape[0, k] = zx
             shape[1, k] = zy
             side[k] = sqrt(side2)
-            telling[k] = side2
-            if strangers > 0.0:
+            if telling.shape[0] > 0:
                 radius2 = side2 * (zx * zx + zy * zy) * ((zx - 1.0) * (zx - 1.0) + zy * zy)
-                telling[k] *= exp(-strangers * pi * radius2 / (4.0 * zy * zy))
+                telling[k] = side2 * exp(-strangers * pi * radius2 / (4.0 * zy * zy))
             k += 1
     return k
 
@@ -100,8 +100,8 @@ def label_triangles(
 @cython.wraparound(False)
 def ring_triangles(
     point: cython.double[:, ::1],
-    ring_start: cython.int[::1],
-    ring: cython.int[::1],
+    ring_start: cython.const[cython.int][::1],
+    ring: cython.const[cython.int][::1],
     triangle: cython.int[:, ::1],
 ) -> cython.Py_ssize_t:
     """Write every triangle of a point and two of its neighbours once; return how many.
@@ -146,7 +146,9 @@ def ring_triangles(
 @cython.ccall
 @cython.boundscheck(False)
 @cython.wraparound(False)
-def polygon_area(point: cython.double[:, ::1], corner: cython.int[::1]) -> cython.double:
+def polygon_area(
+    point: cython.double[:, ::1], corner: cython.const[cython.int][::1]
+) -> cython.double:
     """Return the area of a polygon, its corners counter-clockwise."""
     e: cython.Py_ssize_t
     a: cython.int

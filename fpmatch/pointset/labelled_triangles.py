@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -26,34 +25,34 @@ _NARROWEST_BIN: Final = 0.02
 _WIDEST_BIN: Final = 0.2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LabelledTriangles:
-    """Hold triangles as seen from their longest sides.
+class LabelledTriangles(NamedTuple):
+    """Hold triangles as seen from their longest sides; the first `number` entries count.
 
     Parameters
     ----------
-    corner : ndarray of int32, shape (K, 3)
+    number : int
+        How many there are.
+    corner : ndarray of int32, shape (C, 3)
         Ends of the longest side and the apex, counter-clockwise.
-    shape : ndarray of float64, shape (2, C), C at least K
+    shape : ndarray of float64, shape (2, C)
         Real and imaginary part of the apex once that side lies from 0 to 1.
-    side : ndarray of float64, shape (K,)
+    side : ndarray of float64, shape (C,)
         Length of that side.
-    telling : ndarray of float64, shape (K,)
-        What a match would tell, times the chance that the triangle exists in the other set too.
+    telling : ndarray of float64, shape (C,) or (0,)
+        What a match would tell, times the chance that the triangle exists in the other set too;
+        where it was asked for.
     """
 
+    number: int
     corner: Ints
     shape: Floats
     side: Floats
     telling: Floats
 
-    def __len__(self) -> int:
-        return len(self.corner)
-
 
 def delaunay_triangles(mesh: Triangulation, _: Floats) -> Ints:
-    """Return the triangles of a mesh, for kernels: writable, shape (T, 3)."""
-    return mesh.triangles.copy()
+    """Return the triangles of a mesh, shape (T, 3)."""
+    return mesh.triangles
 
 
 def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
@@ -63,19 +62,17 @@ def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
     """
     degree = np.diff(mesh.ring_start).astype(np.int64)
     triangles = np.empty((int((degree * (degree - 1) // 2).sum()), 3), np.int32)
-    count = kernel.ring_triangles(points, mesh.ring_start.copy(), mesh.ring.copy(), triangles)
+    count = kernel.ring_triangles(points, mesh.ring_start, mesh.ring, triangles)
     return triangles[:count]
 
 
 def density_of(mesh: Triangulation, points: Floats) -> float:
     """Return points to a unit of area of the convex hull; `points` are the mesh's, (2, N)."""
-    return len(mesh) / float(kernel.polygon_area(points, mesh.hull.copy()))
+    return len(mesh) / float(kernel.polygon_area(points, mesh.hull))
 
 
-def label(
-    points: Floats, triangles: Ints, near_tie: float, shortest: float, strangers: float
-) -> LabelledTriangles:
-    """Return triangles as seen from each side that is the longest to within `near_tie`.
+def label_all(points: Floats, triangles: Ints, strangers: float) -> LabelledTriangles:
+    """Return triangles as seen from their longest sides, with what they would tell.
 
     Parameters
     ----------
@@ -83,26 +80,43 @@ def label(
         The points.
     triangles : ndarray of int32, shape (T, 3)
         Corners, counter-clockwise.
+    strangers : float
+        Points without partner to a unit of area, which may split a triangle.
+    """
+    return _label(points, triangles, 1.0, 0.0, strangers, np.empty(3 * len(triangles)))
+
+
+def label_large(
+    points: Floats, triangles: Ints, near_tie: float, shortest: float
+) -> LabelledTriangles:
+    """Return triangles as seen from each side that is the longest to within `near_tie`.
+
+    Parameters
+    ----------
+    points, triangles
+        As for `label_all`.
     near_tie : float
         A side counts as longest where it is at least so much of it.
     shortest : float
         Sides under this length are left out.
-    strangers : float
-        Points without partner to a unit of area, which may split a triangle.
-
-    Returns
-    -------
-    LabelledTriangles
-        Up to three for each triangle.
     """
-    most = (1 if near_tie == 1.0 else 3) * len(triangles)
-    most += 2 * len(triangles) if near_tie == 1.0 else 0  # sides may be equal to the last bit
-    corner, shape = np.empty((most, 3), np.int32), np.empty((2, most))
-    side, telling = np.empty(most), np.empty(most)
+    return _label(points, triangles, near_tie, shortest, 0.0, np.empty(0))
+
+
+def _label(
+    points: Floats,
+    triangles: Ints,
+    near_tie: float,
+    shortest: float,
+    strangers: float,
+    telling: Floats,
+) -> LabelledTriangles:
+    most = 3 * len(triangles)
+    corner, shape, side = np.empty((most, 3), np.int32), np.empty((2, most)), np.empty(most)
     count = kernel.label_triangles(
         points, triangles, near_tie, shortest, strangers, corner, shape, side, telling
     )
-    return LabelledTriangles(corner[:count], shape, side[:count], telling[:count])
+    return LabelledTriangles(count, corner, shape, side, telling)
 
 
 def sort_by_shape(triangles: LabelledTriangles, widest: float) -> CellGrid:
@@ -122,5 +136,5 @@ def sort_by_shape(triangles: LabelledTriangles, widest: float) -> CellGrid:
     """
     width = min(max(widest / 2, _NARROWEST_BIN), _WIDEST_BIN)
     return sort_into_cells(
-        triangles.shape, width, low=(_LEFT, 0.0), high=(_RIGHT, _HIGH), count=len(triangles)
+        triangles.shape, width, low=(_LEFT, 0.0), high=(_RIGHT, _HIGH), count=triangles.number
     )

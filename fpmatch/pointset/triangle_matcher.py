@@ -27,7 +27,8 @@ from fpmatch.pointset.frames import between_sets, frame_if_needed
 from fpmatch.pointset.labelled_triangles import (
     delaunay_triangles,
     density_of,
-    label,
+    label_all,
+    label_large,
     ring_triangles,
     sort_by_shape,
 )
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
 
 FEWEST_POINTS: Final = 4
 _MOST_ROUNDS: Final = 12
-_GAIN_STEPS: Final = 64
+_GAIN_STEPS: Final = 33
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,18 +195,17 @@ class _Search:
         """Search one kind of triangle until a proposal is accepted."""
         given = self.given
         strangers = (1.0 - given.share) * self.density_p
-        ours = label(self.p, triangles(self.mesh_p, self.p), 1.0, 0.0, strangers)
+        ours = label_all(self.p, triangles(self.mesh_p, self.p), strangers)
         shortest = given.shortest_side * self.spacing
-        theirs = label(self.q, triangles(self.mesh_q, self.q), given.near_tie, shortest, 0.0)
+        theirs = label_large(self.q, triangles(self.mesh_q, self.q), given.near_tie, shortest)
         widest = given.shape_tolerance * self.tolerance / shortest
         shapes = sort_by_shape(theirs, widest)
-        log_tests = math.log(max(1, len(ours) * len(theirs)))
+        log_tests = math.log(max(1, ours.number * theirs.number))
         m = len(self.mesh_p)
-        order = np.argsort(-ours.telling, kind="stable")
+        order = np.argsort(-ours.telling[: ours.number], kind="stable")
         seen, company = np.full(m, -1, np.int32), np.empty(m, np.int32)
         owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(m)
         fit = np.empty(8)
-        ring_start, ring = self.mesh_p.ring_start.copy(), self.mesh_p.ring.copy()
         state = np.zeros(4, np.int_)
         state[2] = self.tried
         t2 = self.tolerance**2
@@ -216,8 +216,8 @@ class _Search:
             order,
             ours.corner,
             ours.shape,
-            ring_start,
-            ring,
+            self.mesh_p.ring_start,
+            self.mesh_p.ring,
             self.q,
             self.grid,
             theirs.corner,

@@ -1,0 +1,189 @@
+"""`fpmatch points draw`: which sets it draws, what it says, and what becomes of bad input."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fpmatch.drawing.point_figure_choice import choose_ring_pair
+from fpmatch.drawing.point_figure_pair import EASY_SEED, random_point_pair, rotated_point_pair
+from fpmatch.drawing.point_figures import draw_point_figures, numbers_drawn
+from fpmatch.pointset.similarity import Similarity
+
+NAMES = [
+    "figure_2_triangulations.svg",
+    "figure_3_one_rings.svg",
+    "figure_4_unit_circle.svg",
+    "figure_5_weights.svg",
+    "figure_6a_two_circles.svg",
+    "figure_6b_rotation.svg",
+]
+POINTS = np.random.default_rng(8).uniform(0.0, 100.0, (25, 2))
+
+
+@pytest.fixture
+def p_csv(tmp_path: Path) -> Path:
+    return saved(tmp_path / "p.csv", POINTS)
+
+
+def saved(path: Path, points: Any) -> Path:
+    np.savetxt(path, points, delimiter=",", header="x,y", comments="", fmt="%.17g")
+    return path
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_without_files_a_random_pair_is_drawn(run: Any, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    out = tmp_path / "new" / "out"
+    result = run("points", "draw", "-o", out)
+    assert result.exit_code == 0, result.output
+    assert names(out) == NAMES
+    pair = random_point_pair(EASY_SEED)
+    rings = choose_ring_pair(pair)
+    for figure in draw_point_figures(pair, rings):
+        assert (out / figure.file_name).read_bytes() == figure.content
+        assert f"{out / figure.file_name}: {figure.title}\n" in result.stdout
+    matched = numbers_drawn(pair, rings)["matched"]
+    assert result.stdout.endswith(
+        f"Ring of point {rings.p.centre} of P ({len(rings.p)} points), partner: point "
+        f"{rings.q.centre} of Q; {matched} of 40 points match\n"
+    )
+    assert result.stderr == ""
+
+
+def test_with_one_file_its_rotated_copy_is_the_other_set(
+    run: Any, tmp_path: Path, p_csv: Path
+) -> None:
+    pytest.importorskip("matplotlib")
+    result = run("points", "draw", p_csv, "-o", tmp_path / "out", "--seed", 5, "--json")
+    assert result.exit_code == 0, result.output
+    printed = json.loads(result.stdout)
+    assert printed.pop("files") == [str(tmp_path / "out" / name) for name in NAMES]
+    pair = rotated_point_pair(POINTS, "p.csv", 5)
+    assert printed == json.loads(json.dumps(numbers_drawn(pair, choose_ring_pair(pair))))
+    for side in "pq":
+        assert sum(printed[side]["weights"]) == pytest.approx(1.0)
+    for rotation in printed["rotation_deg"].values():
+        assert rotation == pytest.approx(pair.transform.rotation_deg)
+
+
+def test_with_two_files_the_matcher_finds_the_partners(
+    run: Any, tmp_path: Path, p_csv: Path
+) -> None:
+    pytest.importorskip("matplotlib")
+    move = Similarity(2.0, -1.2, 7.0, 9.0)
+    q_csv = saved(tmp_path / "q.csv", move.apply(POINTS[::-1]))
+    ring = int(rotated_ring(POINTS))
+    options = ("-o", tmp_path / "out", "--ring", ring, "--format", "png", "--json")
+    result = run("points", "draw", p_csv, q_csv, *options)
+    assert result.exit_code == 0, result.output
+    printed = json.loads(result.stdout)
+    assert names(tmp_path / "out") == [name.replace(".svg", ".png") for name in NAMES]
+    assert (printed["p"]["centre"], printed["q"]["centre"]) == (ring, len(POINTS) - 1 - ring)
+    assert printed["rotation_deg"]["rings"] == pytest.approx(np.degrees(-1.2))
+    assert printed["scale"]["rings"] == pytest.approx(2.0)
+    assert printed["matched"] == len(POINTS)
+
+
+def rotated_ring(points: Any) -> int:
+    """Return a point with a closed ring, not the one that is drawn by default."""
+    pair = rotated_point_pair(points, "points", 1)
+    chosen = choose_ring_pair(pair).p.centre
+    return next(i for i in pair.p.mesh.interior.nonzero()[0] if i != chosen)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"", "the file is empty"),
+        (b"x,y\n1,2\n3,four\n", "line 3: expected a number for y, not 'four'"),
+        (b"x,y\n0,0\n1,1\n", "none of its 2 points has a closed one-ring"),
+        (b"x,y\n0,0\n1,1\n2,2\n3,3\n", "none of its 4 points has a closed one-ring"),
+        (b"x,y\n0,0\n1e200,1\n2,2e200\n", "coordinates or extent beyond"),
+    ],
+)
+def test_a_bad_file_is_named_in_one_line_and_nothing_written(
+    run: Any, tmp_path: Path, content: bytes, reason: str
+) -> None:
+    bad = tmp_path / "bad.csv"
+    bad.write_bytes(content)
+    result = run("points", "draw", bad, "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"fpmatch: error: {bad}")
+    assert reason in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert result.stdout == ""
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_file_is_an_error(run: Any, tmp_path: Path) -> None:
+    result = run("points", "draw", tmp_path / "gone.csv", "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr == f"fpmatch: error: {tmp_path / 'gone.csv'}: no such file\n"
+
+
+def test_a_ring_that_is_not_closed_is_an_error(run: Any, tmp_path: Path, p_csv: Path) -> None:
+    outermost = int(POINTS[:, 0].argmin())
+    for ring, reason in (
+        (outermost, "its one-ring is not closed, as it lies on the outer boundary"),
+        (99, "there is none, they go from 0 to 24"),
+    ):
+        result = run("points", "draw", p_csv, "-o", tmp_path / "out", "--ring", ring)
+        assert result.exit_code == 2
+        assert result.stderr.startswith(f"fpmatch: error: {p_csv}: point {ring}: {reason}")
+        assert not (tmp_path / "out").exists()
+
+
+def test_sets_that_do_not_match_are_an_error(run: Any, tmp_path: Path, p_csv: Path) -> None:
+    q_csv = saved(tmp_path / "q.csv", np.random.default_rng(9).uniform(0, 1, (25, 2)))
+    result = run("points", "draw", p_csv, q_csv, "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"fpmatch: error: {p_csv} and {q_csv}: they do not match")
+
+
+def test_a_seed_that_would_do_nothing_is_refused(run: Any, tmp_path: Path, p_csv: Path) -> None:
+    result = run("points", "draw", p_csv, p_csv, "-o", tmp_path / "out", "--seed", 1)
+    assert result.exit_code == 2
+    assert "--seed has no use where both sets are given" in result.stderr
+
+
+@pytest.mark.parametrize("words", [("--seed", -1), ("--ring", -1), ("--format", "pdf")])
+def test_values_outside_their_range_are_refused(
+    run: Any, tmp_path: Path, words: tuple[str, object]
+) -> None:
+    assert run("points", "draw", "-o", tmp_path / "out", *words).exit_code == 2
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_is_required_and_must_not_be_a_file(run: Any, p_csv: Path) -> None:
+    assert run("points", "draw").exit_code == 2
+    pytest.importorskip("matplotlib")
+    result = run("points", "draw", "-o", p_csv)
+    assert result.exit_code == 2
+    assert result.stderr == f"fpmatch: error: {p_csv}: cannot be made a folder: file exists\n"
+
+
+def test_without_matplotlib_one_line_says_what_to_install(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    result = run("points", "draw", "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr == (
+        'fpmatch: error: pictures of point sets need matplotlib: pip install "fpmatch[plot]"\n'
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_help_names_every_picture(run: Any) -> None:
+    result = run("points", "draw", "--help")
+    assert result.exit_code == 0
+    assert all(name.removesuffix(".svg") in result.stdout for name in NAMES)

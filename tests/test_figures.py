@@ -1,31 +1,54 @@
-"""The figures of the README: the script draws them, in the colours of the prints, and small."""
+"""The figures of the documentation: the script draws them, in their colours, and small."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK
+from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK, hexadecimal
 
 ROOT = Path(__file__).resolve().parent.parent
 MAX_BYTES = 400_000
 FIGURES = {"overlay.png": "portrait", "how_it_works.png": "landscape"}
+POINT_FIGURES = [
+    "figure_2_triangulations.svg",
+    "figure_3_one_rings.svg",
+    "figure_4_unit_circle.svg",
+    "figure_5_weights.svg",
+    "figure_6a_two_circles.svg",
+    "figure_6b_rotation.svg",
+]
+SHOWN = ROOT / "docs" / "figures"
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def draw(target: Path, only: str) -> Path:
+    """Let the script draw figures of one kind into a folder."""
+    script = str(ROOT / "scripts" / "make_figures")
+    command = [sys.executable, script, "--out", str(target), "--only", only]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return target
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder that the script has drawn into."""
-    target = tmp_path_factory.mktemp("docs") / "figures"
-    command = [sys.executable, str(ROOT / "scripts" / "make_figures"), "--out", str(target)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return target
+    """Return a folder that the script has drawn prints into."""
+    return draw(tmp_path_factory.mktemp("docs") / "figures", "prints")
+
+
+@pytest.fixture(scope="module")
+def point_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder that the script has drawn point sets into."""
+    pytest.importorskip("matplotlib")
+    return draw(tmp_path_factory.mktemp("docs") / "figures", "points") / "points"
 
 
 def pixels_of(path: Path) -> NDArray[np.uint8]:
@@ -45,7 +68,7 @@ def test_the_script_draws_the_figures_and_nothing_else(folder: Path) -> None:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_figure_is_small_and_as_wide_as_the_one_that_is_shown(folder: Path, name: str) -> None:
-    drawn, shown = folder / name, ROOT / "docs" / "figures" / name
+    drawn, shown = folder / name, SHOWN / name
     assert max(drawn.stat().st_size, shown.stat().st_size) < MAX_BYTES
     height, width = pixels_of(drawn).shape[:2]
     assert (width > height) == (FIGURES[name] == "landscape")
@@ -57,3 +80,26 @@ def test_both_prints_are_drawn_in_their_colours(folder: Path, name: str) -> None
     pixels = pixels_of(folder / name)
     assert share_near(pixels, PROBE_MARK) > 0.001
     assert share_near(pixels, REFERENCE_MARK) > 0.001
+
+
+def texts_of(path: Path) -> str:
+    """Return all words and numbers in an SVG file, wherever its lines are broken."""
+    texts = ElementTree.parse(path).getroot().iter(f"{SVG}text")
+    return " ".join("".join(text.itertext()) for text in texts if "aria-hidden" not in text.attrib)
+
+
+def test_the_script_draws_the_figures_of_point_sets_and_nothing_else(point_folder: Path) -> None:
+    assert sorted(path.name for path in point_folder.iterdir()) == POINT_FIGURES
+    assert [path.name for path in point_folder.parent.iterdir()] == ["points"]
+    assert sorted(path.name for path in (SHOWN / "points").iterdir()) == POINT_FIGURES
+
+
+@pytest.mark.parametrize("name", POINT_FIGURES)
+def test_a_figure_of_point_sets_says_what_the_one_that_is_shown_says(
+    point_folder: Path, name: str
+) -> None:
+    drawn, shown = point_folder / name, SHOWN / "points" / name
+    assert texts_of(drawn) == texts_of(shown)
+    assert ElementTree.parse(drawn).getroot().attrib["width"] == "800"
+    assert max(drawn.stat().st_size, shown.stat().st_size) < MAX_BYTES
+    assert hexadecimal(PROBE_MARK) in drawn.read_text(encoding="utf-8")

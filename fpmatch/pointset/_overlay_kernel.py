@@ -8,13 +8,15 @@ import cython
 
 if cython.compiled:
     from cython.cimports.fpmatch.pointset._cell_grid_kernel import CellGrid
-    from cython.cimports.libc.math import exp, log, sqrt
+    from cython.cimports.libc.math import expm1, log, log1p, sqrt
 else:
-    from math import exp, log, sqrt
+    from math import expm1, log, log1p, sqrt
 
     from fpmatch.pointset._cell_grid_kernel import CellGrid
 
 COMPILED = cython.compiled
+
+REACHES = cython.declare(cython.int, 8)  # at which the pairs are judged, each half the one before
 
 
 @cython.ccall
@@ -157,8 +159,9 @@ def log_chance(
 ) -> cython.double:
     """Return the log of the probability that so many of the points inside have partners by chance.
 
-    By Chernoff's bound on the binomial tail, at three reaches (areas t², t²/2 and t²/4), of which
-    the most telling counts, at a third of its significance.
+    By Chernoff's bound on the binomial tail, at reaches of t, t/2, t/4 and so on, of which the
+    most telling counts, at its share of the significance: near pairs tell more than far ones, and
+    few exact ones as much as many rough ones.
     """
     i: cython.Py_ssize_t
     part: cython.int
@@ -169,22 +172,24 @@ def log_chance(
     chance: cython.double
     value: cython.double
     best: cython.double = 0.0
-    for part in range(3):
+    for part in range(REACHES):
         pairs = 0
         for i in range(partner.shape[0]):
             if partner[i] >= 0 and distance2[i] <= reach2:
                 pairs += 1
+        if pairs < 3:
+            break
         # two pairs are used up by the transform
         share = (pairs - 2.0) / trials if trials > 0.0 else 0.0
-        chance = 1.0 - exp(-3.141592653589793 * density * reach2)
+        chance = -expm1(-3.141592653589793 * density * reach2)
         if share > chance > 0.0:
             value = share * log(share / chance)
             if share < 1.0:
-                value += (1.0 - share) * log((1.0 - share) / (1.0 - chance))
-            value = log(3.0) - trials * value
+                value += (1.0 - share) * (log1p(-share) - log1p(-chance))
+            value = log(REACHES) - trials * value
             if value < best:
                 best = value
-        reach2 *= 0.5
+        reach2 *= 0.25
     return best
 
 

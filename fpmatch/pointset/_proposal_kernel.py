@@ -59,7 +59,7 @@ def propose(
     of ``seen``. The test, of log-likelihood ratios, ends under `give_up` and over `pass_on`; where
     P has no more neighbours to ask, `pass_small` is enough; ``gain`` and `miss` come from
     `weigh_hits`. ``fit`` receives the transform, grown
-    over all of P: see `_fit_corners`.
+    over as many points as ``company`` holds: see `_fit_corners`.
     """
     o: cython.Py_ssize_t
     k: cython.Py_ssize_t

@@ -98,40 +98,36 @@ def label_triangles(
 @cython.ccall
 @cython.boundscheck(False)
 @cython.wraparound(False)
+@cython.cdivision(True)
 def ring_triangles(
     point: cython.double[:, ::1],
     ring_start: cython.const[cython.int][::1],
     ring: cython.const[cython.int][::1],
+    reach: cython.Py_ssize_t,
     triangle: cython.int[:, ::1],
 ) -> cython.Py_ssize_t:
-    """Write every triangle of a point and two of its neighbours once; return how many.
+    """Write every triangle of a point and two near neighbours of its ring once; return how many.
 
-    They are what remains of one-rings from which points have gone. Corners are counter-clockwise;
-    flat triangles are left out.
+    They are what remains of one-rings from which points have gone; `reach` is how many places in
+    the ring the two may be apart. Corners are counter-clockwise; flat triangles are left out.
     """
     count: cython.Py_ssize_t = 0
     i: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     e: cython.Py_ssize_t
-    f: cython.Py_ssize_t
+    apart: cython.Py_ssize_t
+    degree: cython.Py_ssize_t
     j: cython.int
     k: cython.int
-    joined: cython.bint
     area: cython.double
     for i in range(ring_start.shape[0] - 1):
-        for e in range(ring_start[i], ring_start[i + 1]):
-            for f in range(e + 1, ring_start[i + 1]):
-                j = ring[e]
-                k = ring[f]
-                if i > j or i > k:
-                    # where the neighbours are joined too, the smallest corner writes the triangle
-                    joined = False
-                    for d in range(ring_start[j], ring_start[j + 1]):
-                        if ring[d] == k:
-                            joined = True
-                            break
-                    if joined:
-                        continue
+        degree = ring_start[i + 1] - ring_start[i]
+        for apart in range(1, (reach if reach < degree // 2 else degree // 2) + 1):
+            for e in range(degree if 2 * apart < degree else apart):
+                j = ring[ring_start[i] + e]
+                k = ring[ring_start[i] + (e + apart) % degree]
+                # where the neighbours are joined too, the smallest corner writes the triangle
+                if (i > j or i > k) and _joined(ring_start, ring, j, k):
+                    continue
                 area = (point[0, j] - point[0, i]) * (point[1, k] - point[1, i])
                 area -= (point[1, j] - point[1, i]) * (point[0, k] - point[0, i])
                 if area == 0.0 or count == triangle.shape[0]:
@@ -141,6 +137,26 @@ def ring_triangles(
                 triangle[count, 2] = k if area > 0.0 else j
                 count += 1
     return count
+
+
+@cython.cfunc
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.exceptval(check=False)
+def _joined(
+    ring_start: cython.const[cython.int][::1],
+    ring: cython.const[cython.int][::1],
+    j: cython.int,
+    k: cython.int,
+) -> cython.bint:
+    """Tell whether two points are neighbours, from the ring of the one that has fewer."""
+    d: cython.Py_ssize_t
+    if ring_start[k + 1] - ring_start[k] < ring_start[j + 1] - ring_start[j]:
+        j, k = k, j
+    joined: cython.bint = False
+    for d in range(ring_start[j], ring_start[j + 1]):
+        joined = joined or ring[d] == k
+    return joined
 
 
 @cython.ccall
@@ -162,3 +178,26 @@ def polygon_area(
         b = corner[e + 1]
         area += (point[0, a] - x0) * (point[1, b] - y0) - (point[1, a] - y0) * (point[0, b] - x0)
     return 0.5 * area
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+def triangle_areas(
+    point: cython.double[:, ::1],
+    triangle: cython.const[cython.int][:, ::1],
+    area: cython.double[::1],
+) -> cython.void:
+    """Write the area of each triangle, its corners counter-clockwise."""
+    i: cython.Py_ssize_t
+    a: cython.int
+    b: cython.int
+    c: cython.int
+    for i in range(triangle.shape[0]):
+        a = triangle[i, 0]
+        b = triangle[i, 1]
+        c = triangle[i, 2]
+        area[i] = 0.5 * (
+            (point[0, b] - point[0, a]) * (point[1, c] - point[1, a])
+            - (point[1, b] - point[1, a]) * (point[0, c] - point[0, a])
+        )

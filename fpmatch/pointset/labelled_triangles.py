@@ -23,6 +23,8 @@ _RIGHT: Final = 1.1
 _HIGH: Final = 1.0
 _NARROWEST_BIN: Final = 0.02
 _WIDEST_BIN: Final = 0.2
+_MEDIAN_AREA: Final = 0.377  # of the Delaunay triangles of random points, one a unit of area
+_RING_REACH: Final = 8  # places in a ring: more than half of nearly every one
 
 
 class LabelledTriangles(NamedTuple):
@@ -61,14 +63,36 @@ def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
     `points` are those of the mesh, shape (2, N).
     """
     degree = np.diff(mesh.ring_start).astype(np.int64)
-    triangles = np.empty((int((degree * (degree - 1) // 2).sum()), 3), np.int32)
-    count = kernel.ring_triangles(points, mesh.ring_start, mesh.ring, triangles)
+    each = np.minimum(degree * (degree - 1) // 2, degree * _RING_REACH)
+    triangles = np.empty((int(each.sum()), 3), np.int32)
+    count = kernel.ring_triangles(points, mesh.ring_start, mesh.ring, _RING_REACH, triangles)
     return triangles[:count]
 
 
 def density_of(mesh: Triangulation, points: Floats) -> float:
-    """Return points to a unit of area of the convex hull; `points` are the mesh's, (2, N)."""
-    return len(mesh) / float(kernel.polygon_area(points, mesh.hull))
+    """Return points to a unit of area, where most of the points are.
+
+    Over the convex hull, or as the median triangle tells where that is denser: of points in
+    clusters, or with an outlier, the hull has more area than most of them see.
+
+    Parameters
+    ----------
+    mesh : Triangulation
+        A triangulation that has triangles.
+    points : ndarray of float64, shape (2, N)
+        Its points.
+
+    Returns
+    -------
+    float
+        The density.
+    """
+    area = np.empty(len(mesh.triangles))
+    kernel.triangle_areas(points, mesh.triangles, area)
+    middle = len(area) // 2
+    area.partition(middle)
+    over_hull = len(mesh) / float(kernel.polygon_area(points, mesh.hull))
+    return max(over_hull, _MEDIAN_AREA / float(area[middle])) if area[middle] > 0 else over_hull
 
 
 def label_all(points: Floats, triangles: Ints, strangers: float) -> LabelledTriangles:

@@ -12,7 +12,7 @@ over one-rings with gaps are tried. The pairs of what is accepted are the best o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -22,6 +22,7 @@ from fpmatch.pointset import _overlay_kernel as overlay
 from fpmatch.pointset._proposal_kernel import propose, weigh_hits
 from fpmatch.pointset.assignment import assign_one_to_one
 from fpmatch.pointset.cells import sort_into_cells
+from fpmatch.pointset.coincident import has_coincident, pairs_of_points, places_of
 from fpmatch.pointset.delaunay import triangulate_checked
 from fpmatch.pointset.frames import between_sets, frame_if_needed
 from fpmatch.pointset.labelled_triangles import (
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 FEWEST_POINTS: Final = 4
 _MOST_ROUNDS: Final = 12
 _GAIN_STEPS: Final = 33
+_MOST_GROWN: Final = 2_000  # neighbours that fix a transform well enough to overlay any set
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +80,8 @@ class TriangleParameters:
         A side of Q's triangles counts as longest too where it is at least so much of it.
     max_proposals : int
         Pairs of triangles that are tested, at most.
+    max_overlaid : int
+        Points that are overlaid to settle what passed, at most.
     """
 
     share: float = 0.6
@@ -90,6 +94,7 @@ class TriangleParameters:
     shortest_side: float = 1.2
     near_tie: float = 0.8
     max_proposals: int = 250_000
+    max_overlaid: int = 20_000_000
 
 
 def match_by_triangles(
@@ -104,10 +109,10 @@ def match_by_triangles(
     Parameters
     ----------
     p, q : array_like of float, shape (N, 2) and (M, 2)
-        The point sets; a part of P has partners in Q.
+        The point sets; a part of P has partners in Q. The search is quick where P is the smaller.
     tolerance : float, optional
         How far a partner may lie from its place, in the units of Q; by default a quarter of the
-        mean spacing 1/√density of Q.
+        mean spacing 1/√density of the larger set.
     parameters : TriangleParameters, optional
         How to search.
 
@@ -134,6 +139,30 @@ def match_by_triangles(
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
+    given = parameters or TriangleParameters()
+    if tolerance is None and len(given_p) > len(given_q):
+        return _seen_from_p(_match(given_q, given_p, None, given))
+    return _match(given_p, given_q, tolerance, given)
+
+
+def _seen_from_p(match: PointMatch) -> PointMatch:
+    """Return the match of P with Q that was found as one of Q with P."""
+    if match.transform is None:
+        return match
+    pairs = np.ascontiguousarray(match.pairs[match.pairs[:, 1].argsort(), ::-1])
+    transform = match.transform.inverse()
+    return replace(match, transform=transform, pairs=pairs, rms=match.rms * transform.scale)
+
+
+def _match(
+    given_p: Floats,
+    given_q: Floats,
+    tolerance: float | None,
+    parameters: TriangleParameters,
+    *,
+    distinct: bool = False,
+) -> PointMatch:
+    """Match sets that have been checked; `distinct` says that no two of their points are equal."""
     frame_p, frame_q = frame_if_needed(given_p, "p"), frame_if_needed(given_q, "q")
     if min(len(given_p), len(given_q)) < FEWEST_POINTS:
         return PointMatch.none()
@@ -142,8 +171,10 @@ def match_by_triangles(
     mesh_p, mesh_q = triangulate_checked(points_p), triangulate_checked(points_q)
     if not len(mesh_p.triangles) or not len(mesh_q.triangles):
         return PointMatch.none()
+    if not distinct and (has_coincident(mesh_p) or has_coincident(mesh_q)):
+        return _match_places(given_p, given_q, tolerance, parameters)
     reach = None if tolerance is None else math.ldexp(tolerance, -frame_q.exponent)
-    search = _Search(mesh_p, mesh_q, box_q, reach, parameters or TriangleParameters())
+    search = _Search(mesh_p, mesh_q, box_q, reach, parameters)
     if not search.run():
         return PointMatch.none(search.passed)
     pairs, rms = search.pair()
@@ -155,6 +186,18 @@ def match_by_triangles(
         local_matches=search.passed,
         chance=math.exp(search.log_chance),
     )
+
+
+def _match_places(
+    given_p: Floats, given_q: Floats, tolerance: float | None, parameters: TriangleParameters
+) -> PointMatch:
+    """Match sets in which points coincide by their distinct places."""
+    (places_p, place_p), (places_q, place_q) = places_of(given_p), places_of(given_q)
+    match = _match(places_p, places_q, tolerance, parameters, distinct=True)
+    if match.transform is None:
+        return match
+    pairs = pairs_of_points(match.pairs, place_p, place_q)
+    return replace(match, pairs=pairs, matched_share=len(pairs) / min(len(given_p), len(given_q)))
 
 
 class _Search:
@@ -194,6 +237,8 @@ class _Search:
     def _through(self, triangles: Callable[[Triangulation, Floats], Ints]) -> bool:
         """Search one kind of triangle until a proposal is accepted."""
         given = self.given
+        if self.tried >= given.max_proposals:
+            return False
         strangers = (1.0 - given.share) * self.density_p
         ours = label_all(self.p, triangles(self.mesh_p, self.p), strangers)
         shortest = given.shortest_side * self.spacing
@@ -203,7 +248,7 @@ class _Search:
         log_tests = math.log(max(1, ours.number * theirs.number))
         m = len(self.mesh_p)
         order = np.argsort(-ours.telling[: ours.number], kind="stable")
-        seen, company = np.full(m, -1, np.int32), np.empty(m, np.int32)
+        seen, company = np.full(m, -1, np.int32), np.empty(min(m, _MOST_GROWN), np.int32)
         owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(m)
         fit = np.empty(8)
         state = np.zeros(4, np.int_)
@@ -230,7 +275,7 @@ class _Search:
             miss,
             given.give_up,
             given.pass_on,
-            given.pass_small,
+            min(given.pass_small, 0.5 * (m - 3) * float(gain[0])),  # half of what all could give
             given.test_length,
             given.max_proposals,
             seen,
@@ -239,6 +284,8 @@ class _Search:
             state,
         ):
             self.passed += 1
+            if self.passed * m > given.max_overlaid:
+                break
             self.move[:] = _move(fit)
             inside = overlay.settle(
                 self.p, self.grid, t2, _MOST_ROUNDS, owner, self.partner, distance2, self.move
@@ -253,7 +300,9 @@ class _Search:
 
     def _cells(self, left: float, right: float, top: float, bottom: float) -> CellGrid:
         side = max(0.7 * self.spacing, self.tolerance)
-        return sort_into_cells(self.q, side, low=(left, top), high=(right, bottom))
+        t = self.tolerance
+        low, high = (left - t, top - t), (right + t, bottom + t)
+        return sort_into_cells(self.q, side, low=low, high=high)
 
 
 def _move(fit: Floats) -> tuple[float, float, float, float]:

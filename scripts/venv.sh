@@ -52,7 +52,7 @@ install_editable() {
     make_venv .venv
     local state enough
     # shellcheck disable=SC2046  # file names of ours hold no spaces
-    state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '_*_kernel.py' | sort))
+    state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '_*_kernel.p*' | sort))
     case $1 in
     run) enough="run test dev" ;;
     test) enough="test dev" ;;
@@ -73,7 +73,7 @@ install_interpreted() {
     make_venv .venv-interpreted
     local state
     # shellcheck disable=SC2046
-    state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '*.py*' -not -name '*.pyc' | sort) \
+    state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '*.p*' -not -name '*.pyc' | sort) \
         $(find fpmatch -name '*.json' | sort))
     if ! installed .venv-interpreted test "$state"; then
         rm -rf build/lib # would carry files into the copy that are no longer here

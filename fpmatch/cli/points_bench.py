@@ -1,0 +1,219 @@
+"""`fpmatch points bench`: the paper's experiment on random point sets."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+if TYPE_CHECKING:
+    from fpmatch.evaluation.point_matchers import BenchMatcher
+    from fpmatch.evaluation.point_results import BenchResults
+    from fpmatch.evaluation.point_trials import TrialPlan
+    from fpmatch.pointset.random_sets import Reading
+
+_MATCHERS: Final = ("ours", "paper", "van-wamelen", "astroalign")
+_READINGS: Final[tuple[Reading, ...]] = ("patch", "clutter")
+_LABEL_WIDTH: Final = 48
+
+
+@click.command(
+    "bench",
+    epilog="""\b
+Matchers:
+  ours         what `fpmatch points match` uses by default
+  paper        the paper's method; claims a match where it pairs 80 % of the partners
+  van-wamelen  the baseline of the paper, told the true rho and lambda
+  astroalign   the Python package, where it is installed
+
+\b
+Readings of where P's partners lie in Q:
+  patch        in a part of Q as large as P, so that neighbours stay neighbours
+  clutter      anywhere in Q, with other points between them
+
+\b
+Examples:
+  fpmatch points bench --quick
+  fpmatch points bench --json bench.json --plot bench.png
+  fpmatch points bench --json bench.json --resume --matcher astroalign
+""",
+)
+@click.option("--trials", type=click.IntRange(min=1), help="Pairs of sets a cell.  [default: 100]")
+@click.option(
+    "--matcher",
+    "matchers",
+    multiple=True,
+    type=click.Choice(_MATCHERS),
+    help="Matcher to try (repeatable).  [default: all]",
+)
+@click.option(
+    "--reading",
+    "readings",
+    multiple=True,
+    type=click.Choice(_READINGS),
+    help="Reading of the experiment (repeatable).  [default: both]",
+)
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the sets."
+)
+@click.option(
+    "--budget",
+    metavar="SECONDS",
+    type=click.FloatRange(min=0, min_open=True),
+    help="Time after which matchers other than ours try no more pairs of a kind in a cell; a match "
+    "of theirs that alone takes longer ends it at once.  [default: 20]",
+)
+@click.option(
+    "--quick",
+    is_flag=True,
+    help="Less of everything, for a look within a minute: rows up to m = 100, few pairs.",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    help="Processes to use. More slow each other down: of times, only those of one cell compare.",
+)
+@click.option(
+    "--json",
+    "json_file",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Write the results as JSON, anew after each cell.",
+)
+@click.option("--resume", is_flag=True, help="Go on with the file of --json where it ends.")
+@click.option(
+    "--plot",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Plot time against n into a .png, .svg or .pdf.",
+)
+@click.option("--markdown", is_flag=True, help="Print the tables in Markdown.")
+def points_bench(
+    trials: int | None,
+    matchers: tuple[str, ...],
+    readings: tuple[Reading, ...],
+    seed: int,
+    budget: float | None,
+    quick: bool,
+    workers: int,
+    json_file: Path | None,
+    resume: bool,
+    plot: Path | None,
+    markdown: bool,
+) -> None:
+    """Repeat the paper's experiment on random point sets.
+
+    For each of the 13 rows of the paper's tables, and n = 2m, 4m and 8m, every matcher is tried on
+    pairs of random sets: on pairs that have points in common, for its time and how often it finds
+    the true transform, and on independent pairs, for its false matches. The results are printed
+    beside the paper's own times.
+    """
+    from fpmatch.evaluation.point_bench import run_bench
+    from fpmatch.evaluation.point_places import places
+    from fpmatch.evaluation.point_plot import check_plot, save_bench_plot
+    from fpmatch.evaluation.point_results import write_results
+    from fpmatch.evaluation.point_table import format_bench, format_bench_markdown
+    from fpmatch.evaluation.point_trials import QUICK_LARGEST_M
+    from fpmatch.output import check_writable
+
+    if resume and json_file is None:
+        raise click.UsageError("--resume needs the file of --json")
+    if json_file is not None:
+        check_writable(json_file)
+    if plot is not None:
+        check_plot(plot)
+    plan = _plan(trials, budget, seed, quick=quick)
+    chosen = _installed(matchers)
+    results = _results(plan, workers, json_file if resume else None)
+    where = places(readings or _READINGS, QUICK_LARGEST_M if quick else None)
+    with _Bar(len(where) * len(chosen)) as bar:
+
+        def keep(_: object) -> None:
+            if json_file is not None:
+                write_results(json_file, results)
+            bar.advance()
+
+        run_bench(results, where, chosen, plan, workers=workers, started=bar.name, finished=keep)
+    click.echo(format_bench_markdown(results) if markdown else format_bench(results))
+    if plot is not None:
+        save_bench_plot(plot, results)
+
+
+def _plan(trials: int | None, budget: float | None, seed: int, *, quick: bool) -> TrialPlan:
+    from fpmatch.evaluation.point_trials import QUICK_PLAN, TrialPlan
+
+    if budget is not None and not math.isfinite(budget):
+        raise click.BadParameter(f"{budget} is no number of seconds", param_hint="'--budget'")
+    plan = QUICK_PLAN if quick else TrialPlan()
+    return replace(
+        plan,
+        seed=seed,
+        trials=plan.trials if trials is None else trials,
+        budget_s=plan.budget_s if budget is None else budget,
+    )
+
+
+def _installed(names: tuple[str, ...]) -> list[BenchMatcher]:
+    """Return the matchers of these names; of all, with a note, those that are installed."""
+    from fpmatch.evaluation.point_matchers import MATCHER_NAMES, is_installed, matcher_named
+
+    if names:
+        return [matcher_named(name) for name in dict.fromkeys(names)]
+    for name in MATCHER_NAMES:
+        if not is_installed(name):
+            click.echo(f"fpmatch: note: {name} is left out: pip install 'fpmatch[bench]'", err=True)
+    return [matcher_named(name) for name in MATCHER_NAMES if is_installed(name)]
+
+
+def _results(plan: TrialPlan, workers: int, old: Path | None) -> BenchResults:
+    """Return results to add to: those of the file `old`, where there is one."""
+    from fpmatch.evaluation.point_bench import check_same_settings, describe_settings
+    from fpmatch.evaluation.point_results import BenchResults, read_results
+
+    settings = describe_settings(plan, workers)
+    if old is None or not old.exists():
+        return BenchResults(settings)
+    results = read_results(old)
+    check_same_settings(str(old), results.settings, settings)
+    return results
+
+
+class _Bar:
+    """Show a bar with the cell's name on stderr, and nothing where that is not a terminal."""
+
+    def __init__(self, length: int) -> None:
+        self._name = ""
+        self._bar: Any = None
+        if sys.stderr.isatty():
+            self._bar = click.progressbar(
+                length=length, label="matching", file=sys.stderr, item_show_func=self._shown
+            )
+
+    def __enter__(self) -> _Bar:
+        if self._bar is not None:
+            self._bar.__enter__()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.render_finish()
+
+    def name(self, cell: str) -> None:
+        """Show that a cell begins."""
+        self._name = cell
+        if self._bar is not None:
+            self._bar.update(0, self._name)
+
+    def advance(self) -> None:
+        """Show that a cell is finished."""
+        if self._bar is not None:
+            self._bar.update(1, self._name)
+
+    def _shown(self, _: object) -> str:
+        return self._name.ljust(_LABEL_WIDTH)

@@ -1,0 +1,259 @@
+"""`fpmatch points bench` with fake matchers: what it prints, writes and refuses."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fpmatch.evaluation import point_bench, point_matchers, point_trials
+from fpmatch.evaluation.point_matchers import MATCHER_NAMES, BenchMatcher, PointCase
+from fpmatch.evaluation.point_places import places
+from fpmatch.pointset.random_sets import READINGS
+
+# The module: the package's attribute of this name is the command that is found in it.
+command = importlib.import_module("fpmatch.cli.points_bench")
+
+Find = Callable[[PointCase], Any]
+
+
+@pytest.fixture
+def calls() -> list[str]:
+    """Return the names of the matchers called, in order."""
+    return []
+
+
+@pytest.fixture(autouse=True)
+def fakes(monkeypatch: pytest.MonkeyPatch, calls: list[str]) -> None:
+    """Put matchers that find nothing, at no cost, into the places of all four."""
+
+    def fake(name: str) -> Find:
+        return lambda _: calls.append(name)
+
+    matchers = {
+        name: BenchMatcher(name, fake(name), complete=name == "ours") for name in MATCHER_NAMES
+    }
+    monkeypatch.setattr(point_matchers, "_MATCHERS", matchers)
+    monkeypatch.setattr(point_matchers, "find_spec", lambda _: True)
+    monkeypatch.setattr(point_trials, "QUICK_LARGEST_M", 50)
+    monkeypatch.setattr(point_trials, "_triangulate_both", lambda _: None)
+
+
+@pytest.fixture
+def bench(run: Any) -> Any:
+    """Return a function that runs the command, quickly."""
+    return lambda *words: run("points", "bench", "--quick", "--trials", 1, *words)
+
+
+def test_the_choices_are_those_of_the_experiment() -> None:
+    assert command._MATCHERS == MATCHER_NAMES
+    assert command._READINGS == READINGS
+
+
+def test_the_table_is_on_stdout_and_stderr_is_silent(bench: Any) -> None:
+    result = bench("--reading", "patch", "--matcher", "ours", "--matcher", "paper")
+    assert (result.exit_code, result.stderr) == (0, "")
+    titles = [line for line in result.stdout.splitlines() if " reading" in line]
+    assert [title.split(",")[0] for title in titles] == ["ours", "paper"]
+    assert "ours, patch: recognised 0 of 9" in result.stdout
+
+
+def test_all_matchers_and_both_readings_by_default(bench: Any, tmp_path: Path) -> None:
+    path = tmp_path / "bench.json"
+    assert bench("--json", path).exit_code == 0
+    cells = json.loads(path.read_text())["cells"]
+    assert len(cells) == 3 * 3 * 2 * 4
+    assert {cell["matcher"] for cell in cells} == set(MATCHER_NAMES)
+    assert {cell["reading"] for cell in cells} == set(READINGS)
+
+
+def test_all_39_places_without_quick(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plans = []
+
+    def run_bench(results: Any, where: Any, chosen: Any, plan: Any, **_: Any) -> None:
+        plans.append((where, plan))
+
+    monkeypatch.setattr(point_bench, "run_bench", run_bench)
+    assert run("points", "bench").exit_code == 0
+    assert run("points", "bench", "--trials", 7, "--seed", 3, "--budget", 2.5).exit_code == 0
+    assert run("points", "bench", "--quick", "--budget", 2.5).exit_code == 0
+    plan = point_trials.TrialPlan()
+    assert (plan.trials, plan.budget_s) == (100, 20.0)
+    assert plans == [
+        (places(), plan),
+        (places(), replace(plan, trials=7, seed=3, budget_s=2.5)),
+        (places(largest_m=50), replace(point_trials.QUICK_PLAN, budget_s=2.5)),
+    ]
+
+
+def test_markdown(bench: Any) -> None:
+    result = bench("--reading", "clutter", "--matcher", "ours", "--markdown")
+    assert result.stdout.startswith("### ours, clutter reading, beside the paper's Table 2\n")
+
+
+def test_a_matcher_that_is_not_installed_is_left_out_with_a_note(
+    bench: Any, calls: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(point_matchers, "find_spec", lambda _: None)
+    result = bench("--reading", "patch")
+    assert result.exit_code == 0
+    assert result.stderr == "fpmatch: note: astroalign is left out: pip install 'fpmatch[bench]'\n"
+    assert set(calls) == {"ours", "paper", "van-wamelen"}
+
+
+def interrupt_after(monkeypatch: pytest.MonkeyPatch, cells: int) -> None:
+    """Let Ctrl-C come in the cell after so many."""
+    really, done = point_bench.run_cell, []
+
+    def run_cell(*words: Any) -> Any:
+        if len(done) == cells:
+            raise KeyboardInterrupt
+        done.append(words)
+        return really(*words)
+
+    monkeypatch.setattr(point_bench, "run_cell", run_cell)
+
+
+def test_ctrl_c_leaves_a_whole_file_that_can_be_resumed(
+    bench: Any, tmp_path: Path, calls: list[str]
+) -> None:
+    path = tmp_path / "bench.json"
+    words = ("--reading", "patch", "--matcher", "ours", "--json", path)
+    with pytest.MonkeyPatch.context() as patch:
+        interrupt_after(patch, cells=4)
+        assert bench(*words).exit_code == 130
+    first = json.loads(path.read_text())["cells"]
+    assert len(first) == 4
+    assert list(tmp_path.iterdir()) == [path]
+    calls.clear()
+    assert bench(*words, "--resume").exit_code == 0
+    cells = json.loads(path.read_text())["cells"]
+    assert (len(cells), cells[:4]) == (9, first)
+    assert len(calls) == 5 * 3  # the five that were missing: warming up, genuine, independent
+
+
+def test_resume_adds_a_matcher_and_shows_all(bench: Any, tmp_path: Path) -> None:
+    path = tmp_path / "bench.json"
+    words = ("--reading", "patch", "--json", path)
+    bench(*words, "--matcher", "ours")
+    result = bench(*words, "--matcher", "paper", "--resume")
+    assert "ours, patch reading" in result.stdout
+    assert "paper, patch reading" in result.stdout
+    assert len(json.loads(path.read_text())["cells"]) == 18
+
+
+def test_resume_begins_where_there_is_no_file(bench: Any, tmp_path: Path) -> None:
+    path = tmp_path / "bench.json"
+    assert bench("--matcher", "ours", "--json", path, "--resume").exit_code == 0
+    assert path.exists()
+
+
+def test_without_resume_the_file_begins_anew(bench: Any, tmp_path: Path) -> None:
+    path = tmp_path / "bench.json"
+    bench("--matcher", "ours", "--reading", "patch", "--json", path)
+    bench("--matcher", "paper", "--reading", "patch", "--json", path)
+    assert {cell["matcher"] for cell in json.loads(path.read_text())["cells"]} == {"paper"}
+
+
+def test_resume_refuses_other_settings_and_keeps_the_file(bench: Any, tmp_path: Path) -> None:
+    path = tmp_path / "bench.json"
+    bench("--matcher", "ours", "--json", path)
+    before = path.read_bytes()
+    result = bench("--matcher", "ours", "--json", path, "--resume", "--seed", 4)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == (
+        f"fpmatch: error: {path}: cannot resume with other settings: seed was 0, is 4\n"
+    )
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["--json", "{folder}"], "cannot be written: it is a folder"),
+        (["--json", "{folder}/nowhere/b.json"], "cannot be written"),
+        (["--plot", "{folder}/b.gif"], "a plot's name ends with .png, .svg, .pdf"),
+        (["--json", "{folder}/text.json", "--resume"], "text.json: not a file of results"),
+    ],
+)
+def test_bad_input_is_one_line_before_any_work(
+    bench: Any, tmp_path: Path, calls: list[str], words: list[str], reason: str
+) -> None:
+    (tmp_path / "text.json").write_text("text")
+    result = bench(*(word.format(folder=tmp_path) for word in words))
+    assert (result.exit_code, result.stdout, calls) == (2, "", [])
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("fpmatch: error: ")
+    assert reason in line
+
+
+def test_a_matcher_that_was_asked_for_has_to_be_installed(
+    bench: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(point_matchers, "find_spec", lambda _: None)
+    result = bench("--matcher", "astroalign")
+    assert result.exit_code == 2
+    assert "fpmatch: error: matcher astroalign is not installed" in result.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--resume"],
+        ["--trials", "0"],
+        ["--budget", "0"],
+        ["--budget", "nan"],
+        ["--budget", "inf"],
+        ["--matcher", "his"],
+        ["--reading", "aloud"],
+        ["--workers", "0"],
+        ["--seed", "-1"],
+    ],
+)
+def test_wrong_usage(run: Any, words: list[str]) -> None:
+    result = run("points", "bench", *words)
+    assert result.exit_code == 2
+    assert "Error: " in result.stderr
+    assert result.stdout == ""
+
+
+def test_the_plot_is_written(bench: Any, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "bench.svg"
+    assert bench("--matcher", "ours", "--plot", path).exit_code == 0
+    assert "patch reading" in path.read_text()
+
+
+class Terminal(io.StringIO):
+    """Be a terminal that remembers what it was shown."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_the_bar_on_a_terminal_names_the_cell(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with command._Bar(2) as bar:
+        for name in ("ours, patch, rho 0.95, m 50, n 100", "paper, patch, rho 0.95, m 50, n 100"):
+            bar.name(name)
+            bar.advance()
+    shown = terminal.getvalue()
+    assert shown.index("ours, patch") < shown.index("paper, patch")
+    assert "100%" in shown
+
+
+def test_help_tells_matchers_and_readings_apart(run: Any) -> None:
+    output = run("points", "bench", "--help").output
+    for word in (*MATCHER_NAMES, *READINGS):
+        assert f"\n    {word} " in output.split("Matchers:")[1]
+    assert "    fpmatch points bench --quick\n" in output

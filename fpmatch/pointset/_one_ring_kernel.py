@@ -7,6 +7,11 @@ tx, ty) of the paper's eq. (1). Interpreted, the functions run as they stand and
 
 import cython
 
+if cython.compiled:
+    from cython.cimports.fpmatch.pointset._cell_grid_kernel import CellGrid
+else:
+    from fpmatch.pointset._cell_grid_kernel import CellGrid
+
 COMPILED = cython.compiled
 
 
@@ -233,9 +238,7 @@ def _fit(
 def best_overlay(
     move: cython.double[:, ::1],
     p_point: cython.double[:, ::1],
-    q_point: cython.double[:, ::1],
-    cell_start: cython.int[::1],
-    cells: cython.int,
+    grid: CellGrid,
     tolerance: cython.double,
     enough: cython.int,
     last_met: cython.int[::1],
@@ -244,9 +247,8 @@ def best_overlay(
     """Find the move under which the most points match, the first of them where several tie.
 
     A move's count is the smaller of: points of P with a point of Q within `tolerance`; points of
-    Q met so. The search ends at the first move that reaches `enough`. `q_point` lies in [0, 1]²,
-    ordered by the cells of a grid of `cells` x `cells`, row by row; cell c holds the points
-    ``cell_start[c]`` to ``cell_start[c + 1]``. `last_met` (N of Q,) starts at -1; ``found``
+    Q met so. The search ends at the first move that reaches `enough`. `grid` holds the points of
+    Q, within [0, 1]². `last_met` (N of Q,) starts at -1; ``found``
     receives the index of the move (-1 where none matches a point) and its count.
     """
     k: cython.Py_ssize_t
@@ -281,13 +283,15 @@ def best_overlay(
                 and y - tolerance < 1.0
             ):
                 continue
-            left = _cell(x - tolerance, cells)
-            right = _cell(x + tolerance, cells) + 1
+            left = grid.column(x - tolerance)
+            right = grid.column(x + tolerance) + 1
             near = 0
-            for row in range(_cell(y - tolerance, cells), _cell(y + tolerance, cells) + 1):
-                for j in range(cell_start[row * cells + left], cell_start[row * cells + right]):
-                    dx = q_point[0, j] - x
-                    dy = q_point[1, j] - y
+            for row in range(grid.row(y - tolerance), grid.row(y + tolerance) + 1):
+                for j in range(
+                    grid.start[row * grid.columns + left], grid.start[row * grid.columns + right]
+                ):
+                    dx = grid.x[j] - x
+                    dy = grid.y[j] - y
                     if dx * dx + dy * dy <= squared:
                         near = 1
                         if last_met[j] != k:
@@ -300,16 +304,3 @@ def best_overlay(
             found[1] = met_p
             if met_p >= enough:
                 break
-
-
-@cython.cfunc
-@cython.inline
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def _cell(value: cython.double, cells: cython.int) -> cython.int:
-    """Return the row or column of the grid that `value` falls in, the nearest where outside."""
-    if value <= 0.0:
-        return 0
-    if value >= 1.0:
-        return cells - 1
-    return min(cython.cast(cython.int, value * cells), cells - 1)

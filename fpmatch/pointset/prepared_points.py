@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.pointset.cells import sort_into_cells
 from fpmatch.pointset.delaunay import triangulate
 from fpmatch.pointset.frames import frame_of, way_in
 from fpmatch.pointset.one_rings import OneRings, map_to_unit_circle
@@ -16,11 +17,11 @@ from fpmatch.pointset.points import as_points
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.pointset._cell_grid_kernel import CellGrid
     from fpmatch.pointset.points import UnitFrame
     from fpmatch.pointset.similarity import Similarity
 
     Floats = NDArray[np.float64]
-    Ints = NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,8 +29,7 @@ class PreparedPoints:
     """Hold a point set made ready for matching: what does not depend on the other set.
 
     `unit` are the points in `frame`, shape (2, N), `rings` theirs; `spacing` is the mean
-    nearest-neighbour distance by density, in the frame; `by_cell` orders the points by the cells
-    of a grid of `cells` x `cells` and `cell_start` says where each cell begins.
+    nearest-neighbour distance by density, in the frame; `grid` holds the points in cells.
     """
 
     points: Floats
@@ -37,9 +37,7 @@ class PreparedPoints:
     unit: Floats
     rings: OneRings
     spacing: float
-    cells: int
-    cell_start: Ints
-    by_cell: NDArray[np.int64]
+    grid: CellGrid
 
     def __len__(self) -> int:
         return len(self.points)
@@ -82,19 +80,14 @@ def prepare_points(points: ArrayLike) -> PreparedPoints:
     frame = frame_of(given)
     mesh = triangulate(frame.apply(given))
     unit = np.array(mesh.points.T, order="C")
-    cells = max(1, math.isqrt(len(given)))
-    column, row = np.minimum(unit * cells, cells - 1).astype(np.int64)
-    cell = row * cells + column
-    by_cell = cell.argsort(kind="stable")
+    side = 1.0 / max(1, math.isqrt(len(given)))
     return PreparedPoints(
         points=given,
         frame=frame,
         unit=unit,
         rings=map_to_unit_circle(mesh),
         spacing=_spacing(unit[:, mesh.hull], len(given)),
-        cells=cells,
-        cell_start=cell[by_cell].searchsorted(np.arange(cells * cells + 1)).astype(np.int32),
-        by_cell=by_cell,
+        grid=sort_into_cells(unit, side, low=(0.0, 0.0), high=(1.0, 1.0)),
     )
 
 

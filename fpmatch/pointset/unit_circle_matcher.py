@@ -217,9 +217,7 @@ def best_overlay(
     kernel.best_overlay(
         moves,
         p.unit,
-        np.ascontiguousarray(q.unit[:, q.by_cell]),
-        q.cell_start,
-        q.cells,
+        q.grid,
         tolerance,
         math.ceil(matching_factor * len(p)),
         np.full(len(q), -1, np.int32),

@@ -93,7 +93,7 @@ class TriangleParameters:
     shape_tolerance: float = 0.75
     shortest_side: float = 1.2
     near_tie: float = 0.8
-    max_proposals: int = 150_000
+    max_proposals: int = 200_000
     max_overlaid: int = 20_000_000
 
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 if TYPE_CHECKING:
-    from fpmatch.evaluation.point_matchers import BenchMatcher
-    from fpmatch.evaluation.point_results import BenchResults
-    from fpmatch.evaluation.point_trials import TrialPlan
+    from fpmatch.evaluation.points.matchers import BenchMatcher
+    from fpmatch.evaluation.points.results import BenchResults
+    from fpmatch.evaluation.points.trials import TrialPlan
     from fpmatch.pointset.random_sets import Reading
 
 _MATCHERS: Final = ("ours", "paper", "van-wamelen", "astroalign")
@@ -113,13 +113,15 @@ def points_bench(
     pairs of random sets: on pairs that have points in common, for its time and how often it finds
     the true transform, and on independent pairs, for its false matches. The results are printed
     beside the paper's own times.
+
+    A full run takes hours: --json with --resume lets it go on after an interruption.
     """
-    from fpmatch.evaluation.point_bench import run_bench
-    from fpmatch.evaluation.point_places import places
-    from fpmatch.evaluation.point_plot import check_plot, save_bench_plot
-    from fpmatch.evaluation.point_results import write_results
-    from fpmatch.evaluation.point_table import format_bench, format_bench_markdown
-    from fpmatch.evaluation.point_trials import QUICK_LARGEST_M
+    from fpmatch.evaluation.points.bench import run_bench
+    from fpmatch.evaluation.points.places import places
+    from fpmatch.evaluation.points.plot import check_plot, save_bench_plot
+    from fpmatch.evaluation.points.results import write_results
+    from fpmatch.evaluation.points.table import format_bench, format_bench_markdown
+    from fpmatch.evaluation.points.trials import QUICK_LARGEST_M
     from fpmatch.output import check_writable
 
     if resume and json_file is None:
@@ -146,7 +148,7 @@ def points_bench(
 
 
 def _plan(trials: int | None, budget: float | None, seed: int, *, quick: bool) -> TrialPlan:
-    from fpmatch.evaluation.point_trials import QUICK_PLAN, TrialPlan
+    from fpmatch.evaluation.points.trials import QUICK_PLAN, TrialPlan
 
     if budget is not None and not math.isfinite(budget):
         raise click.BadParameter(f"{budget} is no number of seconds", param_hint="'--budget'")
@@ -161,7 +163,7 @@ def _plan(trials: int | None, budget: float | None, seed: int, *, quick: bool) -
 
 def _installed(names: tuple[str, ...]) -> list[BenchMatcher]:
     """Return the matchers of these names; of all, with a note, those that are installed."""
-    from fpmatch.evaluation.point_matchers import MATCHER_NAMES, is_installed, matcher_named
+    from fpmatch.evaluation.points.matchers import MATCHER_NAMES, is_installed, matcher_named
 
     if names:
         return [matcher_named(name) for name in dict.fromkeys(names)]
@@ -173,8 +175,8 @@ def _installed(names: tuple[str, ...]) -> list[BenchMatcher]:
 
 def _results(plan: TrialPlan, workers: int, old: Path | None) -> BenchResults:
     """Return results to add to: those of the file `old`, where there is one."""
-    from fpmatch.evaluation.point_bench import check_same_settings, describe_settings
-    from fpmatch.evaluation.point_results import BenchResults, read_results
+    from fpmatch.evaluation.points.bench import check_same_settings, describe_settings
+    from fpmatch.evaluation.points.results import BenchResults, read_results
 
     settings = describe_settings(plan, workers)
     if old is None or not old.exists():

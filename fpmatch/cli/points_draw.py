@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from fpmatch.drawing.point_figure_pair import PointPair
-    from fpmatch.drawing.point_figure_sheet import FileFormat
+    from fpmatch.drawing.paper_figures.pair import PointPair
+    from fpmatch.drawing.paper_figures.sheet import FileFormat
 
 
 @click.command(
@@ -79,8 +79,8 @@ def points_draw(
     With two, `fpmatch points match` says which points are partners. In the pictures x points to
     the right and y up; angles are counter-clockwise. Needs matplotlib (the extra "plot").
     """
-    from fpmatch.drawing.point_figure_choice import choose_ring_pair
-    from fpmatch.drawing.point_figures import (
+    from fpmatch.drawing.paper_figures.choice import choose_ring_pair
+    from fpmatch.drawing.paper_figures.figures import (
         draw_point_figures,
         numbers_drawn,
         write_point_figures,
@@ -104,7 +104,7 @@ def points_draw(
 
 def _pair(p: Path | None, q: Path | None, seed: int | None) -> PointPair:
     """Return the sets that the files, or their absence, ask for."""
-    from fpmatch.drawing.point_figure_pair import (
+    from fpmatch.drawing.paper_figures.pair import (
         EASY_SEED,
         matched_point_pair,
         random_point_pair,

@@ -13,9 +13,11 @@ from typing import Any
 
 import pytest
 
-from fpmatch.evaluation import point_bench, point_matchers, point_trials
-from fpmatch.evaluation.point_matchers import MATCHER_NAMES, BenchMatcher, PointCase
-from fpmatch.evaluation.point_places import places
+from fpmatch.evaluation.points import bench as point_bench
+from fpmatch.evaluation.points import matchers as point_matchers
+from fpmatch.evaluation.points import trials as point_trials
+from fpmatch.evaluation.points.matchers import MATCHER_NAMES, BenchMatcher, PointCase
+from fpmatch.evaluation.points.places import places
 from fpmatch.pointset.random_sets import READINGS
 
 # The module: the package's attribute of this name is the command that is found in it.

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fpmatch.drawing.point_figure_choice import choose_ring_pair
-from fpmatch.drawing.point_figure_pair import EASY_SEED, random_point_pair, rotated_point_pair
-from fpmatch.drawing.point_figures import draw_point_figures, numbers_drawn
+from fpmatch.drawing.paper_figures.choice import choose_ring_pair
+from fpmatch.drawing.paper_figures.figures import draw_point_figures, numbers_drawn
+from fpmatch.drawing.paper_figures.pair import EASY_SEED, random_point_pair, rotated_point_pair
 from fpmatch.pointset.similarity import Similarity
 
 NAMES = [

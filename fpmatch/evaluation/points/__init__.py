@@ -1,0 +1,1 @@
+"""The paper's experiment on random point sets: matchers, trials, results, tables and targets."""

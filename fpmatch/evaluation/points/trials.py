@@ -1,0 +1,255 @@
+"""Try matchers on random point sets, and count what they find where it is and where it is not.
+
+A place of the experiment and a matcher make a cell.
+
+- A genuine pair is recognised where the matcher claims a match, every point of P comes to lie
+  within t of its true place, and at least 80 % of the true pairs are found.
+- An independent pair is a false match where the matcher claims a match.
+
+A match is timed from the bare arrays, triangulations included, on the wall clock and with Python's
+collection of garbage off. Beside each match, by turns before and after it, scipy's Delaunay
+triangulation of the same two sets is timed.
+"""
+
+from __future__ import annotations
+
+import gc
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from statistics import median
+from typing import TYPE_CHECKING, Final, TypeVar
+
+import numpy as np
+
+from fpmatch.evaluation.points.matchers import PointCase, StoppedError
+from fpmatch.evaluation.points.places import make_pair
+from fpmatch.evaluation.points.results import PointCell
+from fpmatch.pointset.random_sets import random_pair
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from fpmatch.evaluation.points.matchers import BenchMatcher, Claim
+    from fpmatch.evaluation.points.places import Place
+    from fpmatch.pointset.random_sets import RandomPair
+
+    Clock = Callable[[], float]
+
+Result = TypeVar("Result")
+
+RECOGNISED_SHARE: Final = 0.8
+"""Share of the true pairs that must be found."""
+
+_MS: Final = 1e3
+
+
+@dataclass(frozen=True, slots=True)
+class TrialPlan:
+    """Set how much is tried in a cell.
+
+    Parameters
+    ----------
+    trials : int
+        Genuine pairs, and independent pairs.
+    seed : int
+        Seed of the experiment.
+    budget_s : float
+        Seconds after which a cell tries no further genuine pair, and after as many more no further
+        independent pair. Where one match alone takes longer, it is the last.
+    fewest_trials : int
+        Pairs that are tried even so, where none takes longer than the budget.
+    genuine_looks, independent_looks : int
+        Bound of a matcher's work on one genuine and on one independent pair, for matchers that
+        count it. Where there is nothing to be found, a search takes all of it.
+    spare_complete : bool
+        Whether matchers that are `complete` run all trials, however long they take.
+    """
+
+    trials: int = 100
+    seed: int = 0
+    budget_s: float = 20.0
+    fewest_trials: int = 5
+    genuine_looks: int = 1_000_000_000
+    independent_looks: int = 200_000_000
+    spare_complete: bool = True
+
+
+QUICK_PLAN: Final = TrialPlan(
+    trials=5,
+    budget_s=0.15,
+    fewest_trials=1,
+    genuine_looks=5_000_000,
+    independent_looks=5_000_000,
+    spare_complete=False,
+)
+"""Less of everything, for a look at all of it within a minute."""
+QUICK_LARGEST_M: Final = 100
+"""Rows with more points of P are left out of a quick look."""
+
+
+def is_recognised(claim: Claim | None, pair: RandomPair) -> bool:
+    """Tell whether a claim is the truth about a genuine pair.
+
+    Parameters
+    ----------
+    claim : Claim or None
+        What the matcher claims.
+    pair : RandomPair
+        The sets and the truth.
+
+    Returns
+    -------
+    bool
+        See the module.
+    """
+    if claim is None or pair.transform is None:
+        return False
+    apart = claim.transform.apply(pair.p) - pair.transform.apply(pair.p)
+    true_pairs = set(map(tuple, pair.pairs.tolist()))
+    found = true_pairs.intersection(map(tuple, claim.pairs.tolist()))
+    in_place = float(np.hypot(*apart.T).max()) <= pair.tolerance
+    return in_place and len(found) >= RECOGNISED_SHARE * len(true_pairs)
+
+
+def run_cell(
+    place: Place, matcher: BenchMatcher, plan: TrialPlan, clock: Clock = time.perf_counter
+) -> PointCell:
+    """Try a matcher on the pairs of one place.
+
+    Parameters
+    ----------
+    place : Place
+        Where in the tables.
+    matcher : BenchMatcher
+        The matcher.
+    plan : TrialPlan
+        How much to try.
+    clock : callable
+        Tells the time in seconds.
+
+    Returns
+    -------
+    PointCell
+        What was found.
+
+    Raises
+    ------
+    StoppedError
+        If the first genuine match was stopped: nothing was found out then.
+    """
+    _warm_up(place, matcher, plan)
+    stopwatch = _Stopwatch(place, matcher, plan, clock)
+    genuine = stopwatch.run(genuine=True)
+    if genuine.stopped and len(genuine.answers) == 1:
+        raise StoppedError
+    independent = stopwatch.run(genuine=False)
+    return PointCell(
+        place=place,
+        matcher=matcher.name,
+        outcomes="".join("01"[answer] for answer in genuine.answers),
+        false_matches=sum(independent.answers),
+        independent_trials=len(independent.answers),
+        stopped=genuine.stopped + independent.stopped,
+        time_ms=_MS * median(genuine.match_s),
+        independent_time_ms=_MS * median(independent.match_s),
+        scipy_delaunay_ms=_MS * median(genuine.scipy_s),
+        first_ms=_MS * genuine.match_s[0],
+    )
+
+
+@dataclass(slots=True)
+class _Runs:
+    """Gather the trials of one kind."""
+
+    answers: list[bool]
+    match_s: list[float]
+    scipy_s: list[float]
+    stopped: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Stopwatch:
+    """Run trials of one cell against the clock."""
+
+    place: Place
+    matcher: BenchMatcher
+    plan: TrialPlan
+    clock: Clock
+
+    def run(self, *, genuine: bool) -> _Runs:
+        """Run the trials of one kind until all are done or the budget is spent."""
+        runs = _Runs([], [], [])
+        start = self.clock()
+        for trial in range(self.plan.trials):
+            pair = make_pair(self.place, self.plan.seed, trial, genuine=genuine)
+            self._try(pair, runs, scipy_first=trial % 2 == 1)
+            if self._is_spent(runs, self.clock() - start):
+                break
+        return runs
+
+    def _is_spent(self, runs: _Runs, seconds: float) -> bool:
+        if self.matcher.complete and self.plan.spare_complete:
+            return False
+        budget = self.plan.budget_s
+        enough = len(runs.answers) >= self.plan.fewest_trials
+        return (enough and seconds >= budget) or runs.match_s[-1] > budget
+
+    def _try(self, pair: RandomPair, runs: _Runs, *, scipy_first: bool) -> None:
+        genuine = pair.transform is not None
+        case = _case(self.place, pair, self.plan, genuine=genuine)
+        if scipy_first:
+            runs.scipy_s.append(self._timed(_triangulate_both, case)[1])
+        claim, seconds = self._timed(self._find, case)
+        if not scipy_first:
+            runs.scipy_s.append(self._timed(_triangulate_both, case)[1])
+        runs.match_s.append(seconds)
+        runs.stopped += isinstance(claim, StoppedError)
+        answer = None if isinstance(claim, StoppedError) else claim
+        runs.answers.append(is_recognised(answer, pair) if genuine else answer is not None)
+
+    def _find(self, case: PointCase) -> Claim | StoppedError | None:
+        try:
+            return self.matcher.find(case)
+        except StoppedError as stopped:
+            return stopped
+
+    def _timed(self, call: Callable[[PointCase], Result], case: PointCase) -> tuple[Result, float]:
+        was_on = gc.isenabled()
+        gc.disable()
+        try:
+            start = self.clock()
+            result = call(case)
+            return result, self.clock() - start
+        finally:
+            if was_on:
+                gc.enable()
+
+
+def _warm_up(place: Place, matcher: BenchMatcher, plan: TrialPlan) -> None:
+    """Match a few points, so that the first trial does not pay for importing libraries."""
+    row = place.parameters
+    few = random_pair(10, 20, row.rho, row.eta, row.lambda_, reading=place.reading, rng=plan.seed)
+    case = _case(place, few, plan, genuine=True)
+    _triangulate_both(case)
+    with suppress(StoppedError):
+        matcher.find(case)
+
+
+def _case(place: Place, pair: RandomPair, plan: TrialPlan, *, genuine: bool) -> PointCase:
+    return PointCase(
+        p=pair.p,
+        q=pair.q,
+        tolerance=pair.tolerance,
+        rho=place.parameters.rho,
+        lambda_=place.parameters.lambda_,
+        most_looks=plan.genuine_looks if genuine else plan.independent_looks,
+        limit_s=plan.budget_s,
+    )
+
+
+def _triangulate_both(case: PointCase) -> None:
+    from scipy.spatial import Delaunay  # noqa: PLC0415
+
+    Delaunay(case.p)
+    Delaunay(case.q)

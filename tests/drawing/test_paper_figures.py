@@ -1,0 +1,396 @@
+"""The paper's figures: their numbers are the library's, their files always the same."""
+
+from __future__ import annotations
+
+import io
+import math
+import sys
+from itertools import combinations
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from PIL import Image
+
+from fpmatch.drawing.paper_figures import sheet as point_figure_sheet
+from fpmatch.drawing.paper_figures.choice import choose_ring_pair
+from fpmatch.drawing.paper_figures.circle import unit_circle
+from fpmatch.drawing.paper_figures.figures import (
+    PointFigure,
+    draw_point_figures,
+    numbers_drawn,
+    write_point_figures,
+)
+from fpmatch.drawing.paper_figures.meshes import one_rings
+from fpmatch.drawing.paper_figures.pair import (
+    EASY_SEED,
+    MOST_POINTS,
+    PointPair,
+    matched_point_pair,
+    random_point_pair,
+    rotated_point_pair,
+)
+from fpmatch.drawing.paper_figures.ring import Ring, RingPair
+from fpmatch.drawing.paper_figures.rotation import rotation
+from fpmatch.drawing.paper_figures.sheet import settings as drawing
+from fpmatch.drawing.paper_figures.two_circles import two_circles
+from fpmatch.drawing.paper_figures.weights import shares_table, sub_triangles, weights
+from fpmatch.drawing.paper_figures.words import around, degrees, name, number, significant
+from fpmatch.errors import OutputError, PointSetError
+from fpmatch.pointset.one_rings import map_to_unit_circle
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.unit_circle import shape_preserving_weights
+from fpmatch.pointset.unit_circle_matcher import fit_rings
+
+Floats = NDArray[np.float64]
+SVG = "{http://www.w3.org/2000/svg}"
+LEAST_LETTERS_PX = 11.0
+SPIRAL = np.array([[k**0.5 * math.cos(2.4 * k), k**0.5 * math.sin(2.4 * k)] for k in range(30)])
+
+
+@pytest.fixture(scope="module")
+def pair() -> PointPair:
+    return random_point_pair(EASY_SEED)
+
+
+@pytest.fixture(scope="module")
+def rings(pair: PointPair) -> RingPair:
+    return choose_ring_pair(pair)
+
+
+@pytest.fixture(scope="module")
+def figures(pair: PointPair, rings: RingPair) -> dict[str, PointFigure]:
+    """Return all figures by the number in their names, such as 6a."""
+    pytest.importorskip("matplotlib")
+    return {figure.file_name.split("_")[1]: figure for figure in draw_point_figures(pair, rings)}
+
+
+def texts_of(svg: bytes) -> list[str]:
+    """Return the texts of a picture, without the rims beneath them."""
+    texts = ElementTree.fromstring(svg).iter(f"{SVG}text")
+    return ["".join(text.itertext()) for text in texts if "aria-hidden" not in text.attrib]
+
+
+def rolled(values: Floats, rings: RingPair) -> Floats:
+    """Return values of Q's ring in the order of P's."""
+    return values[rings.partner]
+
+
+# Numbers
+
+
+@pytest.mark.parametrize("side", ["p", "q"])
+def test_the_ring_is_the_one_that_the_matcher_maps(rings: RingPair, side: str) -> None:
+    ring: Ring = getattr(rings, side)
+    mapped = map_to_unit_circle(ring.side.mesh)
+    i = mapped.centre.tolist().index(ring.centre)
+    entries = slice(mapped.start[i], mapped.start[i + 1])
+    np.testing.assert_array_equal(mapped.vertex[entries], ring.vertex)
+    np.testing.assert_allclose(mapped.weight[entries], ring.circle.weights, atol=1e-12)
+    np.testing.assert_allclose(mapped.image[:, i], ring.circle.image, atol=1e-12)
+    np.testing.assert_allclose(mapped.circle[:, entries].T, ring.circle.boundary, atol=1e-12)
+    assert mapped.area[i] == pytest.approx(ring.circle.area)
+
+
+def test_weights_arcs_and_sectors_add_up(rings: RingPair) -> None:
+    for ring in (rings.p, rings.q):
+        assert ring.circle.weights.sum() == pytest.approx(1.0)
+        assert math.degrees(ring.arcs.sum()) == pytest.approx(360.0)
+        assert ring.sectors.sum() == pytest.approx(ring.circle.area)
+        np.testing.assert_allclose(ring.circle.weights @ ring.points, ring.middle, atol=1e-12)
+        np.testing.assert_allclose(ring.arcs / ring.sides, 2 * math.pi / ring.sides.sum())
+
+
+def test_the_move_is_the_one_that_the_matcher_proposes(pair: PointPair, rings: RingPair) -> None:
+    p, q = pair.p.prepared, pair.q.prepared
+    i = p.rings.centre.tolist().index(rings.p.centre)
+    j = q.rings.centre.tolist().index(rings.q.centre)
+    a, b, tx, ty = fit_rings(p, q, np.array([[i, j]], np.int32))[0]
+    move = rings.move
+    assert (a, b) == pytest.approx((move.matrix[0, 0], move.matrix[1, 0]))
+    assert (tx, ty) == pytest.approx((move.tx, move.ty))
+
+
+def test_the_default_ring_is_easy_to_read_and_truly_paired(
+    pair: PointPair, rings: RingPair
+) -> None:
+    assert 5 <= len(rings.p) == len(rings.q) <= 7
+    assert rings.shift == rings.true_shift
+    partners = dict(pair.pairs.tolist())
+    assert partners[rings.p.centre] == rings.q.centre
+    for place, vertex in enumerate(rings.p.vertex.tolist()):
+        assert partners[vertex] == rings.q.vertex[rings.partner[place]]
+    assert np.hypot(*rings.p.circle.image) > 0.1
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 10_000), st.floats(-300, 300).map(lambda x: 2.0 ** (x / 2)))
+def test_a_rotated_copy_has_the_same_circles_and_they_turn_as_it_does(
+    seed: int, unit: float
+) -> None:
+    pair = rotated_point_pair(SPIRAL * unit, "spiral", seed)
+    rings = choose_ring_pair(pair)
+    angle = pair.transform.rotation
+    assert rings.shift == rings.true_shift
+    assert rings.q.circle.area == pytest.approx(rings.p.circle.area)
+    assert rolled(rings.q.circle.weights, rings) == pytest.approx(rings.p.circle.weights)
+    assert rings.image_rotation is not None
+    for found in (rings.transform.rotation, rings.circle_rotation, rings.image_rotation):
+        assert math.remainder(found - angle, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert rings.transform.scale == pytest.approx(1.0)
+    numbers = numbers_drawn(pair, rings)
+    assert numbers["matched"] == len(SPIRAL)
+    assert numbers["q"]["centre"] == numbers["p"]["centre"]
+
+
+@given(st.integers(3, 9), st.integers(0, 2**32 - 1))
+def test_sub_triangles_hold_the_centre_and_their_mean_is_the_weight(d: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    angle = (np.arange(d) + rng.uniform(-0.2, 0.2, d)) * 2 * math.pi / d
+    ring = rng.uniform(0.5, 2.0, (d, 1)) * np.column_stack([np.cos(angle), np.sin(angle)])
+    triangles = sub_triangles(ring, (0.0, 0.0))
+    for triangle in triangles:
+        assert min(triangle.shares) >= 0
+        assert sum(triangle.shares) == pytest.approx(1.0)
+        held = np.array(triangle.shares) @ ring[list(triangle.corners)]
+        np.testing.assert_allclose(held, 0.0, atol=1e-12)
+    mean = shares_table(triangles).mean(axis=1)
+    np.testing.assert_allclose(mean, shape_preserving_weights(ring, (0.0, 0.0)), atol=1e-12)
+
+
+def test_two_given_sets_are_paired_by_the_matcher() -> None:
+    p = np.random.default_rng(5).uniform(0, 10, (30, 2))
+    move = Similarity(1.7, 0.9, 30.0, -8.0)
+    pair = matched_point_pair(p, np.vstack([[[20.0, -14.0]], move.apply(p)]), "p.csv", "q.csv")
+    rings = choose_ring_pair(pair)
+    assert rings.q.centre == rings.p.centre + 1
+    assert rings.transform.rotation == pytest.approx(0.9)
+    assert rings.transform.scale == pytest.approx(1.7)
+    assert numbers_drawn(pair, rings)["matched"] == len(p)
+
+
+def test_an_even_ring_owns_that_its_turn_may_be_wrong() -> None:
+    angle = np.arange(6) * math.pi / 3
+    hexagon = np.vstack([np.column_stack([np.cos(angle), np.sin(angle)]), [[0.0, 0.0]]])
+    pair = rotated_point_pair(hexagon, "hexagon", 1)
+    rings = choose_ring_pair(pair)
+    assert rings.image_rotation is None
+    sixth = math.remainder(rings.circle_rotation - pair.transform.rotation, math.pi / 3)
+    assert sixth == pytest.approx(0.0, abs=1e-9)
+    pytest.importorskip("matplotlib")
+    with drawing():
+        words = two_circles(rings).caption
+    assert ("true partner" in words) == (rings.shift != rings.true_shift)
+
+
+def test_numbers_are_written_with_proper_signs() -> None:
+    assert (degrees(-0.04), degrees(-12.34), around(-0.01)) == ("0.0°", "−12.3°", "0.0°")
+    assert (number(-0.0004), number(-1.5, 1)) == ("0.000", "−1.5")
+    assert (significant(0.5), significant(12345.0)) == ("0.500", "1.23e+04")
+    assert name("Q", 11) == "q₁₂"
+
+
+# Pictures
+
+
+def test_there_are_six_pictures_of_the_five_figures(figures: dict[str, PointFigure]) -> None:
+    assert list(figures) == ["2", "3", "4", "5", "6a", "6b"]
+    for number_, figure in figures.items():
+        root = ElementTree.fromstring(figure.content)
+        assert root.tag == f"{SVG}svg"
+        assert (root.get("width"), root.get("role")) == ("800", "img")
+        assert root.findtext(f"{SVG}title") == figure.title
+        assert figure.title.startswith(f"Figure {number_.rstrip('ab')}")
+        shown = " ".join(texts_of(figure.content))
+        assert all(word in shown for word in figure.caption.split())
+
+
+def test_the_counts_are_those_of_the_triangulation(
+    figures: dict[str, PointFigure], pair: PointPair
+) -> None:
+    mesh = pair.p.mesh
+    counted = f"P: {len(mesh)} points, {len(mesh.edges)} edges, {len(mesh.triangles)} triangles, "
+    assert counted in figures["2"].caption
+    assert f"{mesh.interior.sum()} closed one-rings" in figures["2"].caption
+    # Euler: points - edges + triangles and the outside
+    assert len(mesh) - len(mesh.edges) + len(mesh.triangles) + 1 == 2
+
+
+def test_the_ring_s_numbers_are_written_into_its_pictures(
+    figures: dict[str, PointFigure], rings: RingPair
+) -> None:
+    circle = rings.p.circle
+    texts = texts_of(figures["4"].content)
+    for weight, arc, sector in zip(circle.weights, rings.p.arcs, rings.p.sectors, strict=True):
+        written = [number(weight), degrees(math.degrees(arc)), number(sector)]
+        assert all(texts.count(text) >= 2 for text in written)  # in the drawing and in the table
+    assert {number(circle.area), "1.000", "360.0°"} <= set(texts)
+    assert f"together {number(circle.area)}," in figures["4"].caption
+    assert f"= ({number(circle.image[0])}, {number(circle.image[1])})" in figures["4"].caption
+    for k, weight in enumerate(circle.weights):
+        assert texts_of(figures["5"].content).count(number(weight)) >= 2, k
+
+
+def test_the_two_circles_tell_shift_and_turn(
+    figures: dict[str, PointFigure], rings: RingPair
+) -> None:
+    words, texts = figures["6a"].caption, texts_of(figures["6a"].content)
+    assert f"a cyclic shift by {rings.shift}: p₁ goes with {name('Q', rings.shift)}," in words
+    assert f"turned by {degrees(math.degrees(rings.turn))}." in words
+    for k, n in enumerate(rings.partner.tolist()):
+        assert f"{name('P', k)} {name('Q', n)}" in texts
+    assert number(rings.p.circle.area) in words
+    assert number(rings.q.circle.area) in words
+
+
+def test_the_overlay_tells_how_many_match(
+    figures: dict[str, PointFigure], pair: PointPair, rings: RingPair
+) -> None:
+    moved = rings.transform.apply(pair.p.prepared.points)
+    true = pair.q.prepared.points[dict(pair.pairs.tolist())[0]]
+    assert np.hypot(*(moved[0] - true)) < 0.5
+    matched = numbers_drawn(pair, rings)["matched"]
+    assert matched >= 0.9 * len(moved)
+    assert f"(e) P laid on Q: {matched} of {len(moved)} points match" in texts_of(
+        figures["6b"].content
+    )
+    rotation = degrees(rings.transform.rotation_deg)
+    assert rotation in texts_of(figures["6b"].content)
+
+
+def test_the_same_points_make_the_same_file_whatever_the_user_s_settings(
+    figures: dict[str, PointFigure], pair: PointPair, rings: RingPair
+) -> None:
+    mpl = pytest.importorskip("matplotlib")
+    with mpl.rc_context({"font.size": 31, "svg.fonttype": "path", "lines.linewidth": 9}):
+        again = draw_point_figures(pair, rings)
+        assert mpl.rcParams["font.size"] == 31
+    assert again == list(figures.values())
+    for figure in again:
+        assert b"Matplotlib" not in figure.content
+        assert b"<dc:date>" not in figure.content
+
+
+def test_png_is_twice_as_large_and_always_the_same(rings: RingPair) -> None:
+    pytest.importorskip("matplotlib")
+    with drawing():
+        sheet = unit_circle(rings.p)
+        content = sheet.encoded("png")
+        assert content == unit_circle(rings.p).encoded("png")
+    with Image.open(io.BytesIO(content)) as image:
+        assert image.width == 1600
+        assert image.info["Title"] == sheet.title
+
+
+def test_labels_are_large_and_do_not_lie_on_one_another(pair: PointPair, rings: RingPair) -> None:
+    backend = pytest.importorskip("matplotlib.backends.backend_agg")
+    annotation = pytest.importorskip("matplotlib.text").Annotation
+    with drawing():
+        for sheet in (
+            one_rings(pair, rings),
+            unit_circle(rings.p),
+            weights(rings.p),
+            two_circles(rings),
+            rotation(pair, rings),
+        ):
+            figure = sheet.figure
+            renderer = backend.FigureCanvasAgg(figure).get_renderer()
+            for axes in figure.axes:
+                labels = [text for text in axes.texts if isinstance(text, annotation)]
+                boxes = [text.get_window_extent(renderer) for text in labels]
+                frame = axes.get_window_extent(renderer)
+                for text, box in zip(labels, boxes, strict=True):
+                    assert text.get_fontsize() / point_figure_sheet.POINTS_PER_PX > LEAST_LETTERS_PX
+                    assert frame.x0 < box.x0 < box.x1 < frame.x1, text
+                    assert frame.y0 < box.y0 < box.y1 < frame.y1, text
+                for (one, a), (two, b) in combinations(zip(labels, boxes, strict=True), 2):
+                    apart = a.x1 <= b.x0 or b.x1 <= a.x0 or a.y1 <= b.y0 or b.y1 <= a.y0
+                    assert apart, (sheet.title, one.get_text(), two.get_text())
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    ("points", "reason"),
+    [
+        ([], "none of its 0 points has a closed one-ring"),
+        ([[0, 0], [1, 1]], "none of its 2 points"),
+        (np.column_stack([np.arange(9), np.arange(9)]), "none of its 9 points"),
+        ([[1, 2, 3]], "expected an array of shape"),
+        ([[0, math.nan]], "coordinates must be finite"),
+        (SPIRAL * 1e200, "beyond 2"),
+        (np.arange(2.0 * MOST_POINTS + 2).reshape(-1, 2), "at most 2000"),
+    ],
+)
+def test_sets_of_which_there_is_nothing_to_draw(points: object, reason: str) -> None:
+    with pytest.raises(PointSetError, match=f"^p.csv: {reason}|^p.csv: .*{reason}") as caught:
+        rotated_point_pair(points, "p.csv", 1)  # type: ignore[arg-type]
+    assert "\n" not in str(caught.value)
+
+
+def test_rings_that_cannot_be_shown_are_refused_by_name() -> None:
+    pair = rotated_point_pair(SPIRAL, "p.csv", 1)
+    outer = int(pair.p.mesh.hull[0])
+    for index, reason in ((outer, "is not closed"), (30, "go from 0 to 29"), (-1, "from 0 to 29")):
+        with pytest.raises(PointSetError, match=f"^p.csv: point {index}: .*{reason}"):
+            choose_ring_pair(pair, index)
+    inner = int(pair.p.mesh.interior.nonzero()[0][0])
+    assert choose_ring_pair(pair, inner).p.centre == inner
+
+
+def test_a_ring_without_its_partner_is_refused() -> None:
+    pair = rotated_point_pair(SPIRAL, "p.csv", 1)
+    i = choose_ring_pair(pair).p.centre
+    lonely = PointPair(pair.p, pair.q, pair.pairs[:0], pair.transform, "", "")
+    with pytest.raises(PointSetError, match="no partner in the other set"):
+        choose_ring_pair(lonely, i)
+    with pytest.raises(PointSetError, match=r"none of its closed one-rings comes again in p\.csv,"):
+        choose_ring_pair(lonely)
+    crossed = pair.pairs.copy()
+    ring = pair.p.mesh.one_ring(i)
+    crossed[ring[:2], 1] = crossed[ring[1::-1], 1]
+    other = PointPair(pair.p, pair.q, crossed, pair.transform, "", "")
+    with pytest.raises(PointSetError, match=f"partner, point {i} .* made of other points"):
+        choose_ring_pair(other, i)
+
+
+def test_sets_that_do_not_match_are_refused() -> None:
+    strangers = np.random.default_rng(3).uniform(0, 1, (20, 2))
+    with pytest.raises(PointSetError, match=r"^p\.csv and q\.csv: they do not match"):
+        matched_point_pair(SPIRAL[:20], strangers, "p.csv", "q.csv")
+
+
+def test_without_matplotlib_one_line_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, pair: PointPair, rings: RingPair
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(OutputError, match=r'need matplotlib: pip install "fpmatch\[plot\]"$'):
+        draw_point_figures(pair, rings)
+
+
+def test_an_unknown_format_is_refused(pair: PointPair, rings: RingPair) -> None:
+    with pytest.raises(OutputError, match="unknown format 'pdf': expected svg or png"):
+        draw_point_figures(pair, rings, "pdf")  # type: ignore[arg-type]
+
+
+def test_files_are_written_into_a_new_folder(tmp_path: Path) -> None:
+    figures = [PointFigure("a.svg", "", "", b"<svg/>"), PointFigure("b.svg", "", "", b"<svg />")]
+    folder = tmp_path / "new" / "folder"
+    assert write_point_figures(figures, folder) == [folder / "a.svg", folder / "b.svg"]
+    assert (folder / "b.svg").read_bytes() == b"<svg />"
+    assert sorted(path.name for path in folder.iterdir()) == ["a.svg", "b.svg"]
+
+
+def test_a_file_in_the_folder_s_place_is_named(tmp_path: Path) -> None:
+    (tmp_path / "out").write_bytes(b"kept")
+    with pytest.raises(OutputError, match="out: cannot be made a folder"):
+        write_point_figures([], tmp_path / "out")
+    (tmp_path / "a.svg").mkdir()
+    with pytest.raises(OutputError, match=r"a\.svg: cannot be written: it is a folder"):
+        write_point_figures([PointFigure("a.svg", "", "", b"")], tmp_path)
+    assert (tmp_path / "out").read_bytes() == b"kept"

@@ -1,0 +1,173 @@
+"""The matchers of the experiment behind one interface."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import signal
+import time
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import MatcherError
+from fpmatch.evaluation.points import matchers as point_matchers
+from fpmatch.evaluation.points.matchers import (
+    MATCHER_NAMES,
+    PointCase,
+    StoppedError,
+    is_installed,
+    matcher_named,
+)
+from fpmatch.pointset import unit_circle_matcher
+from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.random_sets import RandomPair, independent_pair, random_pair
+from fpmatch.pointset.similarity import Similarity
+
+needs_astroalign = pytest.mark.skipif(not is_installed("astroalign"), reason="an extra")
+MATCHERS = [
+    pytest.param(name, marks=[needs_astroalign] if name == "astroalign" else [])
+    for name in MATCHER_NAMES
+]
+RHO = 0.95
+LAMBDA = 0.428
+
+
+def case_of(pair: RandomPair, **changes: Any) -> PointCase:
+    case = PointCase(pair.p, pair.q, pair.tolerance, RHO, LAMBDA, 1_000_000, math.inf)
+    return replace(case, **changes)
+
+
+@pytest.fixture
+def easy() -> RandomPair:
+    return random_pair(20, 24, 1.0, 0.0, LAMBDA, rng=3)
+
+
+@pytest.mark.parametrize("name", MATCHERS)
+def test_a_claim_holds_the_transform_and_the_pairs(name: str, easy: RandomPair) -> None:
+    claim = matcher_named(name).find(case_of(easy))
+    assert claim is not None
+    np.testing.assert_allclose(claim.transform.apply(easy.p), easy.transform.apply(easy.p))
+    np.testing.assert_array_equal(claim.pairs, easy.pairs)
+
+
+@pytest.mark.parametrize("name", MATCHERS)
+def test_nothing_is_claimed_of_independent_sets(name: str) -> None:
+    pair = independent_pair(14, 16, LAMBDA, rng=5)
+    assert matcher_named(name).find(case_of(pair)) is None
+
+
+@pytest.mark.parametrize(("paired", "claimed"), [(16, True), (15, False)])
+def test_the_papers_method_claims_what_pairs_four_fifths_of_the_partners(
+    monkeypatch: pytest.MonkeyPatch, easy: RandomPair, paired: int, claimed: bool
+) -> None:
+    match = PointMatch(Similarity(), easy.pairs[:paired], paired / 20, 0.0, 1)
+    seen = []
+    monkeypatch.setattr(
+        unit_circle_matcher, "match_by_unit_circle", lambda *words: seen.append(words) or match
+    )
+    case = case_of(easy)
+    assert (matcher_named("paper").find(case) is not None) is claimed  # 80 % of ⌈.95·20⌉ = 19
+    (given,) = seen
+    assert (given[2].matching_factor, given[2].tolerance) == (RHO, case.tolerance)
+
+
+def test_the_baseline_gives_up_after_the_looks_it_is_granted(easy: RandomPair) -> None:
+    assert matcher_named("van-wamelen").find(case_of(easy, most_looks=50)) is None
+
+
+def test_only_ours_has_to_run_all_trials() -> None:
+    complete = [n for n in MATCHER_NAMES if is_installed(n) and matcher_named(n).complete]
+    assert complete == ["ours"]
+
+
+def test_an_unknown_matcher() -> None:
+    with pytest.raises(MatcherError, match="unknown matcher 'his': expected one of ours, paper"):
+        matcher_named("his")
+
+
+def test_a_matcher_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(point_matchers, "find_spec", lambda _: None)
+    assert not is_installed("astroalign")
+    assert is_installed("ours")
+    with pytest.raises(MatcherError, match=r"astroalign is not installed: .*fpmatch\[bench\]"):
+        matcher_named("astroalign")
+
+
+def fake_astroalign(monkeypatch: pytest.MonkeyPatch, find_transform: Any) -> SimpleNamespace:
+    """Put a module in astroalign's place whose one function is `find_transform`."""
+    fake = SimpleNamespace(
+        PIXEL_TOL=2, MaxIterError=type("MaxIterError", (RuntimeError,), {}), seen=[]
+    )
+
+    def find(p: Any, q: Any, max_control_points: int) -> Any:
+        fake.seen.append((fake.PIXEL_TOL, max_control_points))
+        return find_transform(fake), None
+
+    fake.find_transform = find
+    monkeypatch.setitem(__import__("sys").modules, "astroalign", fake)
+    spec = importlib.util.spec_from_loader("astroalign", loader=None)
+    monkeypatch.setattr(point_matchers, "find_spec", lambda _: spec)
+    return fake
+
+
+def as_matrix(similarity: Similarity) -> SimpleNamespace:
+    return SimpleNamespace(params=np.vstack([similarity.matrix, [0, 0, 1]]))
+
+
+def test_astroalign_has_our_tolerance_for_the_call_and_all_points(
+    monkeypatch: pytest.MonkeyPatch, easy: RandomPair
+) -> None:
+    fake = fake_astroalign(monkeypatch, lambda _: as_matrix(easy.transform))
+    claim = matcher_named("astroalign").find(case_of(easy))
+    assert fake.seen == [(easy.tolerance, 24)]
+    assert fake.PIXEL_TOL == 2
+    np.testing.assert_array_equal(claim.pairs, easy.pairs)
+    assert claim.transform.rotation == pytest.approx(easy.transform.rotation)
+
+
+def raising(kind: Any) -> Any:
+    def find(fake: SimpleNamespace) -> None:
+        raise kind(fake)
+
+    return find
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        raising(lambda fake: fake.MaxIterError()),
+        raising(lambda _: np.linalg.LinAlgError("SVD did not converge")),
+        raising(lambda _: AttributeError("FailedEstimation has no attribute 'residuals'")),
+        lambda _: SimpleNamespace(params=np.full((3, 3), np.nan)),
+        lambda _: SimpleNamespace(params=np.zeros((3, 3))),
+    ],
+)
+def test_where_astroalign_finds_nothing_no_match_is_claimed(
+    monkeypatch: pytest.MonkeyPatch, easy: RandomPair, found: Any
+) -> None:
+    fake = fake_astroalign(monkeypatch, found)
+    assert matcher_named("astroalign").find(case_of(easy)) is None
+    assert fake.PIXEL_TOL == 2
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers here")
+def test_astroalign_is_stopped_whatever_it_catches(
+    monkeypatch: pytest.MonkeyPatch, easy: RandomPair
+) -> None:
+    def slow(_: Any) -> None:
+        try:
+            time.sleep(30)
+        except Exception as error:
+            raise TypeError from error
+
+    fake = fake_astroalign(monkeypatch, slow)
+    handler = signal.getsignal(signal.SIGALRM)
+    with pytest.raises(StoppedError):
+        matcher_named("astroalign").find(case_of(easy, limit_s=0.01))
+    assert signal.getsignal(signal.SIGALRM) is handler
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+    assert fake.PIXEL_TOL == 2

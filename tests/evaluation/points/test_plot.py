@@ -1,0 +1,85 @@
+"""The plot of time against the number of points."""
+
+from __future__ import annotations
+
+import builtins
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch.errors import OutputError
+from fpmatch.evaluation.points.places import places
+from fpmatch.evaluation.points.plot import check_plot, save_bench_plot
+from fpmatch.evaluation.points.results import BenchResults, PointCell
+
+COLOURS = {"ours": (0x00, 0x72, 0xB2), "paper": (0x00, 0x9E, 0x73)}
+
+
+def results(readings: tuple[Any, ...] = ("patch", "clutter")) -> BenchResults:
+    cells = [
+        PointCell(place, name, "1", 0, 1, place.n * factor / 100, place.n / 50, 1.0, 1.0)
+        for place in places(readings)
+        for name, factor in (("ours", 1), ("paper", 4))
+    ]
+    return BenchResults({}, cells)
+
+
+def test_the_lines_of_the_matchers_are_in_the_picture(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "bench.png"
+    save_bench_plot(path, results())
+    with Image.open(path) as image:
+        pixels = np.asarray(image.convert("RGB"))
+    for colour in COLOURS.values():
+        assert (np.abs(pixels.astype(int) - colour).max(axis=2) < 8).sum() > 500
+    height, width = pixels.shape[:2]
+    assert (width, height) == (1800, 1050)
+
+
+def test_a_reading_that_did_not_run_has_no_panels(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "bench.svg"
+    save_bench_plot(path, results(("clutter",)))
+    text = path.read_text()
+    assert "clutter reading" in text
+    assert "patch reading" not in text
+
+
+def test_no_results_are_an_empty_picture(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    save_bench_plot(tmp_path / "bench.PDF", BenchResults({}))
+    assert (tmp_path / "bench.PDF").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("bench.gif", "bench.gif: a plot's name ends with .png, .svg, .pdf"),
+        ("bench", "bench: a plot's name ends with"),
+        ("nowhere/bench.png", "bench.png: cannot be written: "),
+    ],
+)
+def test_a_plot_that_cannot_be_written_is_refused_at_once(
+    tmp_path: Path, name: str, reason: str
+) -> None:
+    with pytest.raises(OutputError) as error:
+        check_plot(tmp_path / name)
+    assert reason in str(error.value)
+
+
+def test_without_matplotlib_the_extra_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    really = builtins.__import__
+
+    def without(name: str, *rest: Any) -> Any:
+        if name.startswith("matplotlib"):
+            raise ImportError(name)
+        return really(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(OutputError, match=r"bench\.png: needs matplotlib: .*fpmatch\[plot\]"):
+        check_plot(tmp_path / "bench.png")

@@ -1,0 +1,123 @@
+"""The file that keeps the results."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fpmatch.errors import FpmatchError
+from fpmatch.evaluation.points.places import Place
+from fpmatch.evaluation.points.results import (
+    BenchResults,
+    PointCell,
+    SkippedCell,
+    read_results,
+    write_results,
+)
+
+KEYS = [
+    *("reading", "matcher", "rho", "eta", "lambda", "m", "n", "trials"),
+    *("recognised", "false_match", "time_ms", "scipy_delaunay_ms"),
+]
+CELL = PointCell(Place("clutter", 9, 4), "ours", "1101", 1, 5, 1.5, 3.0, 2.5, 1.6, 0)
+SKIPPED = SkippedCell(Place("patch", 3, 8), "astroalign", "a match was stopped after 20 s")
+
+
+def results() -> BenchResults:
+    early = PointCell(Place("patch", 0, 2), "paper", "1", 0, 1, 0.1, 0.2, 0.3, 0.4, 1)
+    return BenchResults({"trials": 4, "versions": {"scipy": None}}, [CELL, early], [SKIPPED])
+
+
+def entry(**changes: Any) -> dict[str, Any]:
+    """Return the least that a cell of the file has to say."""
+    values = ("patch", "ours", 0.95, 0.175, 0.428, 50, 100, 4, 0.75, 0.0, 1.5, 3.0)
+    return {**dict(zip(KEYS, values, strict=True)), **changes}
+
+
+def test_a_cell_begins_with_the_keys_that_were_agreed() -> None:
+    assert list(CELL.as_json())[: len(KEYS)] == KEYS
+    assert {key: CELL.as_json()[key] for key in KEYS} == {
+        "reading": "clutter",
+        "matcher": "ours",
+        "rho": 0.9,
+        "eta": 0.4,
+        "lambda": 0.84,
+        "m": 50,
+        "n": 200,
+        "trials": 4,
+        "recognised": 0.75,
+        "false_match": 0.2,
+        "time_ms": 1.5,
+        "scipy_delaunay_ms": 3.0,
+    }
+
+
+def test_results_come_back_from_their_file_in_the_order_of_the_tables(tmp_path: Path) -> None:
+    path = tmp_path / "bench.json"
+    write_results(path, results())
+    again = read_results(path)
+    assert again.cells == results().cells[::-1]
+    assert (again.settings, again.skipped) == (results().settings, [SKIPPED])
+    assert list(json.loads(path.read_text())) == ["settings", "cells", "skipped"]
+
+
+def test_no_nan_gets_into_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "bench.json"
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_results(path, BenchResults({"budget_s": math.nan}))
+    assert not path.exists()
+
+
+def test_a_cell_is_found_by_place_and_matcher() -> None:
+    assert results().cell(CELL.place, "ours") == CELL
+    assert results().cell(CELL.place, "paper") is None
+    assert results().cell(Place("patch", 9, 4), "ours") is None
+
+
+def test_the_agreed_keys_are_enough(tmp_path: Path) -> None:
+    path = tmp_path / "bench.json"
+    path.write_text(json.dumps({"cells": [entry()]}))
+    (cell,) = read_results(path).cells
+    assert (cell.place, cell.right, cell.trials) == (Place("patch", 0, 2), 3, 4)
+    assert (cell.false_match, cell.independent_trials, cell.time_ms) == (0.0, 4, 1.5)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("", "not a file of results: Expecting value"),
+        ("[]", "not a file of results"),
+        ("{}", "not a file of results: lacks 'cells'"),
+        ('{"cells": [{}]}', "not a file of results: lacks 'reading'"),
+        ('{"cells": [7]}', "not a file of results"),
+        (entry(m=51), "the paper's tables have no place ('patch', 0.95, 0.175, 0.428, 51, 100)"),
+        (entry(recognised=1.5), "a rate must be a fraction: 1.5"),
+        (entry(time_ms=0), "a time must be positive: 0"),
+        (entry(time_ms=None), "a time must be positive: None"),
+        (entry(trials=0), "trials and outcomes disagree: ours, patch, rho 0.95, m 50, n 100"),
+        (entry(outcomes="1100"), "trials and outcomes disagree"),
+        (entry(outcomes="1110x"), "trials and outcomes disagree"),
+        (entry(independent_trials=0), "trials and outcomes disagree"),
+    ],
+)
+def test_a_file_that_holds_no_results(tmp_path: Path, content: Any, reason: str) -> None:
+    path = tmp_path / "bench.json"
+    path.write_text(content if isinstance(content, str) else json.dumps({"cells": [content]}))
+    with pytest.raises(FpmatchError) as error:
+        read_results(path)
+    assert str(error.value).startswith(f"{path}: ")
+    assert reason in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(FpmatchError, match=r"nowhere\.json: cannot be read: no such file"):
+        read_results(tmp_path / "nowhere.json")
+    binary = tmp_path / "binary.json"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FpmatchError, match=r"binary\.json: not a file of results"):
+        read_results(binary)

@@ -1,0 +1,165 @@
+"""The tables beside the paper's own, and the summary."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.evaluation.points.matchers import MATCHER_NAMES
+from fpmatch.evaluation.points.places import Place, places
+from fpmatch.evaluation.points.results import BenchResults, PointCell, SkippedCell
+from fpmatch.evaluation.points.summary import geometric_mean, speed_ups, summarise
+from fpmatch.evaluation.points.table import format_bench, format_bench_markdown, format_ms
+
+CELL = PointCell(Place("patch", 5, 2), "ours", "1" * 9 + "0", 1, 100, 0.5, 1.0, 2.0, 3.0)
+
+
+def table_of(*cells: PointCell) -> list[str]:
+    return format_bench(BenchResults({}, list(cells))).splitlines()
+
+
+def test_a_cell_stands_in_its_column_beside_the_papers_time() -> None:
+    title, over, head, row, *_ = table_of(replace(CELL, place=Place("patch", 5, 4)))
+    assert title == "ours, patch reading, beside the paper's Table 2"
+    assert [word for word in over.replace("-", " ").split() if word != "n"] == [
+        *("=", "2m", "=", "4m", "=", "8m")
+    ]
+    assert head.split()[:8] == ["m", "rho", "eta", "lambda", "time", "paper", "right", "false"]
+    assert row.split() == [
+        *("50", "0.6", "0.25", "0.61"),
+        *("-", "0.58", "-", "-"),
+        *("0.50", "1.21", "9/10", "1/100"),
+        *("-", "2.19", "-", "-"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("matcher", "source", "published"),
+    [
+        ("paper", "Table 2", "0.58"),
+        ("van-wamelen", "Table 1", "504"),
+    ],
+)
+def test_each_matcher_stands_beside_its_own_table(
+    matcher: str, source: str, published: str
+) -> None:
+    title, _, _, row, *_ = table_of(replace(CELL, matcher=matcher))
+    assert title.endswith(f"beside the paper's {source}")
+    assert published in row
+
+
+def test_astroalign_is_in_none_of_the_papers_tables() -> None:
+    title, _, head, row, *_ = table_of(replace(CELL, matcher="astroalign"))
+    assert title == "astroalign, patch reading"
+    assert "paper" not in head
+    assert "0.58" not in row
+
+
+def everything() -> BenchResults:
+    """Return a cell of each matcher at each place, with the longest words there can be."""
+    cells = [
+        replace(
+            CELL,
+            place=place,
+            matcher=name,
+            outcomes="1" * 100,
+            independent_trials=100,
+            false_matches=100,
+            time_ms=20345.6,
+        )
+        for place in places()
+        for name in MATCHER_NAMES
+    ]
+    skipped = [SkippedCell(place, "astroalign", "long") for place in places()]
+    looks = {"genuine_looks": 10**9, "independent_looks": 10**9, "budget_s": 20.0}
+    return BenchResults(looks, cells, skipped)
+
+
+def test_the_text_fits_into_120_columns() -> None:
+    lines = format_bench(everything()).splitlines()
+    assert max(map(len, lines)) <= 120
+    assert all(line == line.rstrip() for line in lines)
+
+
+def test_there_is_a_block_a_reading_and_matcher() -> None:
+    titles = [line for line in format_bench(everything()).splitlines() if " reading" in line]
+    assert [title.split(" reading")[0] for title in titles] == [
+        f"{name}, {reading}" for reading in ("patch", "clutter") for name in MATCHER_NAMES
+    ]
+
+
+def test_markdown_has_the_same_cells() -> None:
+    text = format_bench_markdown(everything())
+    tables = [line for line in text.splitlines() if line.startswith("|")]
+    assert len(tables) == 2 * 4 * (13 + 2)
+    assert {line.count("|") for line in tables} == {17, 14}
+    assert "### ours, patch reading, beside the paper's Table 2\n\n| m | rho |" in text
+    assert "| n = 2m: time | n = 2m: paper | n = 2m: right | n = 2m: false |" in text
+    for line in summarise(everything()):
+        assert f"- {line}\n" in f"{text}\n"
+
+
+@given(st.floats(1e-4, 1e7))
+def test_a_time_is_short_and_nearly_what_it_was(milliseconds: float) -> None:
+    text = format_ms(milliseconds)
+    assert len(text) <= max(5, len(str(round(milliseconds))))
+    assert math.isclose(float(text), milliseconds, rel_tol=0.051, abs_tol=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("milliseconds", "text"),
+    [(0.62, "0.62"), (0.09996, "0.10"), (9.996, "10.0"), (99.96, "100"), (999.7, "1000")],
+)
+def test_times_at_the_edges_of_their_digits(milliseconds: float, text: str) -> None:
+    assert format_ms(milliseconds) == text
+
+
+def test_the_speed_up_is_over_the_rows_that_both_ran_at_n_2m() -> None:
+    cells = [
+        replace(CELL, place=Place("patch", row, factor), matcher=matcher, time_ms=ms)
+        for row, factor, matcher, ms in [
+            (0, 2, "ours", 1.0),
+            (0, 2, "van-wamelen", 8.0),
+            (1, 2, "ours", 2.0),
+            (1, 2, "van-wamelen", 4.0),
+            (2, 2, "van-wamelen", 1000.0),
+            (0, 4, "ours", 1.0),
+            (0, 4, "van-wamelen", 1000.0),
+        ]
+    ]
+    results = BenchResults({}, cells)
+    assert speed_ups(results, "patch") == [8.0, 2.0]
+    assert speed_ups(results, "clutter") == []
+    assert geometric_mean([8.0, 2.0]) == pytest.approx(4.0)
+    assert summarise(results)[0] == (
+        "ours over van-wamelen at n = 2m, patch: 4.0 times as fast (geometric mean of 2 rows, "
+        "2.0 to 8.0)"
+    )
+
+
+def test_the_summary_names_the_worst_cell_and_counts_false_matches() -> None:
+    worse = replace(CELL, place=Place("patch", 0, 8), outcomes="10", stopped=3)
+    lines = summarise(BenchResults({}, [CELL, worse]))
+    assert lines == [
+        "ours over scipy's two triangulations, patch: rho 0.6: 0.50 to 0.50, "
+        "rho 0.95: 0.50 to 0.50 times its time",
+        "ours, patch: recognised 10 of 12, at worst 1 of 2 (rho 0.95, m 50, n 400); "
+        "false matches 2 of 200; stopped for taking too long 3",
+    ]
+
+
+def test_the_summary_says_what_was_cut_short() -> None:
+    *_, looks, patch, clutter = summarise(everything())
+    assert "1,000,000,000 looks" in looks
+    assert patch.startswith("astroalign, patch: 39 cells not run")
+    assert patch.endswith("over 20 s")
+    assert clutter.startswith("astroalign, clutter: 39 cells not run")
+
+
+def test_of_nothing_there_is_only_the_legend() -> None:
+    assert table_of()[0].startswith("time: ")
+    assert summarise(BenchResults({})) == []

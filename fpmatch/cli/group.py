@@ -86,6 +86,9 @@ class _Fpmatch(LazyGroup):
             # The reader has gone; the interpreter would complain once more when it flushes.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             ctx.exit(EXIT_BROKEN_PIPE)
+        except OSError as error:
+            # files of ours raise errors of ours: what is left is the output itself, on a full disk
+            raise _OneLineError(f"{error.filename or 'output'}: {error.strerror}") from error
 
 
 @click.group(

@@ -136,3 +136,13 @@ def test_the_module_runs_as_the_command(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert done.stderr == "fpmatch: error: gone.png: no such file\n"
     assert done.stdout == ""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full here")
+def test_output_that_cannot_be_written_is_one_line_and_status_2() -> None:
+    with Path("/dev/full").open("w") as full:
+        points = Path(__file__).parents[2] / "sample_data" / "stars.csv"
+        words = [sys.executable, "-m", "fpmatch", "points", "match", points, points]
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.splitlines() == ["fpmatch: error: output: No space left on device"]

@@ -53,7 +53,8 @@ def match_points(
     Raises
     ------
     PointSetError
-        If a set is malformed, the tolerance is not positive, or the matcher is unknown.
+        If a set is malformed, has fewer than three points or all of them on one line, the
+        tolerance is not positive, or the matcher is unknown.
 
     Examples
     --------

@@ -48,7 +48,12 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
 
+FEWEST_TO_TELL: Final = 3
+"""Fewer points lie on any others: no set to match."""
+
 FEWEST_POINTS: Final = 4
+"""Fewer points match too many others to be told from chance."""
+
 _MOST_ROUNDS: Final = 12
 _GAIN_STEPS: Final = 33
 _MOST_GROWN: Final = 2_000  # neighbours that fix a transform well enough to overlay any set
@@ -125,8 +130,8 @@ def match_by_triangles(
     Raises
     ------
     PointSetError
-        If a set is malformed, its coordinates or extent are beyond 2**±300, or the tolerance is
-        not positive.
+        If a set is malformed, has fewer than three points or all of them on one line, its
+        coordinates or extent are beyond 2**±300, or the tolerance is not positive.
 
     Examples
     --------
@@ -139,10 +144,29 @@ def match_by_triangles(
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
+    p_set, q_set = _GivenSet("p", given_p), _GivenSet("q", given_q)
     given = parameters or TriangleParameters()
     if tolerance is None and len(given_p) > len(given_q):
-        return _seen_from_p(_match(given_q, given_p, None, given))
-    return _match(given_p, given_q, tolerance, given)
+        return _seen_from_p(_match(q_set, p_set, None, given))
+    return _match(p_set, q_set, tolerance, given)
+
+
+class _GivenSet:
+    """A set as given, in its frame and triangulated."""
+
+    def __init__(self, name: str, points: Floats) -> None:
+        if len(points) < FEWEST_TO_TELL:
+            raise PointSetError(f"{name}: fewer than three points: {len(points)}")
+        self.name, self.given = name, points
+        self.frame = frame_if_needed(points, name)
+        unit = self.frame.apply(points)
+        self.box = box_of(unit)
+        self.mesh = triangulate_checked(unit)
+        if not len(self.mesh.triangles):
+            raise PointSetError(f"{name}: all points lie on one line")
+
+    def __len__(self) -> int:
+        return len(self.given)
 
 
 def _seen_from_p(match: PointMatch) -> PointMatch:
@@ -155,49 +179,37 @@ def _seen_from_p(match: PointMatch) -> PointMatch:
 
 
 def _match(
-    given_p: Floats,
-    given_q: Floats,
-    tolerance: float | None,
-    parameters: TriangleParameters,
-    *,
-    distinct: bool = False,
+    p: _GivenSet, q: _GivenSet, tolerance: float | None, parameters: TriangleParameters
 ) -> PointMatch:
-    """Match sets that have been checked; `distinct` says that no two of their points are equal."""
-    frame_p, frame_q = frame_if_needed(given_p, "p"), frame_if_needed(given_q, "q")
-    if min(len(given_p), len(given_q)) < FEWEST_POINTS:
+    """Match two sets, places where points coincide."""
+    if has_coincident(p.mesh) or has_coincident(q.mesh):
+        (places_p, place_p), (places_q, place_q) = places_of(p.given), places_of(q.given)
+        p_places, q_places = _GivenSet(p.name, places_p), _GivenSet(q.name, places_q)
+        match = _match_distinct(p_places, q_places, tolerance, parameters)
+        pairs = pairs_of_points(match.pairs, place_p, place_q)
+        return replace(match, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))
+    return _match_distinct(p, q, tolerance, parameters)
+
+
+def _match_distinct(
+    p: _GivenSet, q: _GivenSet, tolerance: float | None, parameters: TriangleParameters
+) -> PointMatch:
+    """Match two sets of which no points coincide, but for rounding."""
+    if min(len(p), len(q)) < FEWEST_POINTS:
         return PointMatch.none()
-    points_p, points_q = frame_p.apply(given_p), frame_q.apply(given_q)
-    box_q = box_of(points_q)
-    mesh_p, mesh_q = triangulate_checked(points_p), triangulate_checked(points_q)
-    if not len(mesh_p.triangles) or not len(mesh_q.triangles):
-        return PointMatch.none()
-    if not distinct and (has_coincident(mesh_p) or has_coincident(mesh_q)):
-        return _match_places(given_p, given_q, tolerance, parameters)
-    reach = None if tolerance is None else math.ldexp(tolerance, -frame_q.exponent)
-    search = _Search(mesh_p, mesh_q, box_q, reach, parameters)
+    reach = None if tolerance is None else math.ldexp(tolerance, -q.frame.exponent)
+    search = _Search(p.mesh, q.mesh, q.box, reach, parameters)
     if not search.run():
         return PointMatch.none(search.passed)
     pairs, rms = search.pair()
     return PointMatch(
-        transform=between_sets(_as_similarity(search.move), frame_p, frame_q),
+        transform=between_sets(_as_similarity(search.move), p.frame, q.frame),
         pairs=pairs,
-        matched_share=len(pairs) / min(len(given_p), len(given_q)),
-        rms=math.ldexp(rms, frame_q.exponent),
+        matched_share=len(pairs) / min(len(p), len(q)),
+        rms=math.ldexp(rms, q.frame.exponent),
         local_matches=search.passed,
         chance=math.exp(search.log_chance),
     )
-
-
-def _match_places(
-    given_p: Floats, given_q: Floats, tolerance: float | None, parameters: TriangleParameters
-) -> PointMatch:
-    """Match sets in which points coincide by their distinct places."""
-    (places_p, place_p), (places_q, place_q) = places_of(given_p), places_of(given_q)
-    match = _match(places_p, places_q, tolerance, parameters, distinct=True)
-    if match.transform is None:
-        return match
-    pairs = pairs_of_points(match.pairs, place_p, place_q)
-    return replace(match, pairs=pairs, matched_share=len(pairs) / min(len(given_p), len(given_q)))
 
 
 class _Search:

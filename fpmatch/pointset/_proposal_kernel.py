@@ -18,7 +18,7 @@ else:
 
 COMPILED = cython.compiled
 
-WIDEST_REACH2 = cython.declare(cython.double, 6.0)  # in t²: a young fit is uncertain, not lost
+WIDEST = cython.declare(cython.double, 6.0)  # times reach²: a young fit is uncertain, not lost
 
 
 @cython.ccall
@@ -39,7 +39,7 @@ def propose(
     shapes: CellGrid,
     shape_tolerance: cython.double,
     widest: cython.double,
-    t2: cython.double,
+    reach2: cython.double,
     gain: cython.double[::1],
     miss: cython.double,
     give_up: cython.double,
@@ -114,7 +114,7 @@ def propose(
                         corner_p, k, ring_start, ring, seen, stamp, test_length, company
                     )
                 _fit_corners(p, corner_p, k, q, corner_q, j, fit)
-                ratio = _grow(p, grid, company, around, t2, gain, miss, give_up, pass_on, fit)
+                ratio = _grow(p, grid, company, around, reach2, gain, miss, give_up, pass_on, fit)
                 if ratio < pass_on and (ratio < pass_small or around >= test_length):
                     continue
                 stamp += 1
@@ -122,7 +122,7 @@ def propose(
                     corner_p, k, ring_start, ring, seen, stamp, company.shape[0], company
                 )
                 _fit_corners(p, corner_p, k, q, corner_q, j, fit)
-                _grow(p, grid, company, around, t2, gain, miss, -1e300, 1e300, fit)
+                _grow(p, grid, company, around, reach2, gain, miss, -1e300, 1e300, fit)
                 state[0] = o
                 state[1] = met
                 state[3] = stamp
@@ -220,7 +220,7 @@ def _grow(
     grid: CellGrid,
     company: cython.int[::1],
     around: cython.Py_ssize_t,
-    t2: cython.double,
+    reach2: cython.double,
     gain: cython.double[::1],
     miss: cython.double,
     give_up: cython.double,
@@ -229,7 +229,7 @@ def _grow(
 ) -> cython.double:
     """Take one neighbour after the other into the fit where it has a partner; test as it grows.
 
-    A neighbour is looked for within what the tolerance and the fit's own uncertainty there allow.
+    A neighbour is looked for within √reach2, and farther by the fit's own uncertainty there.
     Returned is the log-likelihood ratio of a true transform to a false one: ``gain``, by the area
     of that reach, for every neighbour with a partner (see `weigh_hits`), `miss` for the others.
     """
@@ -257,7 +257,7 @@ def _grow(
     wider: cython.double
     shrink: cython.double
     ratio: cython.double = 0.0
-    widest: cython.double = WIDEST_REACH2 - 1.0
+    widest: cython.double = WIDEST - 1.0
     steps: cython.double = (gain.shape[0] - 1) / widest
     for n in range(around):
         i = company[n]
@@ -270,7 +270,7 @@ def _grow(
         wider = one_of + (px * px + py * py) * one_spread
         if wider > widest:
             wider = widest
-        at = grid.nearest(x, y, t2 * (1.0 + wider))
+        at = grid.nearest(x, y, reach2 * (1.0 + wider))
         if at < 0:
             ratio += miss
             if ratio < give_up:
@@ -315,14 +315,14 @@ def weigh_hits(
 ) -> cython.double:
     """Write the log-likelihood ratios of a neighbour with a partner; return that of one without.
 
-    A true transform brings `share` of the neighbours onto points of Q; a false one does so by
-    chance, of which ``gain`` has steps for reaches of 1 to `WIDEST_REACH2` times t² in area, where
-    `expected` points of Q are in the reach of t.
+    A true transform brings `share` of the neighbours onto points of Q, a false one does so by
+    chance. ``gain`` has steps for reaches of 1 to `WIDEST` times reach2 in area; `expected` points
+    of Q are within reach2.
     """
     k: cython.Py_ssize_t
     steps: cython.double = gain.shape[0] - 1
     chance: cython.double
     for k in range(gain.shape[0]):
-        chance = 1.0 - exp(-expected * (1.0 + (WIDEST_REACH2 - 1.0) * k / steps))
+        chance = 1.0 - exp(-expected * (1.0 + (WIDEST - 1.0) * k / steps))
         gain[k] = log((share + (1.0 - share) * chance) / chance)
     return log(1.0 - share)

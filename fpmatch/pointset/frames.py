@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.points import UnitFrame, box_of
+from fpmatch.pointset.points import UnitFrame
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -52,16 +52,17 @@ def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
     return frame
 
 
-def frame_if_needed(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
+def frame_if_needed(
+    points: NDArray[np.float64], box: tuple[float, float, float, float], name: str = "points"
+) -> UnitFrame:
     """Return the frame of a set, the identity where the set is in reach of float64 as it stands.
 
-    See `frame_of`; squares of squares of lengths stay in reach then.
+    See `frame_of`; `box` is the set's `box_of`. Squares of squares of lengths stay in reach then.
     """
     least, most = 2.0**-MODERATE_EXPONENT, 2.0**MODERATE_EXPONENT
-    if len(points):
-        x0, x1, y0, y1 = box_of(points)
-        if max(-x0, -y0, x1, y1) < most and max(x1 - x0, y1 - y0) > least:
-            return UnitFrame()
+    left, right, top, bottom = box
+    if max(-left, right, -top, bottom) < most and max(right - left, bottom - top) > least:
+        return UnitFrame()
     return frame_of(points, name)
 
 

@@ -69,6 +69,11 @@ def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
     return triangles[:count]
 
 
+def density_over_hull(mesh: Triangulation, points: Floats) -> float:
+    """Return points to a unit of area of the convex hull; `points` are the mesh's, (2, N)."""
+    return len(mesh) / float(kernel.polygon_area(points, mesh.hull))
+
+
 def density_of(mesh: Triangulation, points: Floats) -> float:
     """Return points to a unit of area, where most of the points are.
 
@@ -91,7 +96,7 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
     kernel.triangle_areas(points, mesh.triangles, area)
     middle = len(area) // 2
     area.partition(middle)
-    over_hull = len(mesh) / float(kernel.polygon_area(points, mesh.hull))
+    over_hull = density_over_hull(mesh, points)
     return max(over_hull, _MEDIAN_AREA / float(area[middle])) if area[middle] > 0 else over_hull
 
 

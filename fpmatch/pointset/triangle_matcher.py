@@ -28,13 +28,14 @@ from fpmatch.pointset.frames import between_sets, frame_if_needed
 from fpmatch.pointset.labelled_triangles import (
     delaunay_triangles,
     density_of,
+    density_over_hull,
     label_all,
     label_large,
     ring_triangles,
     sort_by_shape,
 )
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.points import as_points, box_of
+from fpmatch.pointset.points import UnitFrame, as_points, box_of
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -67,6 +68,9 @@ class TriangleParameters:
     ----------
     share : float
         Share of neighbours that a true transform is supposed to bring onto points of Q.
+    reach : float
+        Area in which a neighbour is looked for during the test, in squared tolerances: few
+        partners lie as far off as they may.
     give_up, pass_on : float
         Log-likelihood ratios at which a proposed transform is given up or settled.
     pass_small : float
@@ -90,6 +94,7 @@ class TriangleParameters:
     """
 
     share: float = 0.6
+    reach: float = 0.6
     give_up: float = -2.5
     pass_on: float = 14.0
     pass_small: float = 4.0
@@ -158,10 +163,12 @@ class _GivenSet:
         if len(points) < FEWEST_TO_TELL:
             raise PointSetError(f"{name}: fewer than three points: {len(points)}")
         self.name, self.given = name, points
-        self.frame = frame_if_needed(points, name)
-        unit = self.frame.apply(points)
-        self.box = box_of(unit)
-        self.mesh = triangulate_checked(unit)
+        self.box = box_of(points)
+        self.frame = frame_if_needed(points, self.box, name)
+        if self.frame != UnitFrame():
+            points = self.frame.apply(points)
+            self.box = box_of(points)
+        self.mesh = triangulate_checked(points)
         if not len(self.mesh.triangles):
             raise PointSetError(f"{name}: all points lie on one line")
 
@@ -225,7 +232,7 @@ class _Search:
     ) -> None:
         self.mesh_p, self.mesh_q, self.given = mesh_p, mesh_q, parameters
         self.p, self.q = (np.array(mesh.points.T, order="C") for mesh in (mesh_p, mesh_q))
-        self.density_p, self.density = density_of(mesh_p, self.p), density_of(mesh_q, self.q)
+        self.density_p, self.density = density_over_hull(mesh_p, self.p), density_of(mesh_q, self.q)
         self.spacing = 1.0 / math.sqrt(self.density)
         self.tolerance = 0.25 * self.spacing if tolerance is None else tolerance
         self.grid = self._cells(*box_q)
@@ -266,8 +273,9 @@ class _Search:
         state = np.zeros(4, np.int_)
         state[2] = self.tried
         t2 = self.tolerance**2
+        reach2 = given.reach * t2
         gain = np.empty(_GAIN_STEPS)
-        miss = weigh_hits(math.pi * t2 * self.density, given.share, gain)
+        miss = weigh_hits(math.pi * reach2 * self.density, given.share, gain)
         while propose(
             self.p,
             order,
@@ -282,7 +290,7 @@ class _Search:
             shapes,
             given.shape_tolerance * self.tolerance,
             widest,
-            t2,
+            reach2,
             gain,
             miss,
             given.give_up,

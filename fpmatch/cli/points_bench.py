@@ -64,8 +64,8 @@ Examples:
     "--budget",
     metavar="SECONDS",
     type=click.FloatRange(min=0, min_open=True),
-    help="Time after which matchers other than ours try no more pairs of a kind in a cell; a match "
-    "of theirs that alone takes longer ends it at once.  [default: 20]",
+    help="Time after which matchers other than ours try no more pairs of a kind in a cell, once "
+    "they have tried five.  [default: 20]",
 )
 @click.option(
     "--quick",

@@ -41,6 +41,7 @@ Result = TypeVar("Result")
 RECOGNISED_SHARE: Final = 0.8
 """Share of the true pairs that must be found."""
 
+_FEWEST_MAY_TAKE: Final = 10.0
 _MS: Final = 1e3
 
 
@@ -56,9 +57,9 @@ class TrialPlan:
         Seed of the experiment.
     budget_s : float
         Seconds after which a cell tries no further genuine pair, and after as many more no further
-        independent pair. Where one match alone takes longer, it is the last.
+        independent pair.
     fewest_trials : int
-        Pairs that are tried even so, where none takes longer than the budget.
+        Pairs that are tried even so, for ten times as long: a median of fewer says little.
     genuine_looks, independent_looks : int
         Bound of a matcher's work on one genuine and on one independent pair, for matchers that
         count it. Where there is nothing to be found, a search takes all of it.
@@ -184,7 +185,8 @@ class _Stopwatch:
         for trial in range(self.plan.trials):
             pair = make_pair(self.place, self.plan.seed, trial, genuine=genuine)
             self._try(pair, runs)
-            if self._is_spent(runs, self.clock() - start):
+            hopeless = genuine and trial == 0 and runs.stopped > 0
+            if hopeless or self._is_spent(runs, self.clock() - start):
                 break
         return runs
 
@@ -202,7 +204,7 @@ class _Stopwatch:
             return False
         budget = self.plan.budget_s
         enough = len(runs.answers) >= self.plan.fewest_trials
-        return (enough and seconds >= budget) or runs.match_s[-1] > budget
+        return seconds >= (budget if enough else _FEWEST_MAY_TAKE * budget)
 
     def _try(self, pair: RandomPair, runs: _Runs) -> None:
         genuine = pair.transform is not None

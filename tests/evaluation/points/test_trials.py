@@ -138,7 +138,8 @@ def test_scipy_has_the_genuine_pairs_in_a_batch_of_its_own(world: World) -> None
         (1.0, 10),  # until the budget is spent
         (3.0, 5),  # five all the same
         (9.9, 5),
-        (10.5, 1),  # but for one that alone takes longer
+        (10.5, 5),
+        (25.0, 4),  # but no longer than ten budgets
         (0.1, 20),
     ],
 )

@@ -161,7 +161,7 @@ def test_of_more_than_wanted_the_nearest_are_written() -> None:
     assert [grid.x[k] for k in near] == [7.0, 8.0, 6.0]
 
 
-@pytest.mark.parametrize("place", [(math.inf, 0.5), (0.5, -math.inf), (0.5, 1e300)])
+@pytest.mark.parametrize("place", [(math.inf, 0.5), (0.5, -math.inf), (0.5, 1e150)])
 def test_nothing_is_near_a_place_out_of_this_world(place: tuple[float, float]) -> None:
     grid = grid_of(np.random.default_rng(1).uniform(0, 1, (2, 20)), 0.2)
     assert grid.nearest(*place, 0.3) == -1

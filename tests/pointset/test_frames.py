@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pointset_strategies import any_finite_points, seeds
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.frames import (
+    MAX_EXPONENT,
+    MODERATE_EXPONENT,
+    between_sets,
+    frame_if_needed,
+    frame_of,
+    way_in,
+)
+from fpmatch.pointset.points import UnitFrame, box_of
+from fpmatch.pointset.similarity import Similarity
+
+moves = st.builds(
+    Similarity,
+    scale=st.floats(0.1, 10),
+    rotation=st.floats(-math.pi, math.pi),
+    tx=st.floats(-2, 2),
+    ty=st.floats(-2, 2),
+)
+
+FrameOf = Callable[..., UnitFrame]
+
+exponents = st.integers(-MAX_EXPONENT + 20, MAX_EXPONENT - 20)
+
+
+def in_frame_if_needed(points: np.ndarray, name: str = "points") -> UnitFrame:
+    return frame_if_needed(points, box_of(points), name)
+
+
+def sized(seed: int, exponent: int, offset: float = 0.0) -> np.ndarray:
+    """Return ten points of extent 2**exponent or a little less, `offset` extents off the origin."""
+    points = np.random.default_rng(seed).uniform(0, 1, (10, 2))
+    return np.ldexp(points + np.array([offset, -offset]), exponent)
+
+
+@pytest.mark.parametrize("in_frame", [frame_of, in_frame_if_needed])
+@pytest.mark.parametrize(
+    "points",
+    [
+        [[0.0, 0.0], [2.0**301, 0.0]],
+        [[0.0, -(2.0**301)], [1.0, 1.0]],
+        [[1e300, 1e300], [1e300, 1e300]],
+        [[0.0, 0.0], [2.0**-302, 2.0**-302]],
+        [[0.0, 0.0], [0.0, 5e-324]],
+    ],
+)
+def test_what_is_beyond_reach_is_refused_by_name(
+    in_frame: FrameOf, points: list[list[float]]
+) -> None:
+    with pytest.raises(PointSetError, match=r"^their points: .* beyond 2\*\*±300$"):
+        in_frame(np.array(points), "their points")
+
+
+@pytest.mark.parametrize("in_frame", [frame_of, in_frame_if_needed])
+@pytest.mark.parametrize("exponent", [-299, -61, 0, 61, 299])
+def test_what_is_within_reach_is_not(in_frame: FrameOf, exponent: int) -> None:
+    points = sized(1, exponent)
+    unit = in_frame(points).apply(points)
+    assert 0.4 < np.ptp(unit, axis=0).max() <= 1
+
+
+@given(any_finite_points)
+def test_any_finite_points_lie_in_the_unit_square_or_are_refused(points: np.ndarray) -> None:
+    try:
+        unit = frame_of(points).apply(points)
+    except PointSetError:
+        largest, extent = np.abs(points).max(), float(np.ptp(points / 4, axis=0).max()) * 4
+        assert largest >= 2.0**MAX_EXPONENT or extent < 2.0**-MAX_EXPONENT
+    else:
+        assert unit.shape == points.shape
+        assert ((unit >= 0) & (unit < 1)).all()
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        sized(2, 0),
+        sized(2, 59),
+        sized(2, -59, offset=0.0),
+        sized(2, 0, offset=1e9),
+        np.array([[0.0, 0.0], [0.0, 1e-9]]),
+    ],
+)
+def test_moderate_points_need_no_frame(points: np.ndarray) -> None:
+    assert in_frame_if_needed(points) == UnitFrame()
+    assert UnitFrame().apply(points) is points
+
+
+@pytest.mark.parametrize("exponent", [-MODERATE_EXPONENT - 2, MODERATE_EXPONENT + 2, -200, 200])
+def test_others_get_theirs(exponent: int) -> None:
+    points = sized(3, exponent)
+    assert in_frame_if_needed(points) == frame_of(points) != UnitFrame()
+
+
+def test_no_points_need_no_frame() -> None:
+    assert frame_of(np.empty((0, 2))) == UnitFrame()
+
+
+def test_a_single_place_is_its_own_origin() -> None:
+    place = np.array([[7.0, -3.0], [7.0, -3.0]])
+    assert frame_of(place).apply(place).tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    assert way_in(frame_of(place)).apply(place).tolist() == [[0.0, 0.0], [0.0, 0.0]]
+
+
+@given(seeds, exponents, st.sampled_from([0.0, -0.5, 1e3]))
+def test_the_way_in_is_the_frame(seed: int, exponent: int, offset: float) -> None:
+    points = sized(seed, exponent, offset)
+    frame = frame_of(points)
+    assert way_in(frame).apply(points) == pytest.approx(frame.apply(points), abs=1e-12)
+
+
+def test_there_is_no_way_into_no_frame() -> None:
+    assert way_in(UnitFrame()) == Similarity()
+
+
+@given(seeds, moves, exponents, exponents, st.sampled_from([0.0, -0.5, 1e3]))
+def test_between_sets_goes_in_moves_and_comes_out(
+    seed: int, move: Similarity, of_p: int, of_q: int, offset: float
+) -> None:
+    p, q = sized(seed, of_p, offset), sized(seed + 1, of_q, -offset)
+    frame_p, frame_q = frame_of(p), frame_of(q)
+    there = between_sets(move, frame_p, frame_q).apply(p)
+    assert frame_q.apply(there) == pytest.approx(move.apply(frame_p.apply(p)), abs=1e-9)
+
+
+@given(seeds, moves, exponents)
+def test_one_set_may_need_no_frame(seed: int, move: Similarity, exponent: int) -> None:
+    far, near = sized(seed, exponent), sized(seed, 0)
+    frame, none = frame_of(far), UnitFrame()
+    there = between_sets(move, frame, none).apply(far)
+    assert there == pytest.approx(move.apply(frame.apply(far)), abs=1e-9)
+    there = between_sets(move, none, frame).apply(near)
+    assert frame.apply(there) == pytest.approx(move.apply(near), abs=1e-9)
+
+
+def test_between_sets_without_frames_is_the_move_itself() -> None:
+    move = Similarity(2.0, 0.5, 3.0, -1.0)
+    assert between_sets(move, UnitFrame(), UnitFrame()) is move

@@ -1,0 +1,167 @@
+"""The ridge pattern of a master print, grown from random seeds by oriented filtering.
+
+References
+----------
+Cappelli, Erol, Maio, Maltoni, "Synthetic fingerprint-image generation", ICPR 2000 (SFinGe).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Field = NDArray[np.float32]  # a value a pixel
+    Taps = list[tuple[NDArray[np.intp], np.float32]]  # where to look, flat, and its weight
+
+_STEPS: Final = 2.0**20  # of cosines and weights: rounded, they hide a machine's last bit
+
+
+@dataclass(frozen=True, slots=True)
+class GrowthParameters:
+    """Set how ridges grow; lengths in ridge periods."""
+
+    across_sigma: float = 0.45  # width of the oriented filter
+    along_sigma: float = 0.6
+    along_reach: float = 1.6
+    taps_across: int = 8  # on either side
+    taps_along: int = 8
+    seeds_per_square_period: float = 0.7
+    steps: int = 16  # enough to fill the print; each further one anneals minutiae away
+    gain: float = 3.0  # before clipping to -1..1; more grows faster
+    blur: float = 0.08  # weight of a neighbour, which hides that taps are whole pixels
+    final_gain: float = 1.3
+    dot: float = 0.6  # largest area of a spot or hole that is smoothed away, periods squared
+    settling_steps: int = 3  # that are left after that
+
+
+def grow_ridges(
+    orientation: Field,
+    period: Field,
+    rng: np.random.Generator,
+    parameters: GrowthParameters | None = None,
+) -> Field:
+    """Grow ridges along an orientation field until they fill the print.
+
+    The Gabor-like filter is separable in the local frame: a cosine under a Gaussian across the
+    ridges, then a Gaussian along them, each a weighted sum of nearest pixels.
+
+    Parameters
+    ----------
+    orientation : ndarray of float32, shape (H, W)
+        Ridge orientation in radians, counter-clockwise on screen.
+    period : ndarray of float32, shape (H, W)
+        Ridge period in pixels.
+    rng : numpy.random.Generator
+        Where the seeds come from.
+    parameters : GrowthParameters, optional
+        Filter, seeds and steps.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Relief, from -1 in the valleys to 1 on the ridges.
+
+    Examples
+    --------
+    >>> level = np.zeros((60, 60), np.float32)
+    >>> relief = grow_ridges(level, np.full_like(level, 9.0), np.random.default_rng(1))
+    >>> float(relief.min()), float(relief.max())
+    (-1.0, 1.0)
+    """
+    p = parameters or GrowthParameters()
+    across, along = _filters(orientation, period, p)
+    relief = np.zeros(orientation.size, np.float32)
+    mean_period = float(np.mean(period, dtype=np.float64))
+    seeds = int(p.seeds_per_square_period * relief.size / mean_period**2)
+    relief[rng.integers(0, relief.size, max(seeds, 1))] = 1.0
+    gain = np.float32(p.gain)
+    for step in range(p.steps):
+        if p.steps - step == p.settling_steps:
+            smooth = without_dots_and_holes(relief.reshape(orientation.shape), p.dot * period**2)
+            relief = smooth.ravel()
+        relief = np.clip(gain * relief, -1, 1)
+        relief = _weighted_sum(_weighted_sum(relief, across), along)
+        relief = _blurred(relief.reshape(orientation.shape), np.float32(p.blur)).ravel()
+    grown = np.float32(p.final_gain) * relief.reshape(orientation.shape)
+    return np.asarray(np.clip(grown, -1, 1))
+
+
+def without_dots_and_holes(relief: Field, largest_px: Field) -> Field:
+    """Turn every dot of ridge into valley and fill every hole in a ridge.
+
+    Parameters
+    ----------
+    relief : ndarray of float32, shape (H, W)
+        Positive on ridges.
+    largest_px : ndarray of float32, shape (H, W)
+        Area in pixels below which a spot is a dot or a hole, place by place.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        The same relief with the sign changed there.
+
+    Examples
+    --------
+    >>> relief = np.full((30, 30), -1.0, np.float32)
+    >>> relief[10:12, 10:12] = 1.0
+    >>> float(without_dots_and_holes(relief, np.full_like(relief, 50.0)).max())
+    -1.0
+    """
+    from scipy import ndimage  # noqa: PLC0415
+
+    ridges, _ = ndimage.label(relief > 0, np.ones((3, 3)))  # which join at corners
+    dots = (ridges > 0) & (np.bincount(ridges.ravel())[ridges] < largest_px)
+    cleaned = np.where(dots, -relief, relief)
+    valleys, _ = ndimage.label(cleaned <= 0)  # which do not
+    holes = (valleys > 0) & (np.bincount(valleys.ravel())[valleys] < largest_px)
+    return np.asarray(np.where(holes, -cleaned, cleaned), np.float32)
+
+
+def _filters(orientation: Field, period: Field, p: GrowthParameters) -> tuple[Taps, Taps]:
+    """Return the taps across the ridges and along them."""
+    dx, dy = period * _rounded(np.cos(orientation)), period * _rounded(np.sin(orientation))
+    x = np.linspace(-1, 1, 2 * p.taps_across + 1)
+    wave, envelope = np.cos(2 * np.pi * x), np.exp(-0.5 * (x / p.across_sigma) ** 2)
+    blind = envelope * (wave - envelope @ wave / envelope.sum())  # to a uniform level
+    across = _taps(-dy, dx, x, blind / (blind @ wave))
+    x = np.linspace(-p.along_reach, p.along_reach, 2 * p.taps_along + 1)
+    envelope = np.exp(-0.5 * (x / p.along_sigma) ** 2)
+    return across, _taps(dx, dy, x, envelope / envelope.sum())
+
+
+def _taps(
+    dx: Field, dy: Field, distances: NDArray[np.float64], weights: NDArray[np.float64]
+) -> Taps:
+    """Return the nearest pixels to so many steps of (dx, dy), y up, from every pixel."""
+    rows, columns = dx.shape
+    y, x = np.mgrid[:rows, :columns].astype(np.float32)
+    taps = []
+    for distance, weight in zip(_rounded(distances), _rounded(weights), strict=True):
+        column = np.clip(np.rint(x + distance * dx), 0, columns - 1)
+        row = np.clip(np.rint(y - distance * dy), 0, rows - 1)
+        taps.append(((row * columns + column).astype(np.intp).ravel(), weight))
+    return taps
+
+
+def _rounded(values: NDArray[np.floating]) -> Field:
+    return np.asarray(np.rint(values * _STEPS) / _STEPS, np.float32)
+
+
+def _weighted_sum(values: Field, taps: Taps) -> Field:
+    total = np.zeros_like(values)
+    for pixel, weight in taps:
+        total += weight * values[pixel]
+    return total
+
+
+def _blurred(relief: Field, weight: np.float32) -> Field:
+    """Average every pixel with its neighbours in row and column."""
+    padded = np.pad(relief, 1, mode="edge")
+    padded = (1 - 2 * weight) * padded[1:-1] + weight * (padded[:-2] + padded[2:])
+    return (1 - 2 * weight) * padded[:, 1:-1] + weight * (padded[:, :-2] + padded[:, 2:])

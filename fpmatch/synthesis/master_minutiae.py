@@ -1,0 +1,136 @@
+"""The minutiae of a master print, without those that are only flaws of its ridges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.minutiae import Minutiae, MinutiaKind
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Field = NDArray[np.float32]
+    Mask = NDArray[np.bool_]
+
+_BRANCHES: Final = {MinutiaKind.ENDING: 1, MinutiaKind.BIFURCATION: 3}  # = crossing number
+
+
+@dataclass(frozen=True, slots=True)
+class MinutiaeParameters:
+    """Set what is no minutia; lengths in local ridge periods."""
+
+    branch: float = 1.1  # a ridge that runs less far from its minutia is a spur or an island
+    spacing: float = 0.9  # two minutiae nearer than this are one flaw
+    gap: float = 1.7  # two endings that face each other so near are a break
+
+
+def list_minutiae(
+    relief: Field,
+    orientation: Field,
+    period: Field,
+    silhouette: Mask,
+    parameters: MinutiaeParameters | None = None,
+) -> Minutiae:
+    """List the minutiae of a clean relief, by crossing numbers on the skeleton of its ridges.
+
+    Spurs, islands, breaks and minutiae too near to each other are left out: no examiner, and no
+    good extractor, would count them.
+
+    Parameters
+    ----------
+    relief : ndarray of float32, shape (H, W)
+        Positive on ridges.
+    orientation : ndarray of float32, shape (H, W)
+        Ridge orientation in radians, counter-clockwise on screen.
+    period : ndarray of float32, shape (H, W)
+        Ridge period in pixels.
+    silhouette : ndarray of bool, shape (H, W)
+        Where minutiae are listed, short of one ridge period from the border of the arrays.
+    parameters : MinutiaeParameters, optional
+        What is no minutia.
+
+    Returns
+    -------
+    Minutiae
+        Endings and bifurcations with their directions, from top to bottom.
+
+    Examples
+    --------
+    >>> level = np.zeros((60, 60), np.float32)
+    >>> relief = np.full_like(level, -1.0)
+    >>> relief[28:33, 30:] = 1.0  # a ridge that comes from the right and ends in the middle
+    >>> found = list_minutiae(relief, level, level + 9.0, relief < 2)
+    >>> found.kind.tolist(), found.angle.tolist()
+    ([1], [0.0])
+    """
+    from skimage.morphology import skeletonize  # noqa: PLC0415
+
+    p = parameters or MinutiaeParameters()
+    skeleton = np.asarray(skeletonize(relief > 0), np.bool_)  # type: ignore[no-untyped-call]
+    crossing = crossing_numbers(skeleton)
+    margin = int(np.ceil(period.max() * max(p.branch, 1.0)))
+    counted = np.zeros_like(silhouette)
+    counted[margin:-margin, margin:-margin] = silhouette[margin:-margin, margin:-margin]
+    listed: list[tuple[float, float, float, float]] = []
+    for kind, branches in _BRANCHES.items():
+        for row, column in np.argwhere(skeleton & counted & (crossing == branches)):
+            reach = p.branch * float(period[row, column])
+            ways = _ways_out(skeleton, row, column, reach)
+            if len(ways) == branches:
+                direction = _direction(ways, float(orientation[row, column]))
+                listed.append((column, row, direction, kind))
+    x, y, angle, codes = np.array(listed, np.float32).reshape(-1, 4).T
+    found = Minutiae(x, y, angle, codes.astype(np.uint8))
+    local = period[found.y.astype(np.intp), found.x.astype(np.intp)]
+    found = found.take(~_too_near(found, local, p))
+    return found.take(np.lexsort((found.x, found.y)))
+
+
+def crossing_numbers(skeleton: Mask) -> NDArray[np.int64]:
+    """Return half the number of changes from pixel to pixel around each pixel, shape (H, W)."""
+    padded = np.pad(skeleton, 1).astype(np.int64)
+    rows, columns = skeleton.shape
+    ring = ((0, 1), (0, 2), (1, 2), (2, 2), (2, 1), (2, 0), (1, 0), (0, 0))
+    around = np.stack([padded[top : top + rows, left : left + columns] for top, left in ring])
+    return np.asarray(np.abs(around - np.roll(around, 1, axis=0)).sum(axis=0) // 2)
+
+
+def _ways_out(skeleton: Mask, row: int, column: int, reach: float) -> list[complex]:
+    """Return where the skeleton that starts at a pixel leaves the disk of radius `reach` about it.
+
+    The places are x + iy from the pixel, y up; branches that end within are not among them.
+    """
+    from scipy import ndimage  # noqa: PLC0415
+
+    side = int(np.ceil(reach))
+    window = skeleton[row - side : row + side + 1, column - side : column + side + 1]
+    y, x = np.mgrid[side : -side - 1 : -1, -side : side + 1]
+    distance = np.hypot(x, y)
+    eight = np.ones((3, 3))
+    whole, _ = ndimage.label(window & (distance <= reach), eight)
+    own = whole == whole[side, side]
+    rim, count = ndimage.label(own & (distance > reach - np.sqrt(2)), eight)
+    return [complex(x[rim == i].mean(), y[rim == i].mean()) for i in range(1, count + 1)]
+
+
+def _direction(ways: list[complex], axis: float) -> float:
+    """Return the sense of the ridge orientation in which most of the ways out lie."""
+    ahead = sum(np.sign((way * np.exp(-1j * axis)).real) for way in ways)
+    return axis if ahead > 0 else axis + np.pi
+
+
+def _too_near(found: Minutiae, period: Field, p: MinutiaeParameters) -> Mask:
+    """Tell which minutiae have another so near that the two are one flaw."""
+    place = found.x.astype(np.float64) - 1j * found.y
+    between = place[None] - place[:, None]
+    distance = np.abs(between) / period[:, None]
+    np.fill_diagonal(distance, np.inf)
+    ahead = np.exp(1j * found.angle.astype(np.float64))[:, None]
+    ending = found.kind == MinutiaKind.ENDING
+    behind = (between * np.conj(ahead)).real < -np.abs(between) * np.cos(np.pi / 4)
+    facing = ending[:, None] & ending[None] & behind & behind.T
+    near = (distance < p.spacing) | (facing & (distance < p.gap))
+    return np.asarray((near | near.T).any(axis=1))

@@ -1,0 +1,123 @@
+"""The ridge orientation of a master print: singular points, arching flanks, and variation.
+
+References
+----------
+Cappelli, Erol, Maio, Maltoni, "Synthetic fingerprint-image generation", ICPR 2000 (SFinGe), for
+the steps and the arch; `fpmatch.synthesis.zero_pole` for what cores and deltas do.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.synthesis.classes import PatternClass, Range, SingularPoints
+from fpmatch.synthesis.noise import smooth_noise
+from fpmatch.synthesis.zero_pole import ZeroPoleParameters, zero_pole_turning
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+ORIENTATION_LEVELS: Final = 2048
+"""Orientations are whole multiples of π over this, so that rounding differs on no machine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arching:
+    """Set how the ridges of one class arch over the fingertip, beyond what singular points do."""
+
+    steepness_deg: Range  # of the flanks
+    half_width_px: Range  # where, either side of the middle
+
+
+ARCHING: Final = {
+    PatternClass.ARCH: Arching((40.0, 56.0), (66.0, 88.0)),
+    PatternClass.TENTED_ARCH: Arching((30.0, 42.0), (85.0, 105.0)),
+    PatternClass.LEFT_LOOP: Arching((26.0, 38.0), (105.0, 125.0)),
+    PatternClass.RIGHT_LOOP: Arching((26.0, 38.0), (105.0, 125.0)),
+    PatternClass.WHORL: Arching((28.0, 40.0), (105.0, 125.0)),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class OrientationParameters:
+    """Set how a finger's orientation field leaves the plain zero-pole model; lengths at size 1."""
+
+    zero_pole: ZeroPoleParameters = field(default_factory=ZeroPoleParameters)
+    variation_deg: float = 4.5  # standard deviation of what no model explains
+    variation_extent_px: float = 34.0
+    joint_px: float = 105.0  # how far below the middle the arches have flattened by half
+    joint_softness_px: float = 32.0
+    widening_px: float = 400.0  # so far above the middle arches are twice as wide
+
+
+def ridge_orientation(
+    pattern: PatternClass,
+    points: SingularPoints,
+    shape: tuple[int, int],
+    rng: np.random.Generator,
+    parameters: OrientationParameters | None = None,
+    *,
+    size: float = 1.0,
+) -> NDArray[np.float32]:
+    """Draw the ridge orientation field of one finger.
+
+    Parameters
+    ----------
+    pattern : PatternClass
+        Class of the print, which sets how its ridges arch.
+    points : SingularPoints
+        Cores and deltas, in pixels.
+    shape : (int, int)
+        Rows and columns.
+    rng : numpy.random.Generator
+        Where the corrections and the variation come from.
+    parameters : OrientationParameters, optional
+        How far the field leaves the plain model.
+    size : float, optional
+        Size of the finger beside one of average size (default 1).
+
+    Returns
+    -------
+    ndarray of float32, shape (rows, columns)
+        Radians in [0, π), counter-clockwise on screen from +x.
+
+    Examples
+    --------
+    >>> none = SingularPoints(np.empty((0, 2)), np.empty((0, 2)))
+    >>> rng = np.random.default_rng(1)
+    >>> ridge_orientation(PatternClass.ARCH, none, (200, 160), rng, size=0.36).shape
+    (200, 160)
+    """
+    p = parameters or OrientationParameters()
+    rows, columns = shape
+    y, x = np.mgrid[rows / 2 : -rows / 2 : -1, -columns / 2 : columns / 2]
+    cores, deltas = (_from_middle(xy, shape) for xy in (points.cores, points.deltas))
+    turning = zero_pole_turning(x + 1j * y, cores, deltas, rng, p.zero_pole)
+    arching = _arching(x / size, y / size, ARCHING[pattern], rng, p)
+    noise = smooth_noise(shape, p.variation_extent_px, rng)
+    angle = turning + arching + math.radians(p.variation_deg) * noise
+    level = np.mod(np.rint(angle * (ORIENTATION_LEVELS / np.pi)), ORIENTATION_LEVELS)
+    return np.asarray(level * (np.pi / ORIENTATION_LEVELS), np.float32)
+
+
+def _arching(
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    arching: Arching,
+    rng: np.random.Generator,
+    p: OrientationParameters,
+) -> NDArray[np.float64]:
+    """Return how much steeper ridges rise left of the middle and fall right of it, radians."""
+    steepness = math.radians(rng.uniform(*arching.steepness_deg))
+    u = x / (rng.uniform(*arching.half_width_px) * (1 + np.clip(y / p.widening_px, 0, None)))
+    above_joint = 1 / (1 + np.exp(-(y + p.joint_px) / p.joint_softness_px))
+    return np.asarray(-steepness * u * np.exp((1 - u**2) / 2) * above_joint)
+
+
+def _from_middle(xy: NDArray[np.float64], shape: tuple[int, int]) -> list[complex]:
+    """Return pixel positions as x + iy from the middle of the print, y up."""
+    return [complex(x - shape[1] / 2, shape[0] / 2 - y) for x, y in xy]

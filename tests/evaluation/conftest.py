@@ -1,9 +1,14 @@
+"""Make `truth_files` importable for the tests beside it; databases whose answers are known."""
+
 from __future__ import annotations
 
 import importlib
+import sys
 from pathlib import Path
 
 import pytest
+
+sys.path.append(str(Path(__file__).parent))
 
 
 @pytest.fixture

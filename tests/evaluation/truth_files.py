@@ -1,0 +1,55 @@
+"""Make the truth about prints that never were, as a file tells it and as it is read."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fpmatch.evaluation.minutiae_truth import ImpressionTruth
+from fpmatch.minutiae import Minutiae
+from fpmatch.pointset.similarity import Similarity
+
+IDENTITY = {"scale": 1.0, "rotation": 0.0, "tx": 0.0, "ty": 0.0}
+
+
+def truth_document(*names: str, **changes: Any) -> dict[str, Any]:
+    """Return a truth in which each finger has three minutiae and each impression shows two."""
+    columns = {
+        **{"x": [10.0, 50.0], "y": [20.0, 60.0], "angle_deg": [0.0, 90.0]},
+        **{"kind": [1, 2], "master": [0, 2]},
+        **changes,
+    }
+    return {
+        "fingers": {
+            name.partition("_")[0]: {"minutiae": {"x": [10, 30, 50], "y": [20, 40, 60]}}
+            for name in names
+        },
+        "impressions": {name: {"transform": dict(IDENTITY), "minutiae": columns} for name in names},
+    }
+
+
+def write_truth(folder: Path, document: object) -> Path:
+    path = folder / "truth.json"
+    path.write_text(json.dumps(document))
+    return path
+
+
+def truth_of(
+    minutiae: Minutiae,
+    visible: list[bool] | None = None,
+    transform: Similarity | None = None,
+    hidden: list[list[float]] | None = None,
+) -> ImpressionTruth:
+    """Return a truth whose minutiae are the finger's own, in order."""
+    seen = np.ones(len(minutiae), bool) if visible is None else np.array(visible, bool)
+    unlisted = np.array(hidden or [], dtype=np.float64).reshape(-1, 2)
+    return ImpressionTruth(
+        transform=transform or Similarity(),
+        minutiae=minutiae,
+        master=np.arange(len(minutiae)),
+        visible=seen,
+        hidden_xy=np.vstack([minutiae.xy[~seen], unlisted]),
+    )

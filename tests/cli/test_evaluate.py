@@ -145,3 +145,53 @@ def test_unknown_resolution_is_said_once(fpmatch, database):
     (database / "dataset.toml").unlink()
     notes = fpmatch(database, "--workers", 1).stderr.splitlines()
     assert sum("no dpi in dataset.toml: prints; " in note for note in notes) == 1
+
+
+@pytest.fixture
+def truth(database):
+    """Write a truth beside the prints that tells of one minutia in each."""
+    fingers = {str(f): {"minutiae": {"x": [100 * f], "y": [0]}} for f in range(1, 6)}
+    impressions = {
+        path.stem: {
+            "transform": {"scale": 1, "rotation": 0, "tx": 0, "ty": 0},
+            "minutiae": {"x": [50], "y": [0], "angle_deg": [0], "kind": [1], "master": [0]},
+        }
+        for path in database.glob("*.tif")
+    }
+    path = database / "truth.json"
+    path.write_text(json.dumps({"fingers": fingers, "impressions": impressions}))
+    return path
+
+
+@pytest.mark.usefixtures("known_answers", "truth")
+def test_minutiae_adds_tables_and_json(fpmatch, database):
+    rates, minutiae, false, transforms = fpmatch(
+        database, "--minutiae", "--workers", 1
+    ).stdout.split("\n\n")
+    assert rates.startswith("database ")
+    assert minutiae.startswith("minutiae ")
+    assert len(minutiae.splitlines()) == 4
+    assert false.startswith("false ones within 12 px, 22.5° ")
+    assert transforms.startswith("transforms ")
+    document = json.loads(fpmatch(database, "--minutiae", "--json", "--workers", 1).stdout)
+    assert list(document) == ["sets", "mean", "pooled", "minutiae"]
+    assert document["minutiae"]["pooled"]["extracted"] == 19
+    assert document["minutiae"]["pooled"]["true"] == 20
+
+
+def test_minutiae_need_a_truth_and_say_so_before_any_work(fpmatch, database):
+    result = fpmatch(database, "--minutiae")
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.splitlines() == [
+        f"fpmatch: error: {database / 'truth.json'}: no such file; true minutiae are read from it"
+    ]
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_a_malformed_truth_is_one_line_and_status_2(fpmatch, database, truth):
+    truth.write_text("{")
+    result = fpmatch(database, "--minutiae")
+    assert result.exit_code == 2
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"fpmatch: error: {truth}: not a readable JSON file: ")

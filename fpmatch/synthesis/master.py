@@ -114,7 +114,14 @@ class Master:
     deltas: NDArray[np.float64] = field(repr=False)
 
     def __post_init__(self) -> None:
-        for array in (self.orientation, self.period, self.relief, self.silhouette):
+        for array in (
+            self.orientation,
+            self.period,
+            self.relief,
+            self.silhouette,
+            self.cores,
+            self.deltas,
+        ):
             array.setflags(write=False)
 
 

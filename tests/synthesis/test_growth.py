@@ -1,0 +1,77 @@
+"""`fpmatch.synthesis.growth`: ridges fill the field, with its orientation and its period."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fpmatch.synthesis.growth import GrowthParameters, grow_ridges, without_dots_and_holes
+
+SHAPE = (120, 128)
+
+
+def even_field(angle_deg: float, period_px: float) -> tuple[np.ndarray, np.ndarray]:
+    orientation = np.full(SHAPE, np.radians(angle_deg), np.float32)
+    return orientation, np.full(SHAPE, period_px, np.float32)
+
+
+def mean_wave(relief: np.ndarray) -> tuple[float, float]:
+    """Return period in pixels and orientation in degrees of the strongest waves, on average."""
+    windowed = relief * np.hanning(SHAPE[0])[:, None] * np.hanning(SHAPE[1])
+    power = np.abs(np.fft.fft2(windowed, (512, 512))) ** 2
+    v, u = np.meshgrid(-np.fft.fftfreq(512), np.fft.fftfreq(512), indexing="ij")
+    weight = power * (power > 0.05 * power.max())
+    doubled = np.sum(weight * (u + 1j * v) ** 2)
+    frequency = np.sum(weight * np.hypot(u, v)) / weight.sum()
+    return 1 / frequency, np.degrees(np.angle(doubled) / 2 + np.pi / 2) % 180
+
+
+@pytest.mark.parametrize("angle", [0, 30, 72, 90, 135])
+@pytest.mark.parametrize("period", [7.5, 9, 11])
+def test_ridges_follow_the_field(angle: float, period: float) -> None:
+    relief = grow_ridges(*even_field(angle, period), np.random.default_rng(4))
+    found_period, found_angle = mean_wave(relief)
+    assert found_period == pytest.approx(period, rel=0.15)  # taps are whole pixels
+    assert abs((found_angle - angle + 90) % 180 - 90) < 5
+
+
+@settings(max_examples=10)
+@given(st.floats(0, 180), st.floats(6, 13), st.integers(0, 2**32))
+def test_the_print_is_filled_half_by_ridges(angle: float, period: float, seed: int) -> None:
+    relief = grow_ridges(*even_field(angle, period), np.random.default_rng(seed))
+    assert relief.dtype == np.float32
+    assert np.abs(relief).max() <= 1
+    assert 0.4 < (relief > 0).mean() < 0.6
+    assert np.mean(np.abs(relief) < 0.25) < 0.25
+
+
+def test_one_seed_is_enough() -> None:
+    lone = GrowthParameters(seeds_per_square_period=0, steps=40)
+    relief = grow_ridges(*even_field(20, 9), np.random.default_rng(0), lone)
+    assert np.mean(np.abs(relief) > 0.25) > 0.7
+
+
+def test_a_finger_grows_the_same_ridges_twice() -> None:
+    one, two = (grow_ridges(*even_field(40, 9), np.random.default_rng(3)) for _ in range(2))
+    np.testing.assert_array_equal(one, two)
+
+
+def test_dots_vanish_and_holes_close_but_ridges_stay() -> None:
+    relief = np.full((40, 60), -0.5, np.float32)
+    relief[10:15] = 0.75  # a ridge
+    relief[12, 20:22] = -0.25  # a hole in it
+    relief[25:27, 30:32] = 0.5  # a dot
+    relief[32:36, 5:50] = 0.5  # an island, too long for a dot
+    expected = relief.copy()
+    expected[12, 20:22] = 0.25
+    expected[25:27, 30:32] = -0.5
+    largest = np.full_like(relief, 40)
+    np.testing.assert_array_equal(without_dots_and_holes(relief, largest), expected)
+
+
+@pytest.mark.parametrize("level", [-1.0, 1.0])
+def test_a_uniform_relief_has_neither_dot_nor_hole(level: float) -> None:
+    relief = np.full((20, 20), level, np.float32)
+    np.testing.assert_array_equal(without_dots_and_holes(relief, np.full_like(relief, 50)), relief)

@@ -1,0 +1,107 @@
+"""`fpmatch.synthesis.master`: the same finger everywhere, another finger in everything else."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import ImageError
+from fpmatch.synthesis.classes import PatternClass
+from fpmatch.synthesis.master import Master, MasterParameters, make_master
+
+SMALL = MasterParameters(shape=(224, 176))
+ARRAYS = ("orientation", "period", "relief", "silhouette", "cores", "deltas")
+DIGEST_CODE = """
+import hashlib
+from fpmatch.synthesis.master import MasterParameters, make_master
+m = make_master(3, 8, MasterParameters(shape=(224, 176)))
+arrays = [getattr(m, name) for name in {names}] + [m.minutiae.xy, m.minutiae.angle, m.minutiae.kind]
+print(m.pattern, hashlib.sha256(b"".join(a.tobytes() for a in arrays)).hexdigest())
+"""
+
+
+@pytest.fixture(scope="module")
+def masters() -> list[Master]:
+    return [make_master(3, finger, SMALL) for finger in range(4)]
+
+
+def test_two_processes_make_the_same_finger() -> None:
+    one, two = (
+        subprocess.run(
+            [sys.executable, "-c", DIGEST_CODE.format(names=ARRAYS)],
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=300,
+        ).stdout
+        for _ in range(2)
+    )
+    assert one == two
+    assert len(one.split()[-1]) == 2 * hashlib.sha256().digest_size
+
+
+def test_a_finger_does_not_depend_on_those_made_before_it(masters: list[Master]) -> None:
+    again = make_master(3, 3, SMALL)
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(again, name), getattr(masters[3], name))
+    assert again.minutiae == masters[3].minutiae
+
+
+def test_fingers_and_seeds_differ_in_everything(masters: list[Master]) -> None:
+    others = [*masters[1:], make_master(4, 0, SMALL)]
+    for other in others:
+        for name in ("orientation", "period", "relief", "silhouette"):
+            assert not np.array_equal(getattr(masters[0], name), getattr(other, name))
+        assert masters[0].minutiae != other.minutiae
+
+
+def test_arrays_have_the_shape_asked_for_and_cannot_be_changed(masters: list[Master]) -> None:
+    for master in masters:
+        for name in ("orientation", "period", "relief", "silhouette"):
+            assert getattr(master, name).shape == SMALL.shape
+        for name in ARRAYS:
+            assert not getattr(master, name).flags.writeable
+        assert master.relief.dtype == master.period.dtype == master.orientation.dtype == np.float32
+        assert master.silhouette.dtype == np.bool_
+
+
+def test_minutiae_lie_on_the_print_along_its_ridges(masters: list[Master]) -> None:
+    for master in masters:
+        found = master.minutiae
+        row, column = found.y.astype(int), found.x.astype(int)
+        assert master.silhouette[row, column].all()
+        assert np.abs(np.sin(found.angle - master.orientation[row, column])).max() < 1e-5
+        assert set(found.kind.tolist()) <= {1, 2}
+
+
+def test_minutiae_are_as_dense_as_on_real_prints(masters: list[Master]) -> None:
+    area_mm2 = sum(float(master.silhouette.sum()) for master in masters) * (25.4 / 500) ** 2
+    density = sum(len(master.minutiae) for master in masters) / area_mm2
+    assert 0.15 < density < 0.4  # a small print has its singular points closer together
+    kinds = np.concatenate([master.minutiae.kind for master in masters])
+    assert 0.3 < np.mean(kinds == 1) < 0.7
+
+
+def test_no_two_minutiae_are_near_each_other(masters: list[Master]) -> None:
+    for master in masters:
+        between = master.minutiae.xy[:, None] - master.minutiae.xy[None]
+        distance = np.hypot(*between.transpose(2, 0, 1)) + np.diag(np.full(len(between), np.inf))
+        assert distance.min() > 0.8 * master.period.min()
+
+
+@pytest.mark.parametrize("pattern", PatternClass)
+def test_a_class_can_be_asked_for(pattern: PatternClass) -> None:
+    master = make_master(1, 1, MasterParameters(shape=(96, 80), pattern=pattern))
+    assert master.pattern is pattern
+    points = {PatternClass.ARCH: 0, PatternClass.WHORL: 2}.get(pattern, 1)
+    assert len(master.cores) == len(master.deltas) == points
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (63, 440), (560, -1), (560, 5000)])
+def test_an_impossible_size_is_refused_by_name(shape: tuple[int, int]) -> None:
+    with pytest.raises(ImageError, match=f"{shape[0]} x {shape[1]} pixels"):
+        MasterParameters(shape=shape)

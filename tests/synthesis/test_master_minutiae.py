@@ -1,0 +1,98 @@
+"""`fpmatch.synthesis.master_minutiae`: what is listed of drawn ridges, and what is not."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fpmatch.minutiae import Minutiae, MinutiaKind
+from fpmatch.synthesis.master_minutiae import crossing_numbers, list_minutiae
+
+SIDE = 120
+MIDDLE = SIDE // 2
+PERIOD = 9.0
+
+Line = tuple[complex, complex]  # from and to, x + iy from the middle, y up
+
+
+def minutiae_of(
+    lines: list[Line], angle_deg: float = 0.0, silhouette: NDArray[np.bool_] | None = None
+) -> Minutiae:
+    """List the minutiae of ridges drawn as thick lines, all turned by `angle_deg`."""
+    pixels = np.zeros((SIDE, SIDE), np.uint8)
+    turn = np.exp(1j * np.radians(angle_deg))
+    for ends in lines:
+        start, stop = ((MIDDLE + (turn * end).real, MIDDLE - (turn * end).imag) for end in ends)
+        cv2.line(pixels, *(tuple(round(c) for c in end) for end in (start, stop)), 1, 4)
+    relief = pixels.astype(np.float32) * 2 - 1
+    orientation = np.full(relief.shape, np.radians(angle_deg) % np.pi, np.float32)
+    inside = np.ones(relief.shape, bool) if silhouette is None else silhouette
+    return list_minutiae(relief, orientation, np.full_like(relief, PERIOD), inside)
+
+
+def the_one(found: Minutiae, kind: MinutiaKind, angle_deg: float, within_px: float = 3) -> None:
+    assert found.kind.tolist() == [kind]
+    assert np.hypot(found.x[0] - MIDDLE, found.y[0] - MIDDLE) < within_px
+    turn = np.exp(1j * (found.angle[0] - np.radians(angle_deg)))
+    assert abs(np.angle(turn)) < 0.01
+
+
+@pytest.mark.parametrize("angle", range(0, 360, 24))
+def test_an_ending_points_back_along_its_ridge(angle: int) -> None:
+    the_one(minutiae_of([(0, 100)], angle), MinutiaKind.ENDING, angle)
+
+
+@pytest.mark.parametrize("angle", range(0, 360, 24))
+def test_a_bifurcation_points_into_the_valley_between_its_close_branches(angle: int) -> None:
+    fork: list[Line] = [(-100, 0), (0, 100 + 45j), (0, 100 - 45j)]
+    the_one(minutiae_of(fork, angle), MinutiaKind.BIFURCATION, angle, within_px=7)
+
+
+def test_minutiae_come_from_top_to_bottom() -> None:
+    found = minutiae_of([(30 - 20j, 100 - 20j), (10 + 0j, 100 + 0j), (-20 + 20j, 100 + 20j)])
+    assert found.y.tolist() == sorted(found.y.tolist())
+    assert len(found) == 3
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        pytest.param([], id="nothing"),
+        pytest.param([(-100, 100)], id="a ridge from border to border"),
+        pytest.param([(-100, -5), (5, 100)], id="a break"),
+        pytest.param([(-100, 100), (0, 7j)], id="a spur"),
+        pytest.param([(-3, 3)], id="an island"),
+        pytest.param([(-100, 4), (0 + 7j, 100 + 7j)], id="two endings too near each other"),
+        pytest.param([(-100, 100), (-100 + 7j, 100 + 7j), (0, 7j)], id="a bridge"),
+        pytest.param([(100 - 3, 100 + 3)], id="beyond the border"),
+        pytest.param([(MIDDLE - 6, 100)], id="at the border"),
+    ],
+)
+def test_flaws_are_no_minutiae(lines: list[Line]) -> None:
+    assert len(minutiae_of(lines)) == 0
+
+
+def test_a_ridge_all_over_has_no_minutiae() -> None:
+    assert len(minutiae_of([(y * 1j - 99, y * 1j + 99) for y in range(-70, 71)])) == 0
+
+
+def test_two_endings_side_by_side_but_far_enough_are_both_listed() -> None:
+    found = minutiae_of([(0, 100), (0 + 12j, 100 + 12j)])
+    assert found.kind.tolist() == [MinutiaKind.ENDING] * 2
+
+
+def test_nothing_is_listed_outside_the_silhouette() -> None:
+    left = np.zeros((SIDE, SIDE), bool)
+    left[:, : MIDDLE - 10] = True
+    assert len(minutiae_of([(0, 100)], silhouette=left)) == 0
+    assert len(minutiae_of([(0, 100)], silhouette=~left)) == 1
+
+
+def test_crossing_numbers_of_an_ending_a_ridge_and_a_fork() -> None:
+    skeleton = np.zeros((7, 9), bool)
+    skeleton[3, 1:5] = True
+    skeleton[[2, 1, 4, 5], [5, 6, 5, 6]] = True
+    crossing = crossing_numbers(skeleton)
+    assert (crossing[3, 1], crossing[3, 2], crossing[3, 4]) == (1, 2, 3)

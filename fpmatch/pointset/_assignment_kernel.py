@@ -62,6 +62,7 @@ def assign(
     came_by: cython.int[::1],
     stamp: cython.int[::1],
     queue: cython.int[::1],
+    waits: cython.int[::1],
 ) -> cython.int:
     """Assign candidates to points at the least cost in all; return how many have one.
 
@@ -86,6 +87,7 @@ def assign(
     for s in range(size):
         edge[s] = -1
         stamp[s] = -1
+        waits[s] = 0
     for s in range(owner.shape[0]):
         owner[s] = -1
     for s in range(size):
@@ -102,6 +104,7 @@ def assign(
         waiting = 1
         while waiting > 0:
             i = queue[head]
+            waits[i] = 0
             head = head + 1 if head + 1 < size else 0
             waiting -= 1
             for e in range(start[i], start[i + 1]):
@@ -119,7 +122,7 @@ def assign(
                 length -= cost[edge[k]]
                 if stamp[k] == s and length >= path[k] - least_gain:
                     continue
-                if k == s or waiting == size:
+                if k == s:
                     continue
                 path[k] = length
                 stamp[k] = cython.cast(cython.int, s)
@@ -129,9 +132,11 @@ def assign(
                     best = length
                     end = k
                     end_edge = -1
-                tail = head + waiting
-                queue[tail if tail < size else tail - size] = k
-                waiting += 1
+                if waits[k] == 0:
+                    waits[k] = 1
+                    tail = head + waiting
+                    queue[tail if tail < size else tail - size] = k
+                    waiting += 1
         if end == s and end_edge < 0:
             continue
         # walk back: each on the way takes the candidate by which the next was displaced

@@ -23,11 +23,13 @@ def bounding_box(points: cython.double[:, ::1], box: cython.double[::1]) -> cyth
     right: cython.double = left
     top: cython.double = points[0, 1]
     bottom: cython.double = top
-    nothing: cython.double = 0.0
+    most: cython.double = 1.7976931348623157e308
+    finite: cython.bint = True
     for i in range(points.shape[0]):
         x = points[i, 0]
         y = points[i, 1]
-        nothing += x * 0.0 + y * 0.0  # stays 0 unless one of them is infinite or not a number
+        if not (-most <= x <= most and -most <= y <= most):
+            finite = False
         if x < left:
             left = x
         if x > right:
@@ -40,4 +42,4 @@ def bounding_box(points: cython.double[:, ::1], box: cython.double[::1]) -> cyth
     box[1] = right
     box[2] = top
     box[3] = bottom
-    return nothing == 0.0
+    return finite

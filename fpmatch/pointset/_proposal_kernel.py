@@ -10,15 +10,16 @@ import cython
 
 if cython.compiled:
     from cython.cimports.fpmatch.pointset._cell_grid_kernel import CellGrid
-    from cython.cimports.libc.math import exp, log
+    from cython.cimports.libc.math import expm1, log
 else:
-    from math import exp, log
+    from math import expm1, log
 
     from fpmatch.pointset._cell_grid_kernel import CellGrid
 
 COMPILED = cython.compiled
 
 WIDEST = cython.declare(cython.double, 6.0)  # times reach²: a young fit is uncertain, not lost
+LEAST_CHANCE = cython.declare(cython.double, 1e-300)  # of a tolerance of next to nothing
 
 
 @cython.ccall
@@ -46,9 +47,9 @@ def propose(
     pass_on: cython.double,
     pass_small: cython.double,
     test_length: cython.Py_ssize_t,
-    most: cython.long,
     seen: cython.int[::1],
     company: cython.int[::1],
+    most: cython.long,
     fit: cython.double[::1],
     state: cython.long[::1],
 ) -> cython.bint:
@@ -323,6 +324,8 @@ def weigh_hits(
     steps: cython.double = gain.shape[0] - 1
     chance: cython.double
     for k in range(gain.shape[0]):
-        chance = 1.0 - exp(-expected * (1.0 + (WIDEST - 1.0) * k / steps))
+        chance = -expm1(-expected * (1.0 + (WIDEST - 1.0) * k / steps))
+        if chance < LEAST_CHANCE:
+            chance = LEAST_CHANCE
         gain[k] = log((share + (1.0 - share) * chance) / chance)
     return log(1.0 - share)

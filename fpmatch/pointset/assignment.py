@@ -26,7 +26,7 @@ def assign_one_to_one(p: Floats, grid: CellGrid, move: Floats, tolerance: float)
     """Pair moved points with points in a grid so that Σ(d² - t²) over the pairs is least.
 
     Nearest-first pairing gives a point's partner to whoever comes closer; this gives both a
-    partner where that is possible, and of two ways to do so takes the nearer one.
+    partner where that costs less in all, and of two ways to do so takes the nearer one.
 
     Parameters
     ----------
@@ -49,6 +49,6 @@ def assign_one_to_one(p: Floats, grid: CellGrid, move: Floats, tolerance: float)
     near, cost = np.empty(n * MOST_CANDIDATES, np.int32), np.empty(n * MOST_CANDIDATES)
     kernel.find_candidates(p, grid, move, t2, MOST_CANDIDATES, start, near, cost)
     edge, owner = np.empty(n, np.int32), np.empty(len(grid.order), np.int32)
-    work = np.empty((4, n), np.int32)
+    work = np.empty((5, n), np.int32)
     kernel.assign(start, near, cost, _ROUNDING * t2, edge, owner, np.empty(n), *work)
     return edge

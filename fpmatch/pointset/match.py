@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError
@@ -68,10 +69,18 @@ def match_points(
     >>> match_points(points, np.random.default_rng(8).uniform(0, 100, (40, 2))).transform is None
     True
     """
-    if matcher == "triangles":
-        from fpmatch.pointset.triangle_matcher import match_by_triangles  # noqa: PLC0415
+    from fpmatch.pointset.triangle_matcher import check_spread, match_by_triangles  # noqa: PLC0415
 
+    if matcher == "triangles":
         return match_by_triangles(p, q, tolerance=tolerance)
+    if matcher not in POINT_MATCHERS:
+        raise PointSetError(
+            f"unknown matcher {matcher!r}: expected one of {', '.join(POINT_MATCHERS)}"
+        )
+    if tolerance is not None and not 0 < tolerance < math.inf:
+        raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
+    for points, name in ((p, "p"), (q, "q")):
+        check_spread(points, name)
     if matcher == "paper":
         from fpmatch.pointset.unit_circle_matcher import (  # noqa: PLC0415
             UnitCircleParameters,
@@ -79,8 +88,6 @@ def match_points(
         )
 
         return match_by_unit_circle(p, q, UnitCircleParameters(tolerance=tolerance))
-    if matcher == "van-wamelen":
-        from fpmatch.pointset.van_wamelen import match_van_wamelen  # noqa: PLC0415
+    from fpmatch.pointset.van_wamelen import match_van_wamelen  # noqa: PLC0415
 
-        return match_van_wamelen(p, q, rho=DEFAULT_RHO, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)
-    raise PointSetError(f"unknown matcher {matcher!r}: expected one of {', '.join(POINT_MATCHERS)}")
+    return match_van_wamelen(p, q, rho=DEFAULT_RHO, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from fpmatch.pointset.coincident import has_coincident, pairs_of_points, places_
 from fpmatch.pointset.delaunay import triangulate_checked
 from fpmatch.pointset.frames import between_sets, frame_if_needed
 from fpmatch.pointset.labelled_triangles import (
+    LabelledTriangles,
     delaunay_triangles,
     density_of,
     density_over_hull,
@@ -79,6 +80,11 @@ class TriangleParameters:
         Neighbours that are tested, at most.
     accept : float
         Expected number of matches as good by chance, under which a match is accepted.
+    content : float
+        Share of the smaller set with which the first match that is accepted is the answer; after
+        one of less, the search goes on for a better one.
+    second_thoughts : int
+        Pairs of triangles that are tested then.
     shape_tolerance : float
         How far the third corner may lie from its place, in tolerances, when the longest sides are
         laid on each other.
@@ -100,6 +106,8 @@ class TriangleParameters:
     pass_small: float = 4.0
     test_length: int = 60
     accept: float = 1e-3
+    content: float = 0.5
+    second_thoughts: int = 2_000
     shape_tolerance: float = 0.75
     shortest_side: float = 1.2
     near_tie: float = 0.8
@@ -154,6 +162,17 @@ def match_by_triangles(
     if tolerance is None and len(given_p) > len(given_q):
         return _seen_from_p(_match(q_set, p_set, None, given))
     return _match(p_set, q_set, tolerance, given)
+
+
+def check_spread(points: ArrayLike, name: str) -> None:
+    """Refuse a set that nothing can be told of: too few points, or all on one line.
+
+    Raises
+    ------
+    PointSetError
+        If the set is so, or malformed.
+    """
+    _GivenSet(name, as_points(points, name))
 
 
 class _GivenSet:
@@ -237,8 +256,7 @@ class _Search:
         self.tolerance = 0.25 * self.spacing if tolerance is None else tolerance
         self.grid = self._cells(*box_q)
         self.move = np.empty(4)
-        self.partner = np.empty(len(mesh_p), np.int32)
-        self.log_chance = 0.0
+        self.log_chance = math.inf
         self.tried = 0
         self.passed = 0
 
@@ -263,22 +281,47 @@ class _Search:
         shortest = given.shortest_side * self.spacing
         theirs = label_large(self.q, triangles(self.mesh_q, self.q), given.near_tie, shortest)
         widest = given.shape_tolerance * self.tolerance / shortest
-        shapes = sort_by_shape(theirs, widest)
         log_tests = math.log(max(1, ours.number * theirs.number))
-        m = len(self.mesh_p)
-        order = np.argsort(-ours.telling[: ours.number], kind="stable")
-        seen, company = np.full(m, -1, np.int32), np.empty(min(m, _MOST_GROWN), np.int32)
-        owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(m)
-        fit = np.empty(8)
-        state = np.zeros(4, np.int_)
-        state[2] = self.tried
-        t2 = self.tolerance**2
-        reach2 = given.reach * t2
+        given_to_tests = self._arguments(ours, theirs, widest)
+        owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(len(self.mesh_p))
+        partner, fit, move = np.empty(len(self.mesh_p), np.int32), np.empty(8), np.empty(4)
+        log_accept = math.log(given.accept)
+        content = given.content * min(len(self.mesh_p), len(self.mesh_q))
+        state = np.array([0, 0, self.tried, 0], np.int_)
+        most, t2 = given.max_proposals, self.tolerance**2
+        while propose(*given_to_tests, most, fit, state):
+            self.passed += 1
+            if self.passed * len(self.mesh_p) > given.max_overlaid:
+                break
+            move[:] = _move(fit)
+            inside = overlay.settle(
+                self.p, self.grid, t2, _MOST_ROUNDS, owner, partner, distance2, move
+            )
+            if inside < 0:
+                continue
+            chance = log_tests + overlay.log_chance(partner, distance2, inside, t2, self.density)
+            if chance < self.log_chance:
+                self.log_chance, self.move = chance, move.copy()
+                if chance >= log_accept:
+                    continue
+                if np.count_nonzero(partner >= 0) >= content:
+                    return True
+                most = min(most, int(state[2]) + given.second_thoughts)
+        self.tried = int(state[2])
+        return self.log_chance < log_accept
+
+    def _arguments(
+        self, ours: LabelledTriangles, theirs: LabelledTriangles, widest: float
+    ) -> tuple[Any, ...]:
+        """Return what `propose` is given of the sets and of how to test."""
+        given, m = self.given, len(self.mesh_p)
+        reach2 = given.reach * self.tolerance**2
         gain = np.empty(_GAIN_STEPS)
         miss = weigh_hits(math.pi * reach2 * self.density, given.share, gain)
-        while propose(
+        half_of_all = 0.5 * (m - 3) * float(gain[0])
+        return (
             self.p,
-            order,
+            np.argsort(-ours.telling[: ours.number], kind="stable"),
             ours.corner,
             ours.shape,
             self.mesh_p.ring_start,
@@ -287,7 +330,7 @@ class _Search:
             self.grid,
             theirs.corner,
             theirs.side,
-            shapes,
+            sort_by_shape(theirs, widest),
             given.shape_tolerance * self.tolerance,
             widest,
             reach2,
@@ -295,28 +338,11 @@ class _Search:
             miss,
             given.give_up,
             given.pass_on,
-            min(given.pass_small, 0.5 * (m - 3) * float(gain[0])),  # half of what all could give
+            min(given.pass_small, half_of_all),
             given.test_length,
-            given.max_proposals,
-            seen,
-            company,
-            fit,
-            state,
-        ):
-            self.passed += 1
-            if self.passed * m > given.max_overlaid:
-                break
-            self.move[:] = _move(fit)
-            inside = overlay.settle(
-                self.p, self.grid, t2, _MOST_ROUNDS, owner, self.partner, distance2, self.move
-            )
-            if inside >= 0:
-                chance = overlay.log_chance(self.partner, distance2, inside, t2, self.density)
-                self.log_chance = log_tests + chance
-                if self.log_chance < math.log(given.accept):
-                    return True
-        self.tried = int(state[2])
-        return False
+            np.full(m, -1, np.int32),
+            np.empty(min(m, _MOST_GROWN), np.int32),
+        )
 
     def _cells(self, left: float, right: float, top: float, bottom: float) -> CellGrid:
         side = max(0.7 * self.spacing, self.tolerance)

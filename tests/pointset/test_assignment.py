@@ -84,7 +84,6 @@ def test_pixels_pair_as_scipy_pairs_them(p: np.ndarray, q: np.ndarray, tolerance
     assert check_sound(partner, gain) == (pytest.approx(total, abs=1e-9), pairs)
 
 
-@pytest.mark.xfail(reason="where many contend for few, the search never ends", run=False)
 @given(seeds, st.integers(1, 16), st.integers(1, 12))
 def test_crowds_pair_as_scipy_pairs_them(seed: int, n: int, m: int) -> None:
     rng = np.random.default_rng(seed)

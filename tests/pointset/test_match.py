@@ -297,32 +297,27 @@ def test_three_points_match_too_many_others_to_tell_anything() -> None:
     assert match_points(p, np.vstack([p, even_points(2, 9)])).transform is None
 
 
+@every_matcher
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (3.0, 4.0), (0.0, 0.0)])
-def test_points_on_one_line_are_refused(direction: tuple[float, float]) -> None:
+def test_points_on_one_line_are_refused(
+    matcher: PointMatcher, direction: tuple[float, float]
+) -> None:
     line, other = np.outer(np.arange(8.0) ** 1.5, direction), even_points(2, 9)
     with pytest.raises(PointSetError, match=r"^p: all points lie on one line$"):
-        match_points(line, other)
+        match_points(line, other, matcher=matcher)
     with pytest.raises(PointSetError, match=r"^q: all points lie on one line$"):
-        match_points(other, line)
-
-
-INFINITE = pytest.mark.xfail(
-    not COMPILED, strict=False, reason="interpreted, bounding_box warns of infinity times zero"
-)
+        match_points(other, line, matcher=matcher)
 
 
 @every_matcher
-@pytest.mark.parametrize(
-    "bad",
-    [math.nan, pytest.param(math.inf, marks=INFINITE), pytest.param(-math.inf, marks=INFINITE)],
-)
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_coordinates_must_be_finite(matcher: PointMatcher, bad: float) -> None:
     p = even_points(1, 9)
     q = p.copy()
     q[4, 1] = bad
-    with pytest.raises(PointSetError, match=r"^(q|points): .*finite"):
+    with pytest.raises(PointSetError, match=r"^q: .*finite"):
         match_points(p, q, matcher=matcher)
-    with pytest.raises(PointSetError, match=r"^(p|points): .*finite"):
+    with pytest.raises(PointSetError, match=r"^p: .*finite"):
         match_points(q, p, matcher=matcher)
 
 
@@ -332,9 +327,9 @@ def test_coordinates_must_be_finite(matcher: PointMatcher, bad: float) -> None:
 )
 def test_a_set_that_is_no_set_is_named(matcher: PointMatcher, bad: object) -> None:
     good = even_points(1, 9)
-    with pytest.raises(PointSetError, match=r"^(p|points): expected an array"):
+    with pytest.raises(PointSetError, match=r"^p: expected an array"):
         match_points(bad, good, matcher=matcher)  # type: ignore[arg-type]
-    with pytest.raises(PointSetError, match=r"^(q|points): expected an array"):
+    with pytest.raises(PointSetError, match=r"^q: expected an array"):
         match_points(good, bad, matcher=matcher)  # type: ignore[arg-type]
 
 
@@ -347,7 +342,7 @@ def test_sizes_beyond_reach_are_refused(matcher: PointMatcher, size: float) -> N
 
 
 @every_matcher
-@pytest.mark.parametrize("tolerance", [-1.0, math.inf, math.nan])
+@pytest.mark.parametrize("tolerance", [0.0, -1.0, math.inf, math.nan])
 def test_an_impossible_tolerance_is_refused(matcher: PointMatcher, tolerance: float) -> None:
     p = even_points(1, 9)
     with pytest.raises(PointSetError, match="tolerance must be"):
@@ -367,20 +362,19 @@ def test_no_pair_is_farther_than_the_tolerance(matcher: PointMatcher) -> None:
         assert np.hypot(*off.T).max() < 1.3 * tolerance
 
 
-@pytest.mark.parametrize(
-    "tolerance",
-    [
-        1e-3,
-        1e-6,
-        pytest.param(
-            1e-9,
-            marks=pytest.mark.xfail(
-                not COMPILED, strict=False, reason="interpreted, weigh_hits divides by zero"
-            ),
-        ),
-    ],
-)
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
 def test_exact_copies_match_however_small_the_tolerance(tolerance: float) -> None:
     p = even_points(1, 12)
     match = match_points(p, Similarity(2.0, 0.5, 3.0, 4.0).apply(p), tolerance=tolerance)
     assert match.matched_share == 1
+
+
+def test_a_tolerance_under_rounding_is_no_match() -> None:
+    p = even_points(1, 12)
+    q = Similarity(2.0, 0.5, 3.0, 4.0).apply(p)
+    assert match_points(p, q, tolerance=1e-170).transform is None
+
+
+def test_a_lattice_matches_all_of_itself() -> None:
+    lattice = np.argwhere(np.ones((5, 5))).astype(np.float64)
+    assert match_points(lattice, 2.0 * lattice).matched_share == 1

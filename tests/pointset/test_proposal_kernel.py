@@ -76,9 +76,9 @@ class Search:
                 self.pass_on,
                 self.pass_small,
                 self.test_length,
-                self.most,
                 self.seen,
                 self.company,
+                self.most,
                 self.fit,
                 self.state,
             )

@@ -56,6 +56,7 @@ FEWEST_TO_TELL: Final = 3
 FEWEST_POINTS: Final = 4
 """Fewer points match too many others to be told from chance."""
 
+_WIDEST_TOLERANCE: Final = 0.6  # mean spacings: beyond, a point finds a partner anywhere
 _MOST_ROUNDS: Final = 12
 _GAIN_STEPS: Final = 33
 _MOST_GROWN: Final = 2_000  # neighbours that fix a transform well enough to overlay any set
@@ -130,7 +131,8 @@ def match_by_triangles(
         The point sets; a part of P has partners in Q. The search is quick where P is the smaller.
     tolerance : float, optional
         How far a partner may lie from its place, in the units of Q; by default a quarter of the
-        mean spacing 1/√density of the larger set.
+        mean spacing 1/√density of the larger set. A transform is sought by nearer partners where
+        it is more than 0.6 of these.
     parameters : TriangleParameters, optional
         How to search.
 
@@ -253,7 +255,8 @@ class _Search:
         self.p, self.q = (np.array(mesh.points.T, order="C") for mesh in (mesh_p, mesh_q))
         self.density_p, self.density = density_over_hull(mesh_p, self.p), density_of(mesh_q, self.q)
         self.spacing = 1.0 / math.sqrt(self.density)
-        self.tolerance = 0.25 * self.spacing if tolerance is None else tolerance
+        self.pairing_tolerance = 0.25 * self.spacing if tolerance is None else tolerance
+        self.tolerance = min(self.pairing_tolerance, _WIDEST_TOLERANCE * self.spacing)
         self.grid = self._cells(*box_q)
         self.move = np.empty(4)
         self.log_chance = math.inf
@@ -266,7 +269,7 @@ class _Search:
 
     def pair(self) -> tuple[Ints, float]:
         """Return the best pairs (K, 2) under the move, which is refitted to them, and their rms."""
-        partner = assign_one_to_one(self.p, self.grid, self.move, self.tolerance)
+        partner = assign_one_to_one(self.p, self.grid, self.move, self.pairing_tolerance)
         overlay.fit(self.p, self.grid, partner, self.move)
         pairs = np.empty((np.count_nonzero(partner >= 0), 2), np.int32)
         return pairs, overlay.list_pairs(self.p, self.grid, partner, self.move, pairs)

@@ -46,7 +46,7 @@ class SingularRanges:
 
 
 _LEFT_LOOP: Final = SingularRanges(
-    cores=(((-25, 25), (5, 65)),), deltas=(((70, 130), (-135, -70)),)
+    cores=(((-25, 25), (5, 65)),), deltas=(((75, 140), (-165, -75)),)
 )
 SINGULAR_RANGES: Final = {
     PatternClass.ARCH: SingularRanges(),
@@ -57,7 +57,7 @@ SINGULAR_RANGES: Final = {
     PatternClass.RIGHT_LOOP: _LEFT_LOOP,  # mirrored
     PatternClass.WHORL: SingularRanges(
         cores=(((-24, 12), (40, 80)), ((-10, 26), (-35, 15))),
-        deltas=(((-135, -85), (-145, -80)), ((85, 135), (-145, -80))),
+        deltas=(((-140, -85), (-165, -85)), ((85, 140), (-165, -85))),
     ),
 }
 ALWAYS_MIRRORED: Final = (PatternClass.RIGHT_LOOP,)

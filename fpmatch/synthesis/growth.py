@@ -31,10 +31,10 @@ class GrowthParameters:
     taps_across: int = 8  # on either side
     taps_along: int = 8
     seeds_per_square_period: float = 0.7
-    steps: int = 16  # enough to fill the print; each further one anneals minutiae away
+    steps: int = 18  # enough to fill the print; each further one anneals minutiae away
     gain: float = 3.0  # before clipping to -1..1; more grows faster
     blur: float = 0.08  # weight of a neighbour, which hides that taps are whole pixels
-    final_gain: float = 1.3
+    final_gain: float = 1.0  # of what the filters leave: how flat ridges and valleys are
     dot: float = 0.6  # largest area of a spot or hole that is smoothed away, periods squared
     settling_steps: int = 3  # that are left after that
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 AVERAGE_ROWS: Final = 560  # of a print of average size, to which lengths in the classes refer
 SMALLEST_SIDE_PX: Final = 64
-LARGEST_SIDE_PX: Final = 4096
+LARGEST_SIDE_PX: Final = 2048
 NO_IMPRESSION: Final = 0  # in the place of an impression's number: impressions count from 1
 
 
@@ -57,7 +57,7 @@ class MasterParameters:
     Raises
     ------
     ImageError
-        If a side is not between 64 and 4096 pixels.
+        If a side is not between 64 and 2048 pixels.
     """
 
     shape: tuple[int, int] = (AVERAGE_ROWS, 440)

@@ -36,8 +36,8 @@ class Arching:
 ARCHING: Final = {
     PatternClass.ARCH: Arching((40.0, 56.0), (66.0, 88.0)),
     PatternClass.TENTED_ARCH: Arching((30.0, 42.0), (85.0, 105.0)),
-    PatternClass.LEFT_LOOP: Arching((26.0, 38.0), (105.0, 125.0)),
-    PatternClass.RIGHT_LOOP: Arching((26.0, 38.0), (105.0, 125.0)),
+    PatternClass.LEFT_LOOP: Arching((28.0, 42.0), (105.0, 125.0)),
+    PatternClass.RIGHT_LOOP: Arching((28.0, 42.0), (105.0, 125.0)),
     PatternClass.WHORL: Arching((28.0, 40.0), (105.0, 125.0)),
 }
 
@@ -47,7 +47,7 @@ class OrientationParameters:
     """Set how a finger's orientation field leaves the plain zero-pole model; lengths at size 1."""
 
     zero_pole: ZeroPoleParameters = field(default_factory=ZeroPoleParameters)
-    variation_deg: float = 4.5  # standard deviation of what no model explains
+    variation_deg: Range = (2.5, 5.0)  # standard deviation of what no model explains
     variation_extent_px: float = 34.0
     joint_px: float = 105.0  # how far below the middle the arches have flattened by half
     joint_softness_px: float = 32.0
@@ -98,8 +98,8 @@ def ridge_orientation(
     cores, deltas = (_from_middle(xy, shape) for xy in (points.cores, points.deltas))
     turning = zero_pole_turning(x + 1j * y, cores, deltas, rng, p.zero_pole)
     arching = _arching(x / size, y / size, ARCHING[pattern], rng, p)
-    noise = smooth_noise(shape, p.variation_extent_px, rng)
-    angle = turning + arching + math.radians(p.variation_deg) * noise
+    variation = math.radians(rng.uniform(*p.variation_deg))
+    angle = turning + arching + variation * smooth_noise(shape, p.variation_extent_px, rng)
     level = np.mod(np.rint(angle * (ORIENTATION_LEVELS / np.pi)), ORIENTATION_LEVELS)
     return np.asarray(level * (np.pi / ORIENTATION_LEVELS), np.float32)
 

@@ -22,12 +22,12 @@ PERIOD_LEVELS: Final = 64
 class PeriodParameters:
     """Set the ridge period; lengths are pixels at 500 dpi."""
 
-    mean_px: float = 8.6
+    mean_px: float = 8.5
     between_fingers_px: float = 0.55  # standard deviation of a finger's mean
     mean_range_px: Range = (7.4, 10.0)
     tip_share: float = -0.05  # how much wider than the mean at the tip
     joint_share: float = 0.10  # and at the joint
-    variation_share: float = 0.06  # standard deviation within a finger
+    variation_share: float = 0.07  # standard deviation within a finger
     variation_extent_px: float = 32.0
     max_deviations: float = 2.0
 

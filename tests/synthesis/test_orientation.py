@@ -67,7 +67,7 @@ def test_fingers_of_a_class_differ() -> None:
 
 
 def test_variation_can_be_switched_off() -> None:
-    calm = OrientationParameters(variation_deg=0)
+    calm = OrientationParameters(variation_deg=(0, 0))
     none = SingularPoints(np.empty((0, 2)), np.empty((0, 2)))
     orientation = ridge_orientation(
         PatternClass.ARCH, none, SHAPE, np.random.default_rng(0), calm, size=SIZE

@@ -23,8 +23,9 @@ class MinutiaeParameters:
     """Set what is no minutia; lengths in local ridge periods."""
 
     branch: float = 1.1  # a ridge that runs less far from its minutia is a spur or an island
-    spacing: float = 0.9  # two minutiae nearer than this are one flaw
-    gap: float = 1.7  # two endings that face each other so near are a break
+    spacing: float = 0.9  # two nearer than this are one flaw
+    along: float = 1.4  # and so are two on one ridge: a break, an island, a hole, a spur
+    across: float = 0.5  # which they are on when they lie no further apart across the ridges
 
 
 def list_minutiae(
@@ -36,8 +37,8 @@ def list_minutiae(
 ) -> Minutiae:
     """List the minutiae of a clean relief, by crossing numbers on the skeleton of its ridges.
 
-    Spurs, islands, breaks and minutiae too near to each other are left out: no examiner, and no
-    good extractor, would count them.
+    Spurs, islands, breaks, holes and minutiae too near each other are left out: no examiner, and
+    no good extractor, would count them.
 
     Parameters
     ----------
@@ -72,20 +73,18 @@ def list_minutiae(
     skeleton = np.asarray(skeletonize(relief > 0), np.bool_)  # type: ignore[no-untyped-call]
     crossing = crossing_numbers(skeleton)
     margin = int(np.ceil(period.max() * max(p.branch, 1.0)))
-    counted = np.zeros_like(silhouette)
-    counted[margin:-margin, margin:-margin] = silhouette[margin:-margin, margin:-margin]
-    listed: list[tuple[float, float, float, float]] = []
+    off_border = np.zeros_like(silhouette)
+    off_border[margin:-margin, margin:-margin] = True
+    listed: list[tuple[float, float, float, float, float]] = []
     for kind, branches in _BRANCHES.items():
-        for row, column in np.argwhere(skeleton & counted & (crossing == branches)):
-            reach = p.branch * float(period[row, column])
-            ways = _ways_out(skeleton, row, column, reach)
-            if len(ways) == branches:
-                direction = _direction(ways, float(orientation[row, column]))
-                listed.append((column, row, direction, kind))
-    x, y, angle, codes = np.array(listed, np.float32).reshape(-1, 4).T
+        for row, column in np.argwhere(skeleton & off_border & (crossing == branches)):
+            ways = _ways_out(skeleton, row, column, p.branch * float(period[row, column]))
+            direction = _direction(ways, float(orientation[row, column]))
+            listed.append((column, row, direction, kind, len(ways) == branches))
+    x, y, angle, codes, whole = np.array(listed, np.float32).reshape(-1, 5).T
     found = Minutiae(x, y, angle, codes.astype(np.uint8))
-    local = period[found.y.astype(np.intp), found.x.astype(np.intp)]
-    found = found.take(~_too_near(found, local, p))
+    place = y.astype(np.intp), x.astype(np.intp)
+    found = found.take(silhouette[place] & (whole > 0) & ~_too_near(found, period[place], p))
     return found.take(np.lexsort((found.x, found.y)))
 
 
@@ -125,12 +124,9 @@ def _direction(ways: list[complex], axis: float) -> float:
 def _too_near(found: Minutiae, period: Field, p: MinutiaeParameters) -> Mask:
     """Tell which minutiae have another so near that the two are one flaw."""
     place = found.x.astype(np.float64) - 1j * found.y
-    between = place[None] - place[:, None]
-    distance = np.abs(between) / period[:, None]
-    np.fill_diagonal(distance, np.inf)
-    ahead = np.exp(1j * found.angle.astype(np.float64))[:, None]
-    ending = found.kind == MinutiaKind.ENDING
-    behind = (between * np.conj(ahead)).real < -np.abs(between) * np.cos(np.pi / 4)
-    facing = ending[:, None] & ending[None] & behind & behind.T
-    near = (distance < p.spacing) | (facing & (distance < p.gap))
+    along = np.exp(-1j * found.angle.astype(np.float64))[:, None]
+    between = (place[None] - place[:, None]) * along / period[:, None]
+    np.fill_diagonal(between, np.inf)
+    on_one_ridge = (np.abs(between.real) < p.along) & (np.abs(between.imag) < p.across)
+    near = (np.abs(between) < p.spacing) | on_one_ridge
     return np.asarray((near | near.T).any(axis=1))

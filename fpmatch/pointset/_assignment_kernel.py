@@ -58,19 +58,20 @@ def assign(
     edge: cython.int[::1],
     owner: cython.int[::1],
     path: cython.double[::1],
-    came_from: cython.int[::1],
-    came_by: cython.int[::1],
-    stamp: cython.int[::1],
-    queue: cython.int[::1],
-    waits: cython.int[::1],
+    work: cython.int[:, ::1],
 ) -> cython.int:
     """Assign candidates to points at the least cost in all; return how many have one.
 
     ``edge[i]``, while at work the entry of ``near`` that point i is given, receives the candidate
-    itself, or -1; ``owner`` the way back. Improvements under `least_gain` are rounding. The other
-    arrays are work space, of P's length; ``queue`` is used as a ring.
+    itself, or -1; ``owner`` the way back. Improvements under `least_gain` are rounding. ``path``
+    and the five rows of ``work`` are work space, of P's length.
     """
     size: cython.Py_ssize_t = edge.shape[0]
+    came_from: cython.int[::1] = work[0]
+    came_by: cython.int[::1] = work[1]
+    stamp: cython.int[::1] = work[2]
+    queue: cython.int[::1] = work[3]  # a ring
+    waits: cython.int[::1] = work[4]
     i: cython.int
     j: cython.int
     k: cython.int

@@ -221,3 +221,15 @@ def list_pairs(
             pairs[count, 1] = grid.order[at]
             count += 1
     return sqrt(total / count) if count > 0 else 0.0
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+def count_pairs(partner: cython.int[::1]) -> cython.int:
+    """Return how many points have a partner."""
+    i: cython.Py_ssize_t
+    count: cython.int = 0
+    for i in range(partner.shape[0]):
+        count += partner[i] >= 0
+    return count

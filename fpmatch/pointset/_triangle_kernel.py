@@ -34,7 +34,7 @@ def label_triangles(
 
     ``corner[k]`` receives the ends of that side and the apex, counter-clockwise, ``shape[:, k]``
     the real and imaginary part of z, ``side[k]`` the side's length. Sides under `shortest` are
-    left out. ``telling[k]`` weighs what a match of the triangle would tell by the chance that it
+    left out. ``-telling[k]`` weighs what a match of the triangle would tell by the chance that it
     exists: a large one tells its shape well, but strangers, of whom there are so many to a unit
     of area, fall into its circle; it survives them with probability exp(-strangers·circle). Where
     ``telling`` has no entries, it is not asked for.
@@ -90,7 +90,7 @@ def label_triangles(
             side[k] = sqrt(side2)
             if telling.shape[0] > 0:
                 radius2 = side2 * (zx * zx + zy * zy) * ((zx - 1.0) * (zx - 1.0) + zy * zy)
-                telling[k] = side2 * exp(-strangers * pi * radius2 / (4.0 * zy * zy))
+                telling[k] = -side2 * exp(-strangers * pi * radius2 / (4.0 * zy * zy))
             k += 1
     return k
 

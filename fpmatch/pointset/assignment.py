@@ -50,5 +50,5 @@ def assign_one_to_one(p: Floats, grid: CellGrid, move: Floats, tolerance: float)
     kernel.find_candidates(p, grid, move, t2, MOST_CANDIDATES, start, near, cost)
     edge, owner = np.empty(n, np.int32), np.empty(len(grid.order), np.int32)
     work = np.empty((5, n), np.int32)
-    kernel.assign(start, near, cost, _ROUNDING * t2, edge, owner, np.empty(n), *work)
+    kernel.assign(start, near, cost, _ROUNDING * t2, edge, owner, np.empty(n), work)
     return edge

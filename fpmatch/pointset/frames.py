@@ -6,12 +6,14 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.points import UnitFrame
+from fpmatch.pointset.points import IDENTITY, UnitFrame
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from fpmatch.pointset.points import Box
 
 MAX_EXPONENT: Final = 300
 """Coordinates and extents reach 2**±300, so that no transform between sets leaves float64."""
@@ -52,9 +54,7 @@ def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
     return frame
 
 
-def frame_if_needed(
-    points: NDArray[np.float64], box: tuple[float, float, float, float], name: str = "points"
-) -> UnitFrame:
+def frame_if_needed(points: NDArray[np.float64], box: Box, name: str = "points") -> UnitFrame:
     """Return the frame of a set, the identity where the set is in reach of float64 as it stands.
 
     See `frame_of`; `box` is the set's `box_of`. Squares of squares of lengths stay in reach then.
@@ -62,13 +62,13 @@ def frame_if_needed(
     least, most = 2.0**-MODERATE_EXPONENT, 2.0**MODERATE_EXPONENT
     left, right, top, bottom = box
     if max(-left, right, -top, bottom) < most and max(right - left, bottom - top) > least:
-        return UnitFrame()
+        return IDENTITY
     return frame_of(points, name)
 
 
 def way_in(frame: UnitFrame) -> Similarity:
     """Return the transform from points as given into their unit frame."""
-    if frame == UnitFrame():
+    if frame is IDENTITY:
         return Similarity()
     x0, y0 = math.ldexp(frame.x0, -frame.span), math.ldexp(frame.y0, -frame.span)
     return Similarity(math.ldexp(1.0, -frame.exponent), 0.0, -x0, -y0)
@@ -76,6 +76,6 @@ def way_in(frame: UnitFrame) -> Similarity:
 
 def between_sets(move: Similarity, frame_p: UnitFrame, frame_q: UnitFrame) -> Similarity:
     """Return the transform between two sets as given, of a move between their unit frames."""
-    if frame_p == frame_q == UnitFrame():
+    if frame_p is frame_q is IDENTITY:
         return move
     return way_in(frame_q).inverse().after(move).after(way_in(frame_p))

@@ -40,8 +40,8 @@ class LabelledTriangles(NamedTuple):
         Real and imaginary part of the apex once that side lies from 0 to 1.
     side : ndarray of float64, shape (C,)
         Length of that side.
-    telling : ndarray of float64, shape (C,) or (0,)
-        What a match would tell, times the chance that the triangle exists in the other set too;
+    minus_telling : ndarray of float64, shape (C,) or (0,)
+        Less what a match would tell, times the chance that the triangle exists in the other set,
         where it was asked for.
     """
 
@@ -49,7 +49,7 @@ class LabelledTriangles(NamedTuple):
     corner: Ints
     shape: Floats
     side: Floats
-    telling: Floats
+    minus_telling: Floats
 
 
 def delaunay_triangles(mesh: Triangulation, _: Floats) -> Ints:

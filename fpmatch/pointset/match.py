@@ -6,6 +6,9 @@ import math
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset.triangle_matcher import check_spread, match_by_triangles
+from fpmatch.pointset.unit_circle_matcher import UnitCircleParameters, match_by_unit_circle
+from fpmatch.pointset.van_wamelen import match_van_wamelen
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -69,8 +72,6 @@ def match_points(
     >>> match_points(points, np.random.default_rng(8).uniform(0, 100, (40, 2))).transform is None
     True
     """
-    from fpmatch.pointset.triangle_matcher import check_spread, match_by_triangles  # noqa: PLC0415
-
     if matcher == "triangles":
         return match_by_triangles(p, q, tolerance=tolerance)
     if matcher not in POINT_MATCHERS:
@@ -82,12 +83,5 @@ def match_points(
     for points, name in ((p, "p"), (q, "q")):
         check_spread(points, name)
     if matcher == "paper":
-        from fpmatch.pointset.unit_circle_matcher import (  # noqa: PLC0415
-            UnitCircleParameters,
-            match_by_unit_circle,
-        )
-
         return match_by_unit_circle(p, q, UnitCircleParameters(tolerance=tolerance))
-    from fpmatch.pointset.van_wamelen import match_van_wamelen  # noqa: PLC0415
-
     return match_van_wamelen(p, q, rho=DEFAULT_RHO, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)

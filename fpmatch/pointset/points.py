@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from fpmatch.pointset._bounding_box_kernel import bounding_box
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+
+Box = tuple[float, float, float, float]
+"""Least and largest x, least and largest y."""
 
 
 def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
@@ -39,20 +43,27 @@ def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
     >>> as_points([[1, 2]]).dtype
     dtype('float64')
     """
+    return points_in_box(points, name)[0]
+
+
+def points_in_box(points: ArrayLike, name: str = "points") -> tuple[NDArray[np.float64], Box]:
+    """Return what `as_points` does, and the bounding box: see `box_of`; zeros for no points."""
     try:
         array = np.array(points, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise PointSetError(f"{name}: expected an array of numbers of shape (N, 2)") from error
     if array.size == 0:
-        return array.reshape(0, 2)
+        return array.reshape(0, 2), (0.0, 0.0, 0.0, 0.0)
     if array.ndim != 2 or array.shape[1] != 2:
         raise PointSetError(f"{name}: expected an array of shape (N, 2), not {array.shape}")
-    if not bounding_box(array, np.empty(4)):
+    box = np.empty(4)
+    if not bounding_box(array, box):
         raise PointSetError(f"{name}: coordinates must be finite")
-    return array
+    left, right, top, bottom = box.tolist()
+    return array, (left, right, top, bottom)
 
 
-def box_of(points: NDArray[np.float64]) -> tuple[float, float, float, float]:
+def box_of(points: NDArray[np.float64]) -> Box:
     """Return least and largest x, least and largest y of `points` (N, 2), N > 0, writable."""
     box = np.empty(4)
     bounding_box(points, box)
@@ -98,7 +109,7 @@ class UnitFrame:
 
     def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `points` (N, 2) in the frame; themselves where that is as they stand."""
-        if self == UnitFrame():
+        if self is IDENTITY:
             return points
         shifted = np.ldexp(points, -self.magnitude) - (self.x0, self.y0)
         return np.asarray(np.ldexp(shifted, -self.span))
@@ -106,3 +117,7 @@ class UnitFrame:
 
 def _exponent(values: NDArray[np.float64]) -> int:
     return int(np.frexp(np.abs(values).max())[1])
+
+
+IDENTITY: Final = UnitFrame()
+"""The frame of points that stay as they stand."""

@@ -36,7 +36,7 @@ from fpmatch.pointset.labelled_triangles import (
     sort_by_shape,
 )
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.points import UnitFrame, as_points, box_of
+from fpmatch.pointset.points import IDENTITY, box_of, points_in_box
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -116,6 +116,9 @@ class TriangleParameters:
     max_overlaid: int = 20_000_000
 
 
+_USUAL: Final = TriangleParameters()
+
+
 def match_by_triangles(
     p: ArrayLike,
     q: ArrayLike,
@@ -156,12 +159,11 @@ def match_by_triangles(
     >>> match.matched_share, round(match.transform.scale, 6), match.chance < 1e-6
     (1.0, 2.0, True)
     """
-    given_p, given_q = as_points(p, "p"), as_points(q, "q")
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
-    p_set, q_set = _GivenSet("p", given_p), _GivenSet("q", given_q)
-    given = parameters or TriangleParameters()
-    if tolerance is None and len(given_p) > len(given_q):
+    p_set, q_set = _GivenSet("p", p), _GivenSet("q", q)
+    given = parameters or _USUAL
+    if tolerance is None and len(p_set) > len(q_set):
         return _seen_from_p(_match(q_set, p_set, None, given))
     return _match(p_set, q_set, tolerance, given)
 
@@ -174,19 +176,19 @@ def check_spread(points: ArrayLike, name: str) -> None:
     PointSetError
         If the set is so, or malformed.
     """
-    _GivenSet(name, as_points(points, name))
+    _GivenSet(name, points)
 
 
 class _GivenSet:
     """A set as given, in its frame and triangulated."""
 
-    def __init__(self, name: str, points: Floats) -> None:
+    def __init__(self, name: str, given: ArrayLike) -> None:
+        points, self.box = points_in_box(given, name)
         if len(points) < FEWEST_TO_TELL:
             raise PointSetError(f"{name}: fewer than three points: {len(points)}")
         self.name, self.given = name, points
-        self.box = box_of(points)
         self.frame = frame_if_needed(points, self.box, name)
-        if self.frame != UnitFrame():
+        if self.frame is not IDENTITY:
             points = self.frame.apply(points)
             self.box = box_of(points)
         self.mesh = triangulate_checked(points)
@@ -271,7 +273,7 @@ class _Search:
         """Return the best pairs (K, 2) under the move, which is refitted to them, and their rms."""
         partner = assign_one_to_one(self.p, self.grid, self.move, self.pairing_tolerance)
         overlay.fit(self.p, self.grid, partner, self.move)
-        pairs = np.empty((np.count_nonzero(partner >= 0), 2), np.int32)
+        pairs = np.empty((overlay.count_pairs(partner), 2), np.int32)
         return pairs, overlay.list_pairs(self.p, self.grid, partner, self.move, pairs)
 
     def _through(self, triangles: Callable[[Triangulation, Floats], Ints]) -> bool:
@@ -307,7 +309,7 @@ class _Search:
                 self.log_chance, self.move = chance, move.copy()
                 if chance >= log_accept:
                     continue
-                if np.count_nonzero(partner >= 0) >= content:
+                if overlay.count_pairs(partner) >= content:
                     return True
                 most = min(most, int(state[2]) + given.second_thoughts)
         self.tried = int(state[2])
@@ -324,7 +326,7 @@ class _Search:
         half_of_all = 0.5 * (m - 3) * float(gain[0])
         return (
             self.p,
-            np.argsort(-ours.telling[: ours.number], kind="stable"),
+            ours.minus_telling[: ours.number].argsort(kind="stable"),
             ours.corner,
             ours.shape,
             self.mesh_p.ring_start,
@@ -343,7 +345,7 @@ class _Search:
             given.pass_on,
             min(given.pass_small, half_of_all),
             given.test_length,
-            np.full(m, -1, np.int32),
+            np.zeros(m, np.int32),
             np.empty(min(m, _MOST_GROWN), np.int32),
         )
 

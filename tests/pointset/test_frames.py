@@ -18,7 +18,7 @@ from fpmatch.pointset.frames import (
     frame_of,
     way_in,
 )
-from fpmatch.pointset.points import UnitFrame, box_of
+from fpmatch.pointset.points import IDENTITY, UnitFrame, box_of
 from fpmatch.pointset.similarity import Similarity
 
 moves = st.builds(
@@ -93,8 +93,8 @@ def test_any_finite_points_lie_in_the_unit_square_or_are_refused(points: np.ndar
     ],
 )
 def test_moderate_points_need_no_frame(points: np.ndarray) -> None:
-    assert in_frame_if_needed(points) == UnitFrame()
-    assert UnitFrame().apply(points) is points
+    assert in_frame_if_needed(points) is IDENTITY
+    assert IDENTITY.apply(points) is points
 
 
 @pytest.mark.parametrize("exponent", [-MODERATE_EXPONENT - 2, MODERATE_EXPONENT + 2, -200, 200])
@@ -146,4 +146,4 @@ def test_one_set_may_need_no_frame(seed: int, move: Similarity, exponent: int) -
 
 def test_between_sets_without_frames_is_the_move_itself() -> None:
     move = Similarity(2.0, 0.5, 3.0, -1.0)
-    assert between_sets(move, UnitFrame(), UnitFrame()) is move
+    assert between_sets(move, IDENTITY, IDENTITY) is move

@@ -83,7 +83,7 @@ def test_labels_agree_with_complex_numbers(seed: int, near_tie: float, shortest:
     points, triangles = random_triangles(seed)
     found = label_large(points, triangles, near_tie, shortest)
     check_labels(found, label_with_numpy(points, triangles, near_tie, shortest))
-    assert found.telling.size == 0
+    assert found.minus_telling.size == 0
 
 
 @given(seeds, moves)
@@ -110,7 +110,7 @@ def test_a_triangle_tells_its_size_where_its_circle_is_likely_to_stay_empty(
     cross = ((place[:, 1] - place[:, 0]).conj() * (place[:, 2] - place[:, 0])).imag
     circle = math.pi * (a * b * c / (2 * cross)) ** 2
     expected = found.side[: found.number] ** 2 * np.exp(-strangers * circle)
-    assert found.telling[: found.number] == pytest.approx(expected, rel=1e-6, abs=1e-200)
+    assert -found.minus_telling[: found.number] == pytest.approx(expected, rel=1e-6, abs=1e-200)
 
 
 def test_an_equilateral_triangle_is_seen_from_every_side() -> None:
@@ -248,4 +248,4 @@ def test_compiled_and_interpreted_agree_to_the_last_bit(
         assert one.corner[:n].tolist() == other.corner[:n].tolist()
         assert one.shape[:, :n].tolist() == other.shape[:, :n].tolist()
         assert one.side[:n].tolist() == other.side[:n].tolist()
-        assert one.telling[:n].tolist() == other.telling[:n].tolist()
+        assert one.minus_telling[:n].tolist() == other.minus_telling[:n].tolist()

@@ -33,7 +33,7 @@ class Search:
         self.p, self.q = np.array(p.T, order="C"), np.array(q.T, order="C")
         self.ours = label_all(self.p, self.mesh.triangles, 0.5)
         self.theirs = label_large(self.q, triangulate(q).triangles, 0.8, 0.05)
-        self.order = np.argsort(-self.ours.telling[: self.ours.number], kind="stable")
+        self.order = np.argsort(self.ours.minus_telling[: self.ours.number], kind="stable")
         self.reach = given.get("reach", 0.05)
         self.shape_tolerance = given.get("shape_tolerance", 0.05)
         self.widest = self.shape_tolerance / 0.05

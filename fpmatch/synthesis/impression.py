@@ -1,0 +1,268 @@
+"""One impression of a finger, and the whole truth about it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.synthesis.contact import is_legible, press
+from fpmatch.synthesis.sensor import develop
+from fpmatch.synthesis.skin import skin_of
+from fpmatch.synthesis.smear import smear
+from fpmatch.synthesis.warp import draw_warp
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.minutiae import Minutiae
+    from fpmatch.synthesis.master import Master
+    from fpmatch.synthesis.presets import Preset
+    from fpmatch.synthesis.sensor import Sensor
+    from fpmatch.synthesis.warp import Warp
+
+    Field = NDArray[np.float32]  # a value a pixel
+
+BEYOND_THE_MASTER: Final = -1.0  # relief of what is not there
+SMEARED: Final = 0.5  # share of a smear from which nothing can be read
+FITTED_EVERY_PX: Final = 3  # pixels of the contact that the best similarity is fitted to
+
+
+class _Purpose(IntEnum):
+    """What a stream of random numbers is for; each has its own, so that none disturbs another."""
+
+    PLACEMENT = 31
+    PRESSURE = 32
+    SMEAR = 33
+    SENSOR = 34
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Impression:
+    """Hold one picture and the truth about it; coordinates are pixels of the picture.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (h, w)
+        Dark ridges on a light ground.
+    dpi : float
+        Its resolution.
+    preset : str
+        Name of the preset that it was drawn from.
+    warp : Warp
+        From the master to the picture, exactly.
+    transform : Similarity
+        The similarity that comes nearest to it over the contact.
+    residual_rms_px : float
+        How far, root mean square over the contact, the skin lies from there.
+    minutiae : Minutiae
+        All of the master's that fall in the picture, whether they can be seen or not.
+    master : ndarray of int64, shape (N,)
+        The index of each among the master's minutiae.
+    visible : ndarray of bool, shape (N,)
+        Which of them can be seen.
+    """
+
+    image: NDArray[np.uint8] = field(repr=False)
+    dpi: float
+    preset: str
+    warp: Warp
+    transform: Similarity
+    residual_rms_px: float
+    minutiae: Minutiae = field(repr=False)
+    master: NDArray[np.int64] = field(repr=False)
+    visible: NDArray[np.bool_] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        for array in (self.image, self.master, self.visible):
+            array.setflags(write=False)
+
+
+def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor) -> Impression:
+    """Press a finger on a sensor once.
+
+    Parameters
+    ----------
+    master : Master
+        The finger.
+    number : int
+        Of the impression, from 1; none depends on another.
+    preset : Preset
+        How carefully it is done.
+    sensor : Sensor
+        What it is done on.
+
+    Returns
+    -------
+    Impression
+        The picture and the truth about it.
+
+    Raises
+    ------
+    ImageError
+        If the number is below 1.
+
+    Examples
+    --------
+    >>> from fpmatch.synthesis.master import MasterParameters, make_master
+    >>> from fpmatch.synthesis.presets import PRESETS
+    >>> from fpmatch.synthesis.sensor import Sensor
+    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
+    >>> made = make_impression(finger, 1, PRESETS["clean"], Sensor("small", 100, 120))
+    >>> made.image.shape, len(made.minutiae) == len(made.master) == len(made.visible)
+    ((120, 100), True)
+    """
+    if number < 1:
+        raise ImageError(f"impressions are numbered from 1, not {number}")
+    placing, pressing, smearing, sensing = (
+        np.random.default_rng([master.seed, master.finger, number, purpose]) for purpose in _Purpose
+    )
+    px = sensor.px
+    warp = draw_warp(master.relief.shape, sensor.shape, sensor.dpi, placing, preset.placement)
+    pixels = _pixels(sensor.shape)
+    origin = warp.to_master(pixels).reshape(*sensor.shape, 2).astype(np.float32)
+    radius = warp.radius(pixels).reshape(sensor.shape)
+    skin = skin_of(master)
+    rough = master.relief + preset.texture * (skin.relief - master.relief)
+    on_print = _sampled(master.silhouette.astype(np.float32), origin, 0.0)
+    creases = _sampled(skin.creases, origin, 0.0)
+    contact = press(radius, on_print, creases, pressing, preset.pressure, px=px)
+    relief, smeared = smear(
+        _sampled(rough, origin, BEYOND_THE_MASTER), smearing, preset.smear, px=px
+    )
+    image = develop(relief, contact, sensor, sensing)
+    touching = (radius < 1) & (on_print > 0.5)
+    transform, residual = _best_similarity(touching, origin)
+    moved = _moved(master.minutiae, warp)
+    inside = np.flatnonzero(_in_picture(moved.xy, sensor.shape))
+    moved = moved.take(inside)
+    column, row = np.floor(moved.xy).astype(np.intp).T
+    visible = is_legible(moved.xy, contact, px=px) & (smeared[row, column] < SMEARED)
+    return Impression(
+        image=image,
+        dpi=sensor.dpi,
+        preset=preset.name,
+        warp=warp,
+        transform=transform,
+        residual_rms_px=residual,
+        minutiae=moved,
+        master=inside.astype(np.int64),
+        visible=visible,
+    )
+
+
+def corresponding_points(
+    probe: Impression, reference: Impression, points: ArrayLike
+) -> NDArray[np.float64]:
+    """Map points of one impression to where the same skin lies in another of the same finger.
+
+    Parameters
+    ----------
+    probe, reference : Impression
+        Two impressions of one finger.
+    points : array_like of float, shape (N, 2)
+        x and y in pixels of the probe.
+
+    Returns
+    -------
+    ndarray of float64, shape (N, 2)
+        In pixels of the reference, maybe beyond its borders.
+
+    Examples
+    --------
+    >>> from fpmatch.synthesis.master import MasterParameters, make_master
+    >>> from fpmatch.synthesis.presets import PRESETS
+    >>> from fpmatch.synthesis.sensor import Sensor
+    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
+    >>> one = make_impression(finger, 1, PRESETS["clean"], Sensor("small", 100, 120))
+    >>> corresponding_points(one, one, [[50.0, 60.0]]).round(6).tolist()
+    [[50.0, 60.0]]
+    """
+    return reference.warp.from_master(probe.warp.to_master(points))
+
+
+def true_transform(probe: Impression, reference: Impression) -> Similarity:
+    """Return the similarity nearest to the true map from one impression to another.
+
+    Parameters
+    ----------
+    probe, reference : Impression
+        Two impressions of one finger.
+
+    Returns
+    -------
+    Similarity
+        From pixels of the probe to pixels of the reference, fitted over the skin that both
+        show; over all that the probe shows where they share none.
+
+    Examples
+    --------
+    >>> from fpmatch.synthesis.master import MasterParameters, make_master
+    >>> from fpmatch.synthesis.presets import PRESETS
+    >>> from fpmatch.synthesis.sensor import Sensor
+    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
+    >>> one = make_impression(finger, 1, PRESETS["clean"], Sensor("small", 100, 120))
+    >>> bool(abs(true_transform(one, one).rotation) < 1e-9)
+    True
+    """
+    points = _pixels(probe.image.shape, FITTED_EVERY_PX)
+    points = points[probe.warp.radius(points) < 1]
+    there = corresponding_points(probe, reference, points)
+    shared = _in_picture(there, reference.image.shape) & (reference.warp.radius(there) < 1)
+    if shared.any():
+        points, there = points[shared], there[shared]
+    return Similarity.fit(points, there)
+
+
+def _pixels(shape: tuple[int, ...], step: int = 1) -> NDArray[np.float64]:
+    """Return x and y of every pixel, row by row, shape (N, 2)."""
+    y, x = np.mgrid[: shape[0] : step, : shape[1] : step]
+    return np.column_stack([x.ravel(), y.ravel()]).astype(np.float64)
+
+
+def _in_picture(points: NDArray[np.floating], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    last = (shape[1] - 1, shape[0] - 1)
+    return np.asarray(((points >= 0) & (points <= last)).all(axis=1))
+
+
+def _sampled(layer: Field, origin: Field, beyond: float) -> Field:
+    """Return a layer of the master at `origin` (h, w, 2), and `beyond` outside it."""
+    import cv2  # noqa: PLC0415
+
+    sampled = cv2.remap(
+        layer,
+        origin[..., 0],
+        origin[..., 1],
+        cv2.INTER_CUBIC,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=beyond,
+    )
+    return np.asarray(sampled, np.float32)
+
+
+def _best_similarity(touching: NDArray[np.bool_], origin: Field) -> tuple[Similarity, float]:
+    """Fit the similarity from master to picture over the contact; return it and its residual."""
+    every = (slice(None, None, FITTED_EVERY_PX),) * 2
+    pixels = _pixels(touching.shape, FITTED_EVERY_PX)
+    used = touching[every].ravel()
+    if not used.any():  # no skin in the picture: all of it, then
+        used[:] = True
+    source, target = origin[every].reshape(-1, 2)[used].astype(np.float64), pixels[used]
+    transform = Similarity.fit(source, target)
+    off = np.square(target - transform.apply(source)).sum(axis=1)
+    return transform, math.sqrt(float(off.mean()))
+
+
+def _moved(minutiae: Minutiae, warp: Warp) -> Minutiae:
+    """Carry the master's minutiae to the picture; each direction by a point one pixel ahead."""
+    start = minutiae.xy.astype(np.float64)
+    ahead = start + np.column_stack([np.cos(minutiae.angle), -np.sin(minutiae.angle)])
+    start, ahead = warp.from_master(start), warp.from_master(ahead)
+    dx, dy = (ahead - start).T.astype(np.float32)
+    x, y = start.T.astype(np.float32)
+    return replace(minutiae, x=x, y=y, angle=np.arctan2(-dy, dx))

@@ -1,0 +1,147 @@
+"""Presets: how carefully fingers are laid on the sensor, from clean to hard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import ImageError
+from fpmatch.synthesis.contact import PressureParameters
+from fpmatch.synthesis.smear import SmearParameters
+from fpmatch.synthesis.warp import PlacementParameters
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """Name the ranges from which impressions are drawn.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    placement : PlacementParameters
+        Where the finger lies, how far it is turned and stretched, how much of it touches.
+    pressure : PressureParameters
+        Pressure, moisture, wear, scratches.
+    smear : SmearParameters
+        How often the skin moves.
+    texture : float
+        Share of the skin's roughness and pores that shows.
+    """
+
+    name: str
+    placement: PlacementParameters = field(default_factory=PlacementParameters)
+    pressure: PressureParameters = field(default_factory=PressureParameters)
+    smear: SmearParameters = field(default_factory=SmearParameters)
+    texture: float = 1.0
+
+
+PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
+    {
+        preset.name: preset
+        for preset in (
+            Preset(
+                "clean",
+                PlacementParameters(half_width=(122, 134), traction=(0, 1), torsion_deg=(0, 1)),
+                PressureParameters(
+                    dryness=(-0.1, 0.1),
+                    unevenness=0.05,
+                    tilt=(0, 0),
+                    grain=0.05,
+                    wear=(0, 0),
+                    creases=0.0,
+                    max_scratches=0,
+                    max_spots=0,
+                ),
+                SmearParameters(chance=0.0),
+                texture=0.4,
+            ),
+            Preset("easy"),
+            Preset(
+                "normal",
+                PlacementParameters(
+                    rotation_deg=(0, 16),
+                    shift=(0, 38),
+                    scale=(0.98, 1.02),
+                    torsion_deg=(0, 4),
+                    traction=(0, 6),
+                    off_centre=(0, 32),
+                    half_width=(102, 136),
+                    elongation=(1.35, 1.7),
+                ),
+                PressureParameters(
+                    dryness=(-0.3, 0.48),
+                    unevenness=0.2,
+                    tilt=(0, 0.3),
+                    grain=0.27,
+                    wear=(0, 0.35),
+                    max_scratches=3,
+                    max_spots=3,
+                    outline=0.035,
+                    ragged=0.04,
+                ),
+                SmearParameters(chance=0.2),
+            ),
+            Preset(
+                "hard",
+                PlacementParameters(
+                    rotation_deg=(0, 28),
+                    shift=(0, 60),
+                    scale=(0.97, 1.03),
+                    torsion_deg=(0, 7),
+                    traction=(0, 10),
+                    off_centre=(10, 60),
+                    half_width=(76, 122),
+                    elongation=(1.25, 1.75),
+                ),
+                PressureParameters(
+                    dryness=(-0.55, 0.65),
+                    unevenness=0.3,
+                    tilt=(0, 0.5),
+                    grain=0.45,
+                    wear=(0.1, 0.55),
+                    max_scratches=6,
+                    max_spots=6,
+                    outline=0.05,
+                    ragged=0.055,
+                ),
+                SmearParameters(chance=0.5, share=(0.05, 0.25)),
+                texture=1.2,
+            ),
+        )
+    }
+)
+"""The presets by name, from the easiest to the hardest."""
+
+
+def preset_named(name: str) -> Preset:
+    """Return a preset by its name.
+
+    Parameters
+    ----------
+    name : str
+        ``"clean"``, ``"easy"``, ``"normal"`` or ``"hard"``.
+
+    Returns
+    -------
+    Preset
+        The ranges from which its impressions are drawn.
+
+    Raises
+    ------
+    ImageError
+        If there is none of that name.
+
+    Examples
+    --------
+    >>> preset_named("hard").name
+    'hard'
+    """
+    try:
+        return PRESETS[name]
+    except KeyError:
+        raise ImageError(f"no preset {name!r}: there are {', '.join(PRESETS)}") from None

@@ -1,0 +1,304 @@
+"""Sensors: size and resolution of the picture, and the grey levels that contact becomes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.synthesis.noise import smooth_noise
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from fpmatch.synthesis.contact import Contact
+
+    Field = NDArray[np.float32]  # a value a pixel
+
+SMALLEST_SIDE_PX: Final = 32
+LARGEST_SIDE_PX: Final = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """Describe a sensor; grey levels run from 0 to 255, lengths are pixels of the picture.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    width, height : int
+        Of the picture.
+    dpi : float
+        Resolution.
+    paper, ink : float
+        Grey of bare glass and of skin that lies on it.
+    ceiling : float
+        Brightest grey that it gives; less than `paper` where bare glass saturates.
+    ink_variation, paper_variation : float
+        Standard deviation of either over the picture.
+    ink_fading : float
+        Grey levels by which drier skin prints lighter, a unit of relief.
+    softness : float
+        Height of relief over which an edge goes from paper to ink.
+    blur : float
+        Standard deviation of the point spread.
+    noise : float
+        Standard deviation of each pixel.
+    vignette : float
+        Grey levels by which the corners are darker than the middle.
+    stripes : float
+        Standard deviation of whole columns.
+    frame : float
+        Share of the width by which a white frame cuts either upper corner off, narrowing to none
+        at the foot.
+    specks : int
+        Most bits of dust on the glass.
+    residue : float
+        Density of the fine dots that damp skin leaves around the print, from 0.
+
+    Raises
+    ------
+    ImageError
+        If a side is not between 32 and 4096 pixels.
+    ResolutionError
+        If `dpi` is outside 100 to 4000.
+
+    Examples
+    --------
+    >>> SENSORS["optical-388x374"].shape
+    (374, 388)
+    """
+
+    name: str
+    width: int
+    height: int
+    dpi: float = STANDARD_DPI
+    paper: float = 262.0
+    ink: float = 40.0
+    ceiling: float = 254.0
+    ink_variation: float = 14.0
+    paper_variation: float = 0.0
+    ink_fading: float = 75.0
+    softness: float = 0.24
+    blur: float = 0.55
+    noise: float = 2.0
+    vignette: float = 0.0
+    stripes: float = 0.0
+    frame: float = 0.0
+    specks: int = 4
+    residue: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not all(SMALLEST_SIDE_PX <= side <= LARGEST_SIDE_PX for side in self.shape):
+            raise ImageError(
+                f"sensor {self.name}: {self.width} x {self.height} pixels; each side must lie "
+                f"between {SMALLEST_SIDE_PX} and {LARGEST_SIDE_PX}"
+            )
+        object.__setattr__(self, "dpi", check_dpi(self.dpi))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the picture."""
+        return self.height, self.width
+
+    @property
+    def px(self) -> float:
+        """Pixels of the picture for one at 500 dpi."""
+        return self.dpi / STANDARD_DPI
+
+
+SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType(
+    {
+        sensor.name: sensor
+        for sensor in (
+            Sensor("optical-388x374", 388, 374),
+            Sensor(
+                "optical-296x560",
+                296,
+                560,
+                569.0,
+                paper=178.0,
+                ink=48.0,
+                paper_variation=3.0,
+                ink_variation=8.0,
+                ink_fading=32.0,
+                softness=0.3,
+                blur=0.75,
+                noise=2.2,
+                vignette=70.0,
+                residue=0.5,
+            ),
+            Sensor(
+                "capacitive-300x300",
+                300,
+                300,
+                paper=112.0,
+                ink=31.0,
+                paper_variation=4.0,
+                ink_variation=5.0,
+                ink_fading=14.0,
+                softness=0.2,
+                blur=0.45,
+                noise=4.5,
+                vignette=12.0,
+                stripes=1.6,
+                residue=1.6,
+            ),
+            Sensor(
+                "plain-288x384",
+                288,
+                384,
+                paper=184.0,
+                ink=42.0,
+                paper_variation=3.0,
+                ink_variation=10.0,
+                ink_fading=40.0,
+                softness=0.26,
+                noise=3.0,
+                vignette=45.0,
+                residue=0.25,
+            ),
+            Sensor("optical-640x480", 640, 480, ink=34.0, ink_variation=18.0, specks=3),
+            Sensor(
+                "optical-328x364",
+                328,
+                364,
+                paper=204.0,
+                ink=62.0,
+                ceiling=255.0,
+                paper_variation=5.0,
+                ink_variation=14.0,
+                ink_fading=46.0,
+                softness=0.34,
+                blur=0.8,
+                noise=1.6,
+                vignette=10.0,
+                frame=0.13,
+            ),
+        )
+    }
+)
+"""The sensors of FVC2002 DB1 to DB4 and of FVC2004 DB1 and DB2, by name, in that order."""
+
+INK_FLOOR: Final = 6.0  # grey: no ink is blacker
+LIGHTEST_INK: Final = 0.35  # share of the contrast that the driest ridge keeps
+RESIDUE_EXTENT_PX: Final = 1.6
+LIFTED: Final = 1.0  # threshold from which skin is off the glass
+RESIDUE_REACH: Final = 8.0  # threshold by which residue has thinned out
+RESIDUE_RARITY: Final = 2.3  # deviations from which roughness leaves a dot where there is residue
+
+
+def develop(
+    relief: NDArray[np.floating],
+    contact: Contact,
+    sensor: Sensor,
+    rng: np.random.Generator,
+    *,
+    smear: NDArray[np.floating] | None = None,
+) -> NDArray[np.uint8]:
+    """Return the picture that a sensor takes of skin that touches it.
+
+    Parameters
+    ----------
+    relief : ndarray of float, shape (h, w)
+        Height of the skin.
+    contact : Contact
+        How it touches.
+    sensor : Sensor
+        Size, resolution and grey levels.
+    rng : numpy.random.Generator
+        Where noise, dust and residue come from.
+    smear : ndarray of float, shape (h, w), optional
+        Share of the glass that an earlier touch left covered.
+
+    Returns
+    -------
+    ndarray of uint8, shape (h, w)
+        Dark ridges on a light ground.
+
+    Examples
+    --------
+    >>> from fpmatch.synthesis.contact import Contact
+    >>> sensor = Sensor("small", 60, 40)
+    >>> flat = np.zeros(sensor.shape, np.float32)
+    >>> contact = Contact(flat, flat + 1, flat)
+    >>> rng = np.random.default_rng(1)
+    >>> skin, glass = (develop(flat + height, contact, sensor, rng) for height in (1, -1))
+    >>> bool(skin.mean() < 80 < 240 < glass.mean())
+    True
+    """
+    import cv2  # noqa: PLC0415
+
+    shape = sensor.shape
+    height = (contact.strength * relief + contact.grain - contact.threshold) / sensor.softness
+    covered = 1 / (1 + np.exp(-np.clip(height, -30, 30)))
+    covered = np.maximum(covered, _dust(sensor, rng))
+    if sensor.residue > 0:
+        covered = np.maximum(covered, _residue(contact, sensor, rng))
+    if smear is not None:
+        covered = np.maximum(covered, smear)
+    paper = _paper(sensor, rng)
+    ink = sensor.ink + sensor.ink_variation * smooth_noise(shape, 25 * sensor.px, rng)
+    ink += sensor.ink_fading * contact.threshold
+    lightest = sensor.paper - LIGHTEST_INK * (sensor.paper - sensor.ink)
+    ink = np.clip(ink, INK_FLOOR, lightest)
+    spread = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), sensor.blur * sensor.px)
+    grey = paper - spread * np.clip(paper - ink, 0, None)
+    grey += sensor.noise * rng.standard_normal(shape)
+    grey = np.minimum(grey, sensor.ceiling)
+    if sensor.frame > 0:
+        grey[_framed(sensor)] = sensor.ceiling
+    return np.asarray(np.clip(np.rint(grey), 0, 255), np.uint8)
+
+
+def _paper(sensor: Sensor, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return the grey of the bare glass."""
+    rows, columns = sensor.shape
+    y, x = np.linspace(-1, 1, rows)[:, None], np.linspace(-1, 1, columns)
+    paper = np.full(sensor.shape, sensor.paper, np.float64)
+    if sensor.vignette > 0:
+        x0, y0 = rng.uniform(-0.15, 0.15, 2)
+        paper -= sensor.vignette * (((x - x0) ** 2 + (y - y0) ** 2) / 2) ** 1.5
+    if sensor.paper_variation > 0:
+        paper += sensor.paper_variation * smooth_noise(sensor.shape, 45 * sensor.px, rng)
+    if sensor.stripes > 0:
+        wide = smooth_noise((1, columns), 25.0, rng)[0]
+        paper += sensor.stripes * (wide + rng.standard_normal(columns))[None]
+    return paper
+
+
+def _dust(sensor: Sensor, rng: np.random.Generator) -> Field:
+    """Return bits of dust on the glass, 0 to 1."""
+    import cv2  # noqa: PLC0415
+
+    specks = np.zeros(sensor.shape, np.float32)
+    for _ in range(int(rng.integers(0, sensor.specks + 1))):
+        centre = rng.integers(0, (sensor.width, sensor.height)).tolist()
+        half_axes = rng.integers(1, 3, 2).tolist()
+        tilt, strength = rng.uniform(0, 180), rng.uniform(0.2, 0.7)
+        cv2.ellipse(specks, centre, half_axes, tilt, 0, 360, strength, -1)
+    return np.asarray(cv2.GaussianBlur(specks, (0, 0), 0.7), np.float32)
+
+
+def _residue(contact: Contact, sensor: Sensor, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return the dots around the print, 0 to 1: denser near to it."""
+    lifted = contact.threshold - LIFTED
+    near = sensor.residue * np.exp(-np.clip(lifted, 0, None) / RESIDUE_REACH) * (lifted > 0)
+    rough = smooth_noise(sensor.shape, RESIDUE_EXTENT_PX * sensor.px, rng)
+    patchy = 0.4 * smooth_noise(sensor.shape, 30 * sensor.px, rng)
+    return np.asarray(np.clip(rough + patchy + near - RESIDUE_RARITY, 0, 1) * np.minimum(near, 1))
+
+
+def _framed(sensor: Sensor) -> NDArray[np.bool_]:
+    """Return the two white wedges beside a sensor that narrows to the top."""
+    rows, columns = sensor.shape
+    cut = sensor.frame * columns * np.linspace(1, 0, rows)[:, None]
+    x = np.arange(columns)
+    return np.asarray((x < cut) | (columns - 1 - x < cut))

@@ -1,0 +1,81 @@
+"""Smudges: skin that moved while it touched, and what earlier fingers left on the glass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.synthesis.noise import smooth_noise
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.synthesis.classes import Range
+
+    Field = NDArray[np.float32]  # a value a pixel
+
+
+@dataclass(frozen=True, slots=True)
+class SmearParameters:
+    """Set how often and how far skin moves; lengths are pixels at 500 dpi."""
+
+    chance: float = 0.1  # of an impression to be smeared somewhere
+    length_px: Range = (5.0, 11.0)
+    share: Range = (0.03, 0.12)  # of the print, about
+    extent_px: float = 45.0
+
+
+def smear(
+    relief: Field,
+    rng: np.random.Generator,
+    parameters: SmearParameters | None = None,
+    *,
+    px: float = 1.0,
+) -> tuple[Field, Field]:
+    """Blur the skin in patches along one direction, as if it had moved there.
+
+    Parameters
+    ----------
+    relief : ndarray of float32, shape (h, w)
+        Height of the skin, in pixels of the picture.
+    rng : numpy.random.Generator
+        Where patches and directions come from.
+    parameters : SmearParameters, optional
+        How often and how far.
+    px : float, optional
+        Pixels of the picture for one at 500 dpi (default 1).
+
+    Returns
+    -------
+    smeared : ndarray of float32, shape (h, w)
+        The relief with patches blurred.
+    share : ndarray of float32, shape (h, w)
+        0 where it is as it was, 1 in the middle of a patch.
+
+    Examples
+    --------
+    >>> skin = np.random.default_rng(1).standard_normal((90, 80)).astype(np.float32)
+    >>> always = SmearParameters(chance=1.0, share=(0.3, 0.3))
+    >>> smeared, share = smear(skin, np.random.default_rng(2), always)
+    >>> bool(np.array_equal(smeared[share == 0], skin[share == 0]))
+    True
+    """
+    import cv2  # noqa: PLC0415
+
+    p = parameters or SmearParameters()
+    if rng.random() >= p.chance:
+        return relief, np.zeros_like(relief)
+    angle = rng.uniform(0, np.pi)
+    length = rng.uniform(*p.length_px) * px
+    reach = int(np.ceil(length / 2))
+    kernel = np.zeros((2 * reach + 1, 2 * reach + 1), np.float32)
+    half = length / 2 * np.array([np.cos(angle), np.sin(angle)])
+    begin, end = (np.rint(reach + sign * half).astype(int).tolist() for sign in (-1, 1))
+    cv2.line(kernel, begin, end, 1.0, 1)
+    moved = cv2.filter2D(relief, -1, kernel / kernel.sum())
+    patches = smooth_noise((relief.shape[0], relief.shape[1]), p.extent_px * px, rng)
+    limit = np.quantile(patches, 1 - rng.uniform(*p.share))
+    share = np.clip(2.5 * (patches - limit), 0, 1).astype(np.float32)
+    return np.asarray(relief + share * (moved - relief), np.float32), share

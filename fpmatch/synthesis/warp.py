@@ -1,0 +1,202 @@
+"""The geometry of one impression: where each point of the master comes to lie in the picture.
+
+References
+----------
+Cappelli, Maio, Maltoni, "Modelling plastic distortion in fingerprint images", ICAPR 2001.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.pointset.points import as_points
+from fpmatch.pointset.similarity import Similarity
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.synthesis.classes import Range
+
+    Points = NDArray[np.float64]  # shape (N, 2), x and y
+    Pair = tuple[float, float]
+
+STICKING_RADIUS: Final = 0.35  # share of the contact that does not slide
+SOLVED_PX: Final = 1e-7  # no point moves further when `from_master` stops
+_MOST_ROUNDS: Final = 500  # never reached: steps shrink by a constant factor
+
+
+@dataclass(frozen=True, slots=True)
+class Warp:
+    """Map the master to the picture: laid on the sensor, then dragged over it.
+
+    The firmly pressed middle of the contact sticks to the glass. Around it the skin slips, the
+    more the further out; beyond, it follows the finger, which turns and slides as a whole.
+
+    Parameters
+    ----------
+    placement : Similarity
+        From the master to the picture before the finger moves; its scale holds the resolution.
+    centre : (float, float)
+        Of the contact, x and y in pixels of the picture.
+    half_axes : (float, float)
+        Of the contact ellipse, across and along the finger, in pixels of the picture.
+    torsion : float
+        Turn of the finger after it touched, radians, clockwise on screen.
+    traction : (float, float)
+        Its slide, x and y in pixels of the picture.
+
+    Raises
+    ------
+    ImageError
+        If the contact is empty, or the skin would fold over itself.
+
+    Examples
+    --------
+    >>> warp = Warp(Similarity(tx=5.0), (100.0, 120.0), (60.0, 80.0), 0.05, (3.0, -2.0))
+    >>> warp.from_master([[95.0, 120.0]]).tolist()  # the middle sticks
+    [[100.0, 120.0]]
+    >>> warp.to_master(warp.from_master([[10.0, 20.0]])).round(6).tolist()
+    [[10.0, 20.0]]
+    """
+
+    placement: Similarity
+    centre: Pair
+    half_axes: Pair
+    torsion: float = 0.0
+    traction: Pair = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        values = (*self.centre, *self.half_axes, self.torsion, *self.traction)
+        if not all(map(math.isfinite, values)) or min(self.half_axes) <= 0:
+            raise ImageError("a contact needs finite measures and half axes above zero")
+        if self.steepness >= 1:
+            raise ImageError(
+                f"skin turned by {math.degrees(self.torsion):.1f}° and dragged by "
+                f"{math.hypot(*self.traction):.1f} pixels would fold over itself"
+            )
+
+    @property
+    def steepness(self) -> float:
+        """Most by which the drag can differ between two points, as a share of their distance."""
+        turn = 2 * abs(math.sin(self.torsion / 2))
+        farthest = (1 + STICKING_RADIUS) * max(self.half_axes)
+        longest = turn * farthest + math.hypot(*self.traction)
+        return turn + 0.5 * math.pi * longest / min(self.half_axes)
+
+    def radius(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return how far out picture `points` (N, 2) lie: 0 in the middle, 1 on the outline."""
+        upright = (as_points(points) - self.centre) @ _rotation(-self.placement.rotation).T
+        return np.asarray(np.hypot(*(upright / self.half_axes).T))
+
+    def drag(self, points: ArrayLike) -> Points:
+        """Return how far the skin that lies at picture `points` (N, 2) was dragged, in pixels."""
+        p = as_points(points)
+        slip = np.clip(self.radius(p) - STICKING_RADIUS, 0, 1)
+        share = 0.5 * (1 - np.cos(np.pi * slip))
+        away = p - self.centre
+        return np.asarray(
+            share[:, None] * (away @ _rotation(self.torsion).T - away + self.traction)
+        )
+
+    def to_master(self, points: ArrayLike) -> Points:
+        """Map picture `points` (array_like, shape (N, 2)) to the master; returns float64."""
+        p = as_points(points)
+        return self.placement.inverse().apply(p - self.drag(p))
+
+    def from_master(self, points: ArrayLike) -> Points:
+        """Map master `points` (array_like, shape (N, 2)) to the picture; returns float64.
+
+        `to_master` inverted by fixed-point iteration, which converges wherever skin cannot fold.
+        """
+        placed = reached = self.placement.apply(points)
+        for _ in range(_MOST_ROUNDS):
+            before, reached = reached, placed + self.drag(reached)
+            if np.abs(reached - before).max(initial=0.0) < SOLVED_PX:
+                break
+        return reached
+
+
+@dataclass(frozen=True, slots=True)
+class PlacementParameters:
+    """Set how fingers are laid on a sensor; lengths are pixels at 500 dpi, signs drawn apart."""
+
+    rotation_deg: Range = (0.0, 6.0)
+    shift: Range = (0.0, 12.0)  # along each axis
+    scale: Range = (0.99, 1.01)
+    torsion_deg: Range = (0.0, 2.0)
+    traction: Range = (0.0, 3.0)
+    off_centre: Range = (0.0, 10.0)  # from the middle of the finger to that of the contact
+    half_width: Range = (112.0, 132.0)  # of the contact
+    elongation: Range = (1.35, 1.6)  # its height beside its width
+
+
+def draw_warp(
+    master_shape: tuple[int, int],
+    sensor_shape: tuple[int, int],
+    dpi: float,
+    rng: np.random.Generator,
+    parameters: PlacementParameters | None = None,
+) -> Warp:
+    """Draw where and how a finger touches a sensor.
+
+    Parameters
+    ----------
+    master_shape, sensor_shape : (int, int)
+        Rows and columns of the master, which has 500 dpi, and of the picture.
+    dpi : float
+        Resolution of the picture.
+    rng : numpy.random.Generator
+        Where the numbers come from.
+    parameters : PlacementParameters, optional
+        Their ranges.
+
+    Returns
+    -------
+    Warp
+        From the master to the picture.
+
+    Examples
+    --------
+    >>> warp = draw_warp((560, 440), (374, 388), 500.0, np.random.default_rng(1))
+    >>> bool(abs(warp.placement.rotation_deg) < 6)
+    True
+    """
+    p = parameters or PlacementParameters()
+    px = dpi / STANDARD_DPI
+    rotation = math.radians(rng.uniform(*p.rotation_deg)) * rng.choice((-1, 1))
+    scale = px * rng.uniform(*p.scale)
+    shift = px * rng.uniform(*p.shift, 2) * rng.choice((-1, 1), 2)
+    middle_of_master, middle_of_sensor = (
+        np.array(shape[::-1]) / 2 for shape in (master_shape, sensor_shape)
+    )
+    off_centre = rng.uniform(*p.off_centre) * _direction(rng)
+    torsion = math.radians(rng.uniform(*p.torsion_deg)) * rng.choice((-1, 1))
+    traction = px * rng.uniform(*p.traction) * _direction(rng)
+    half_width = px * rng.uniform(*p.half_width)
+    half_height = half_width * rng.uniform(*p.elongation)
+    # what touches lies about the middle of the sensor, whichever part of the finger it is
+    centre = middle_of_sensor + shift
+    tx, ty = centre - scale * _rotation(rotation) @ (middle_of_master + off_centre)
+    return Warp(
+        placement=Similarity(scale, rotation, float(tx), float(ty)),
+        centre=(float(centre[0]), float(centre[1])),
+        half_axes=(half_width, half_height),
+        torsion=torsion,
+        traction=(float(traction[0]), float(traction[1])),
+    )
+
+
+def _rotation(angle: float) -> NDArray[np.float64]:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([[cosine, -sine], [sine, cosine]])
+
+
+def _direction(rng: np.random.Generator) -> NDArray[np.float64]:
+    angle = rng.uniform(0, 2 * math.pi)
+    return np.array([math.cos(angle), math.sin(angle)])

@@ -1,0 +1,35 @@
+"""`fpmatch.synthesis.presets`: four of them, each harder than the one before."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from fpmatch.errors import ImageError
+from fpmatch.synthesis.presets import PRESETS, preset_named
+
+
+def test_there_are_four_from_easy_to_hard() -> None:
+    assert list(PRESETS) == ["clean", "easy", "normal", "hard"]
+    assert [preset.name for preset in PRESETS.values()] == list(PRESETS)
+
+
+def test_each_turns_and_stretches_at_least_as_far_as_the_one_before() -> None:
+    presets = list(PRESETS.values())
+    for easier, harder in pairwise(presets):
+        for name in ("rotation_deg", "shift", "torsion_deg", "traction", "off_centre"):
+            one, two = (getattr(p.placement, name)[1] for p in (easier, harder))
+            assert one <= two, name
+        assert easier.pressure.grain < harder.pressure.grain
+        assert easier.pressure.max_spots < harder.pressure.max_spots
+        assert easier.smear.chance < harder.smear.chance
+
+
+def test_a_preset_is_found_by_its_name() -> None:
+    assert preset_named("normal") is PRESETS["normal"]
+
+
+def test_an_unknown_preset_is_refused_by_name() -> None:
+    with pytest.raises(ImageError, match=r"^no preset 'harder': there are clean, easy, [^\n]*$"):
+        preset_named("harder")

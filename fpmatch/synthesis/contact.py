@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     Field = NDArray[np.float32]  # a value a pixel
 
-EDGE_START: Final = 0.80  # radius from which the skin lifts off the glass
-EDGE_STEEPNESS: Final = 26.0  # relief by which it has lifted one radius further out
+EDGE_START: Final = 0.86  # radius from which the skin lifts off the glass
+EDGE_STEEPNESS: Final = 50.0  # relief by which it has lifted one radius further out
 OFF_THE_GLASS: Final = 3.0  # relief by which skin lies too deep to touch at all
 WET_SPOT, DRY_SPOT = -0.75, 0.7  # relief by which a spot's threshold differs
 SPOT_EXTENT_PX: Final = 9.0  # of the ragged edge of a spot, and half its least radius
@@ -62,6 +62,33 @@ class Contact:
     grain: Field = field(repr=False)
 
 
+TIP_EXPONENT, FOOT_EXPONENT = 2.1, 2.7  # of the superellipse: 2 is round, more is squarer
+
+
+def outline_radius(upright: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return how far out points of a contact lie: round at the tip, squarer towards the joint.
+
+    Parameters
+    ----------
+    upright : ndarray of float, shape (N, 2)
+        Points across and along the finger, from the middle of the contact, in half axes; the
+        joint lies at positive y.
+
+    Returns
+    -------
+    ndarray of float64, shape (N,)
+        0 in the middle, 1 on the outline.
+
+    Examples
+    --------
+    >>> outline_radius(np.array([[0.0, 0.5], [-1.0, 0.0], [0.8, 0.8]])).round(2).tolist()
+    [0.5, 1.0, 1.03]
+    """
+    across, along = np.abs(upright).T
+    exponent = np.where(upright[:, 1] > 0, FOOT_EXPONENT, TIP_EXPONENT)
+    return np.asarray((across**exponent + along**exponent) ** (1 / exponent))
+
+
 def press(
     radius: NDArray[np.floating],
     on_print: NDArray[np.floating],
@@ -78,7 +105,7 @@ def press(
     radius : ndarray of float, shape (h, w)
         How far out each pixel lies in the contact: 0 in its middle, 1 on its outline.
     on_print : ndarray of float, shape (h, w)
-        1 on the skin of the print, 0 beyond.
+        1 on the skin of the print, falling towards its border, 0 beyond.
     creases : ndarray of float, shape (h, w)
         0 to 1: where a crease of the finger lies.
     rng : numpy.random.Generator
@@ -113,7 +140,8 @@ def press(
     out = radius * outline + p.ragged * smooth_noise(shape, 5 * px, rng)
     threshold += EDGE_STEEPNESS * np.clip(out - EDGE_START, 0, None) ** 2
     scratches = draw_lines(shape, int(rng.integers(0, p.max_scratches + 1)), rng)
-    missing = np.maximum(np.maximum(p.creases * creases, scratches), 1 - on_print)
+    lifted = np.clip(1 - on_print + p.ragged * smooth_noise(shape, 5 * px, rng), 0, 1) ** 2
+    missing = np.maximum(np.maximum(p.creases * creases, scratches), lifted)
     threshold += OFF_THE_GLASS * missing
     worn = 1 + np.tanh(smooth_noise(shape, px * p.wear_extent_px, rng))
     grain = 0.75 * smooth_noise(shape, 1.3 * px, rng) + 0.5 * smooth_noise(shape, 3.0 * px, rng)

@@ -11,7 +11,7 @@ import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.synthesis.contact import is_legible, press
+from fpmatch.synthesis.contact import is_legible, outline_radius, press
 from fpmatch.synthesis.sensor import develop
 from fpmatch.synthesis.skin import skin_of
 from fpmatch.synthesis.smear import smear
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 BEYOND_THE_MASTER: Final = -1.0  # relief of what is not there
 SMEARED: Final = 0.5  # share of a smear from which nothing can be read
+ROUNDED_PX: Final = 16.0  # from the border of the print to where its skin lies flat
+ON_PRINT: Final = 0.5  # share from which skin may touch
 FITTED_EVERY_PX: Final = 3  # pixels of the contact that the best similarity is fitted to
 
 
@@ -126,17 +128,17 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     warp = draw_warp(master.relief.shape, sensor.shape, sensor.dpi, placing, preset.placement)
     pixels = _pixels(sensor.shape)
     origin = warp.to_master(pixels).reshape(*sensor.shape, 2).astype(np.float32)
-    radius = warp.radius(pixels).reshape(sensor.shape)
+    radius = outline_radius(warp.upright(pixels)).reshape(sensor.shape)
     skin = skin_of(master)
     rough = master.relief + preset.texture * (skin.relief - master.relief)
-    on_print = _sampled(master.silhouette.astype(np.float32), origin, 0.0)
+    on_print = _sampled(_share_of_print(master.silhouette), origin, 0.0)
     creases = _sampled(skin.creases, origin, 0.0)
     contact = press(radius, on_print, creases, pressing, preset.pressure, px=px)
     relief, smeared = smear(
         _sampled(rough, origin, BEYOND_THE_MASTER), smearing, preset.smear, px=px
     )
     image = develop(relief, contact, sensor, sensing)
-    touching = (radius < 1) & (on_print > 0.5)
+    touching = (radius < 1) & (on_print > ON_PRINT)
     transform, residual = _best_similarity(touching, origin)
     moved = _moved(master.minutiae, warp)
     inside = np.flatnonzero(_in_picture(moved.xy, sensor.shape))
@@ -211,9 +213,10 @@ def true_transform(probe: Impression, reference: Impression) -> Similarity:
     True
     """
     points = _pixels(probe.image.shape, FITTED_EVERY_PX)
-    points = points[probe.warp.radius(points) < 1]
+    points = points[outline_radius(probe.warp.upright(points)) < 1]
     there = corresponding_points(probe, reference, points)
-    shared = _in_picture(there, reference.image.shape) & (reference.warp.radius(there) < 1)
+    touching = outline_radius(reference.warp.upright(there)) < 1
+    shared = _in_picture(there, reference.image.shape) & touching
     if shared.any():
         points, there = points[shared], there[shared]
     return Similarity.fit(points, there)
@@ -228,6 +231,14 @@ def _pixels(shape: tuple[int, ...], step: int = 1) -> NDArray[np.float64]:
 def _in_picture(points: NDArray[np.floating], shape: tuple[int, ...]) -> NDArray[np.bool_]:
     last = (shape[1] - 1, shape[0] - 1)
     return np.asarray(((points >= 0) & (points <= last)).all(axis=1))
+
+
+def _share_of_print(silhouette: NDArray[np.bool_]) -> Field:
+    """Return 1 inside a silhouette, falling to 0 at its border, where the finger rounds away."""
+    import cv2  # noqa: PLC0415
+
+    inside = cv2.distanceTransform(silhouette.astype(np.uint8), cv2.DIST_L2, 5)
+    return np.asarray(np.clip(inside / ROUNDED_PX, 0, 1), np.float32)
 
 
 def _sampled(layer: Field, origin: Field, beyond: float) -> Field:

@@ -21,7 +21,7 @@ class LineParameters:
     steps: tuple[int, int] = (4, 17)  # fewest, and one more than most
     tilt: float = 0.7  # largest angle to the horizontal, radians
     bend: float = 0.06  # standard deviation of the turn at a step, radians
-    widths_px: tuple[int, ...] = (1, 1, 2, 3)
+    widths_px: tuple[int, ...] = (1, 1, 2, 2, 3, 4)
     middle: tuple[float, float] = (0.2, 0.8)  # where they start, shares of the sides
     softness_px: float = 1.0
     depth: tuple[float, float] = (0.7, 1.3)

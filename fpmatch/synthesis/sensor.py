@@ -85,7 +85,7 @@ class Sensor:
     ceiling: float = 254.0
     ink_variation: float = 14.0
     paper_variation: float = 0.0
-    ink_fading: float = 75.0
+    ink_fading: float = 60.0
     softness: float = 0.24
     blur: float = 0.55
     noise: float = 2.0

@@ -83,16 +83,25 @@ class Warp:
 
     @property
     def steepness(self) -> float:
-        """Most by which the drag can differ between two points, as a share of their distance."""
+        """Most by which the drag can differ between two points, as a share of their distance.
+
+        The share of slip rises by at most π/2 a unit of radius. Distance from the centre times
+        slope of the radius is at most the radius times (a/b + b/a) / 2 (Kantorovich).
+        """
+        a, b = self.half_axes
         turn = 2 * abs(math.sin(self.torsion / 2))
-        farthest = (1 + STICKING_RADIUS) * max(self.half_axes)
-        longest = turn * farthest + math.hypot(*self.traction)
-        return turn + 0.5 * math.pi * longest / min(self.half_axes)
+        by_turn = turn * (1 + STICKING_RADIUS) * (a / b + b / a) / 2
+        by_slide = math.hypot(*self.traction) / min(a, b)
+        return turn + 0.5 * math.pi * (by_turn + by_slide)
 
     def radius(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Return how far out picture `points` (N, 2) lie: 0 in the middle, 1 on the outline."""
-        upright = (as_points(points) - self.centre) @ _rotation(-self.placement.rotation).T
-        return np.asarray(np.hypot(*(upright / self.half_axes).T))
+        """Return how far out picture `points` (N, 2) lie: 0 in the middle, 1 on the ellipse."""
+        return np.asarray(np.hypot(*self.upright(points).T))
+
+    def upright(self, points: ArrayLike) -> Points:
+        """Return picture `points` (N, 2) across and along the finger, in half axes."""
+        turned = (as_points(points) - self.centre) @ _rotation(-self.placement.rotation).T
+        return np.asarray(turned / self.half_axes)
 
     def drag(self, points: ArrayLike) -> Points:
         """Return how far the skin that lies at picture `points` (N, 2) was dragged, in pixels."""
@@ -134,6 +143,11 @@ class PlacementParameters:
     off_centre: Range = (0.0, 10.0)  # from the middle of the finger to that of the contact
     half_width: Range = (112.0, 132.0)  # of the contact
     elongation: Range = (1.35, 1.6)  # its height beside its width
+    tip_only: float = 0.0  # chance that a side or the tip of the finger touches, not its middle
+    tip_off_centre: Range = (60.0, 110.0)
+    tip_size: Range = (0.75, 0.95)  # of that contact, beside the others
+    cut_off: float = 0.0  # chance that the finger reaches far over the border of the sensor
+    cut_shift: Range = (0.22, 0.42)  # then from the middle, shares of the sides
 
 
 def draw_warp(
@@ -175,14 +189,20 @@ def draw_warp(
     middle_of_master, middle_of_sensor = (
         np.array(shape[::-1]) / 2 for shape in (master_shape, sensor_shape)
     )
-    off_centre = rng.uniform(*p.off_centre) * _direction(rng)
+    only_the_tip, cut_off = rng.random(2) < (p.tip_only, p.cut_off)
+    towards = rng.uniform(*(p.tip_off_centre if only_the_tip else p.off_centre)) * _direction(rng)
+    over_the_border = rng.uniform(*p.cut_shift) * 2 * middle_of_sensor * _direction(rng)
+    if cut_off:
+        shift = over_the_border
     torsion = math.radians(rng.uniform(*p.torsion_deg)) * rng.choice((-1, 1))
     traction = px * rng.uniform(*p.traction) * _direction(rng)
     half_width = px * rng.uniform(*p.half_width)
+    if only_the_tip:
+        half_width *= rng.uniform(*p.tip_size)
     half_height = half_width * rng.uniform(*p.elongation)
     # what touches lies about the middle of the sensor, whichever part of the finger it is
     centre = middle_of_sensor + shift
-    tx, ty = centre - scale * _rotation(rotation) @ (middle_of_master + off_centre)
+    tx, ty = centre - scale * _rotation(rotation) @ (middle_of_master + towards)
     return Warp(
         placement=Similarity(scale, rotation, float(tx), float(ty)),
         centre=(float(centre[0]), float(centre[1])),

@@ -153,14 +153,19 @@ def press(
 
 
 LEGIBLE: Final = 0.85  # a threshold beyond this share of the relief fills valleys or loses ridges
-LOOKED_AROUND_PX: Final = 2.5  # standard deviation of the place by which a minutia is judged
+LOOKED_AT_PX: Final = 2.5  # standard deviation of the place by which a minutia is judged
+LOOKED_AROUND_PX: Final = 5.0  # and of its surroundings, about half a ridge period
+MOST_MISSING: Final = 0.15  # share of the surroundings that may be without legible ridges
 BORDER_PX: Final = 7.0  # nothing is legible nearer the picture's border
 
 
 def is_legible(
     points: NDArray[np.floating], contact: Contact, *, px: float = 1.0
 ) -> NDArray[np.bool_]:
-    """Return whether ridges can be told from valleys at points of a picture.
+    """Return whether ridges can be told from valleys at points of a picture and around them.
+
+    Within about half a ridge period of the end of the print, a ridge that ends cannot be told
+    from one that is cut off.
 
     Parameters
     ----------
@@ -189,11 +194,12 @@ def is_legible(
     x, y = np.rint(points).astype(np.intp).T
     border = BORDER_PX * px
     inside = (x >= border) & (x < columns - border) & (y >= border) & (y < rows - border)
-    doubt = cv2.GaussianBlur(
-        np.abs(contact.threshold) / contact.strength, (0, 0), LOOKED_AROUND_PX * px
-    )
-    at_point = doubt[np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)]
-    return np.asarray(inside & (at_point < LEGIBLE))
+    place = np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)
+    doubt = np.abs(contact.threshold) / contact.strength
+    missing = (doubt > 1).astype(np.float32)
+    at_point = cv2.GaussianBlur(doubt, (0, 0), LOOKED_AT_PX * px)[place]
+    around = cv2.GaussianBlur(missing, (0, 0), LOOKED_AROUND_PX * px)[place]
+    return np.asarray(inside & (at_point < LEGIBLE) & (around < MOST_MISSING))
 
 
 def _towards_one_side(

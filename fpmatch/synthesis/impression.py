@@ -14,7 +14,7 @@ from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.contact import is_legible, outline_radius, press
 from fpmatch.synthesis.sensor import develop
 from fpmatch.synthesis.skin import skin_of
-from fpmatch.synthesis.smear import smear
+from fpmatch.synthesis.smear import smear, stain
 from fpmatch.synthesis.warp import draw_warp
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ BEYOND_THE_MASTER: Final = -1.0  # relief of what is not there
 SMEARED: Final = 0.5  # share of a smear from which nothing can be read
 ROUNDED_PX: Final = 16.0  # from the border of the print to where its skin lies flat
 ON_PRINT: Final = 0.5  # share from which skin may touch
+FADING: Final = 0.25  # radius over which damp thins out towards the outline
 FITTED_EVERY_PX: Final = 3  # pixels of the contact that the best similarity is fitted to
 
 
@@ -137,8 +138,9 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     relief, smeared = smear(
         _sampled(rough, origin, BEYOND_THE_MASTER), smearing, preset.smear, px=px
     )
-    image = develop(relief, contact, sensor, sensing)
     touching = (radius < 1) & (on_print > ON_PRINT)
+    damp = stain(on_print * np.clip((1 - radius) / FADING, 0, 1), smearing, preset.smear, px=px)
+    image = develop(relief, contact, sensor, sensing, stain=damp)
     transform, residual = _best_similarity(touching, origin)
     moved = _moved(master.minutiae, warp)
     inside = np.flatnonzero(_in_picture(moved.xy, sensor.shape))

@@ -125,15 +125,15 @@ SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType(
                 560,
                 569.0,
                 paper=178.0,
-                ink=48.0,
+                ink=40.0,
                 paper_variation=3.0,
                 ink_variation=8.0,
-                ink_fading=32.0,
-                softness=0.3,
-                blur=0.75,
-                noise=2.2,
+                ink_fading=26.0,
+                softness=0.25,
+                blur=0.7,
+                noise=2.6,
                 vignette=70.0,
-                residue=0.5,
+                residue=0.9,
             ),
             Sensor(
                 "capacitive-300x300",
@@ -171,14 +171,14 @@ SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType(
                 328,
                 364,
                 paper=204.0,
-                ink=62.0,
+                ink=55.0,
                 ceiling=255.0,
-                paper_variation=5.0,
-                ink_variation=14.0,
-                ink_fading=46.0,
-                softness=0.34,
-                blur=0.8,
-                noise=1.6,
+                paper_variation=4.0,
+                ink_variation=12.0,
+                ink_fading=34.0,
+                softness=0.3,
+                blur=0.75,
+                noise=3.0,
                 vignette=10.0,
                 frame=0.13,
             ),
@@ -201,7 +201,7 @@ def develop(
     sensor: Sensor,
     rng: np.random.Generator,
     *,
-    smear: NDArray[np.floating] | None = None,
+    stain: NDArray[np.floating] | None = None,
 ) -> NDArray[np.uint8]:
     """Return the picture that a sensor takes of skin that touches it.
 
@@ -215,8 +215,8 @@ def develop(
         Size, resolution and grey levels.
     rng : numpy.random.Generator
         Where noise, dust and residue come from.
-    smear : ndarray of float, shape (h, w), optional
-        Share of the glass that an earlier touch left covered.
+    stain : ndarray of float, shape (h, w), optional
+        Share of the glass that damp or grease covers, ridges or not.
 
     Returns
     -------
@@ -242,8 +242,8 @@ def develop(
     covered = np.maximum(covered, _dust(sensor, rng))
     if sensor.residue > 0:
         covered = np.maximum(covered, _residue(contact, sensor, rng))
-    if smear is not None:
-        covered = np.maximum(covered, smear)
+    if stain is not None:
+        covered = np.maximum(covered, stain)
     paper = _paper(sensor, rng)
     ink = sensor.ink + sensor.ink_variation * smooth_noise(shape, 25 * sensor.px, rng)
     ink += sensor.ink_fading * contact.threshold

@@ -25,6 +25,46 @@ class SmearParameters:
     length_px: Range = (5.0, 11.0)
     share: Range = (0.03, 0.12)  # of the print, about
     extent_px: float = 45.0
+    stain: Range = (0.0, 0.1)  # darkest share of ink that damp leaves between the ridges
+    stain_extent_px: float = 35.0
+
+
+def stain(
+    touching: NDArray[np.floating],
+    rng: np.random.Generator,
+    parameters: SmearParameters | None = None,
+    *,
+    px: float = 1.0,
+) -> Field:
+    """Return what damp and grease leave on the glass between the ridges.
+
+    Parameters
+    ----------
+    touching : ndarray of float, shape (h, w)
+        1 where the finger touches, 0 beyond.
+    rng : numpy.random.Generator
+        Where patches come from.
+    parameters : SmearParameters, optional
+        How dark and how large they are.
+    px : float, optional
+        Pixels of the picture for one at 500 dpi (default 1).
+
+    Returns
+    -------
+    ndarray of float32, shape (h, w)
+        Share of ink, 0 on clean glass.
+
+    Examples
+    --------
+    >>> left = stain(np.ones((90, 80)), np.random.default_rng(2))
+    >>> bool(0 <= left.min() <= left.max() <= 0.1)
+    True
+    """
+    p = parameters or SmearParameters()
+    darkest = rng.uniform(*p.stain)
+    shape = (touching.shape[0], touching.shape[1])
+    patches = np.clip(smooth_noise(shape, p.stain_extent_px * px, rng), 0, 2) / 2
+    return np.asarray(darkest * patches * touching, np.float32)
 
 
 def smear(

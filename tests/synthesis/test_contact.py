@@ -96,3 +96,11 @@ def test_nothing_is_legible_at_or_beyond_the_border() -> None:
     points = [[BORDER_PX - 1, 65], [columns - BORDER_PX + 1, 65], [55, 2], [55, rows], [-9e5, 9e5]]
     assert not is_legible(np.array(points, float), contact).any()
     assert is_legible(np.empty((0, 2)), contact).shape == (0,)
+
+
+def test_a_minutia_at_the_end_of_the_print_is_not_legible() -> None:
+    threshold = np.zeros(SHAPE, np.float32)
+    threshold[:, 60:] = 2
+    contact = Contact(threshold, np.ones_like(threshold), np.zeros_like(threshold))
+    points = np.array([[58.0, 60.0], [45.0, 60.0]])
+    assert is_legible(points, contact).tolist() == [False, True]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fpmatch.synthesis.smear import SmearParameters, smear
+from fpmatch.synthesis.smear import SmearParameters, smear, stain
 
 ALWAYS = SmearParameters(chance=1.0, share=(0.2, 0.2), extent_px=20.0)
 
@@ -32,3 +32,17 @@ def test_patches_are_blurred_and_the_rest_stays() -> None:
 def test_the_same_numbers_smear_alike() -> None:
     (one, _), (two, _) = (smear(skin(), np.random.default_rng(3), ALWAYS) for _ in range(2))
     np.testing.assert_array_equal(one, two)
+
+
+def test_stains_lie_where_the_finger_touches_and_are_no_darker_than_said() -> None:
+    touching = np.zeros((120, 110))
+    touching[:, :60] = 1
+    stained = stain(touching, np.random.default_rng(4), SmearParameters(stain=(0.3, 0.3)))
+    assert not stained[:, 60:].any()
+    assert 0.05 < stained.max() <= 0.3
+    assert stained.dtype == np.float32
+
+
+def test_clean_fingers_leave_no_stain() -> None:
+    clean = SmearParameters(stain=(0.0, 0.0))
+    assert not stain(np.ones((50, 40)), np.random.default_rng(4), clean).any()

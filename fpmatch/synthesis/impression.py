@@ -12,7 +12,7 @@ import numpy as np
 from fpmatch.errors import ImageError
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.contact import is_legible, outline_radius, press
-from fpmatch.synthesis.sensor import develop
+from fpmatch.synthesis.sensor import develop, framed
 from fpmatch.synthesis.skin import skin_of
 from fpmatch.synthesis.smear import smear, stain
 from fpmatch.synthesis.warp import draw_warp
@@ -132,7 +132,7 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     radius = outline_radius(warp.upright(pixels)).reshape(sensor.shape)
     skin = skin_of(master)
     rough = master.relief + preset.texture * (skin.relief - master.relief)
-    on_print = _sampled(_share_of_print(master.silhouette), origin, 0.0)
+    on_print = _sampled(_share_of_print(master.silhouette), origin, 0.0) * (1 - framed(sensor))
     creases = _sampled(skin.creases, origin, 0.0)
     contact = press(radius, on_print, creases, pressing, preset.pressure, px=px)
     relief, smeared = smear(

@@ -254,8 +254,32 @@ def develop(
     grey += sensor.noise * rng.standard_normal(shape)
     grey = np.minimum(grey, sensor.ceiling)
     if sensor.frame > 0:
-        grey[_framed(sensor)] = sensor.ceiling
+        grey += framed(sensor) * (sensor.ceiling - grey)
     return np.asarray(np.clip(np.rint(grey), 0, 255), np.uint8)
+
+
+def framed(sensor: Sensor) -> Field:
+    """Return the two wedges that a white frame cuts off a sensor that narrows to the top.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its size and its frame.
+
+    Returns
+    -------
+    ndarray of float32, shape (h, w)
+        Share of each pixel that the frame covers.
+
+    Examples
+    --------
+    >>> framed(Sensor("small", 40, 32, frame=0.1))[0].tolist()[:6]
+    [1.0, 1.0, 1.0, 1.0, 0.0, 0.0]
+    """
+    rows, columns = sensor.shape
+    cut = sensor.frame * columns * np.linspace(1, 0, rows)[:, None]
+    from_side = np.minimum(np.arange(columns), np.arange(columns)[::-1])
+    return np.asarray(np.clip(cut - from_side, 0, 1), np.float32)
 
 
 def _paper(sensor: Sensor, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -294,11 +318,3 @@ def _residue(contact: Contact, sensor: Sensor, rng: np.random.Generator) -> NDAr
     rough = smooth_noise(sensor.shape, RESIDUE_EXTENT_PX * sensor.px, rng)
     patchy = 0.4 * smooth_noise(sensor.shape, 30 * sensor.px, rng)
     return np.asarray(np.clip(rough + patchy + near - RESIDUE_RARITY, 0, 1) * np.minimum(near, 1))
-
-
-def _framed(sensor: Sensor) -> NDArray[np.bool_]:
-    """Return the two white wedges beside a sensor that narrows to the top."""
-    rows, columns = sensor.shape
-    cut = sensor.frame * columns * np.linspace(1, 0, rows)[:, None]
-    x = np.arange(columns)
-    return np.asarray((x < cut) | (columns - 1 - x < cut))

@@ -189,3 +189,14 @@ def test_an_impression_far_off_the_sensor_is_empty_and_still_true(master: Master
     assert made.image.min() > 150
     assert len(made.minutiae) == 0
     assert isinstance(made.transform, Similarity)
+
+
+def test_nothing_is_seen_under_the_frame(master: Master) -> None:
+    sensor = Sensor("framed", 220, 240, frame=0.45)
+    made = make_impression(master, 1, PRESETS["clean"], sensor)
+    x, y = made.minutiae.xy.T
+    cut = sensor.frame * sensor.width * (1 - y / (sensor.height - 1))
+    under = (x < cut) | (sensor.width - 1 - x < cut)
+    assert under.any()
+    assert not made.visible[under].any()
+    assert made.visible.any()

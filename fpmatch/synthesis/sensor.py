@@ -43,6 +43,8 @@ class Sensor:
         Brightest grey that it gives; less than `paper` where bare glass saturates.
     ink_variation, paper_variation : float
         Standard deviation of either over the picture.
+    exposure : float
+        Standard deviation of `paper` from picture to picture.
     ink_fading : float
         Grey levels by which drier skin prints lighter, a unit of relief.
     softness : float
@@ -85,6 +87,7 @@ class Sensor:
     ceiling: float = 254.0
     ink_variation: float = 14.0
     paper_variation: float = 0.0
+    exposure: float = 0.0
     ink_fading: float = 60.0
     softness: float = 0.24
     blur: float = 0.55
@@ -124,9 +127,10 @@ SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType(
                 296,
                 560,
                 569.0,
-                paper=178.0,
-                ink=40.0,
+                paper=189.0,
+                ink=34.0,
                 paper_variation=3.0,
+                exposure=6.0,
                 ink_variation=8.0,
                 ink_fading=26.0,
                 softness=0.25,
@@ -139,14 +143,15 @@ SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType(
                 "capacitive-300x300",
                 300,
                 300,
-                paper=112.0,
-                ink=31.0,
+                paper=127.0,
+                ink=36.0,
                 paper_variation=4.0,
-                ink_variation=5.0,
+                exposure=6.0,
+                ink_variation=3.0,
                 ink_fading=14.0,
                 softness=0.2,
                 blur=0.45,
-                noise=4.5,
+                noise=3.8,
                 vignette=12.0,
                 stripes=1.6,
                 residue=1.6,
@@ -155,9 +160,10 @@ SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType(
                 "plain-288x384",
                 288,
                 384,
-                paper=184.0,
+                paper=194.0,
                 ink=42.0,
                 paper_variation=3.0,
+                exposure=3.0,
                 ink_variation=10.0,
                 ink_fading=40.0,
                 softness=0.26,
@@ -165,14 +171,23 @@ SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType(
                 vignette=45.0,
                 residue=0.25,
             ),
-            Sensor("optical-640x480", 640, 480, ink=34.0, ink_variation=18.0, specks=3),
+            Sensor(
+                "optical-640x480",
+                640,
+                480,
+                ink=34.0,
+                ceiling=255.0,
+                ink_variation=18.0,
+                specks=3,
+            ),
             Sensor(
                 "optical-328x364",
                 328,
                 364,
-                paper=204.0,
-                ink=55.0,
+                paper=202.0,
+                ink=48.0,
                 ceiling=255.0,
+                exposure=7.0,
                 paper_variation=4.0,
                 ink_variation=12.0,
                 ink_fading=34.0,
@@ -286,7 +301,8 @@ def _paper(sensor: Sensor, rng: np.random.Generator) -> NDArray[np.float64]:
     """Return the grey of the bare glass."""
     rows, columns = sensor.shape
     y, x = np.linspace(-1, 1, rows)[:, None], np.linspace(-1, 1, columns)
-    paper = np.full(sensor.shape, sensor.paper, np.float64)
+    level = sensor.paper + sensor.exposure * rng.standard_normal()
+    paper = np.full(sensor.shape, level)
     if sensor.vignette > 0:
         x0, y0 = rng.uniform(-0.15, 0.15, 2)
         paper -= sensor.vignette * (((x - x0) ** 2 + (y - y0) ** 2) / 2) ** 1.5

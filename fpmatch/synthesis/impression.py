@@ -12,7 +12,7 @@ import numpy as np
 from fpmatch.errors import ImageError
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.contact import is_legible, outline_radius, press
-from fpmatch.synthesis.sensor import develop, framed
+from fpmatch.synthesis.develop import develop, framed
 from fpmatch.synthesis.skin import skin_of
 from fpmatch.synthesis.smear import smear, stain
 from fpmatch.synthesis.warp import draw_warp

@@ -21,6 +21,8 @@ def test_each_turns_and_stretches_at_least_as_far_as_the_one_before() -> None:
         for name in ("rotation_deg", "shift", "torsion_deg", "traction", "off_centre"):
             one, two = (getattr(p.placement, name)[1] for p in (easier, harder))
             assert one <= two, name
+        assert easier.placement.tip_only <= harder.placement.tip_only
+        assert easier.placement.cut_off <= harder.placement.cut_off
         assert easier.pressure.grain < harder.pressure.grain
         assert easier.pressure.max_spots < harder.pressure.max_spots
         assert easier.smear.chance < harder.smear.chance

@@ -56,9 +56,20 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "matching": {"pointset"},
     "formats": set(),
     "drawing": {"matching"},
-    "synthesis": {"pointset"},
-    "evaluation": {"image", "matching", "drawing"},
-    "cli": {"image", "matching", "formats", "drawing", "evaluation", "synthesis"},
+    "engine": set(),
+    "synthesis": {"pointset", "engine"},
+    "gallery": {"formats", "matching", "image", "engine"},
+    "evaluation": {"image", "matching", "drawing", "engine", "gallery"},
+    "cli": {
+        "image",
+        "matching",
+        "formats",
+        "drawing",
+        "evaluation",
+        "synthesis",
+        "engine",
+        "gallery",
+    },
     "__main__": {"cli"},
 }
 # Modules that must hear of no minutiae: the first is their currency, the second bare points.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.evaluation.workers import Progress, no_progress, run_chunks
+from fpmatch.engine.workers import Progress, no_progress, run_chunks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

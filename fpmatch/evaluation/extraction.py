@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.workers import Progress, no_progress, run_chunks
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

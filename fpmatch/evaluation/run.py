@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.comparison import compare_sets
 from fpmatch.evaluation.dataset import Dataset, load_dataset
 from fpmatch.evaluation.extraction import extract_datasets, extract_image
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.report import EvaluationReport, summarise, summarise_set
-from fpmatch.evaluation.workers import Progress, no_progress
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:

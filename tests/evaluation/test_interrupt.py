@@ -1,3 +1,5 @@
+"""An interrupted evaluation ends at once, and its workers with it."""
+
 from __future__ import annotations
 
 import os
@@ -8,27 +10,6 @@ import time
 from pathlib import Path
 
 import pytest
-
-from fpmatch.evaluation.workers import available_cores, run_chunks
-
-
-def add(shared, chunk):
-    return shared + chunk
-
-
-def test_results_come_in_order_and_are_reported_in_order():
-    finished = []
-    assert run_chunks(add, 10, [3, 1, 2], workers=1, finished=finished.append) == [13, 11, 12]
-    assert finished == [3, 1, 2]
-
-
-def test_nothing_to_do():
-    assert run_chunks(add, 10, []) == []
-
-
-def test_there_is_a_core():
-    assert 1 <= available_cores() <= (os.cpu_count() or 1)
-
 
 INTERRUPTED = """
 import sys

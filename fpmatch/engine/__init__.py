@@ -1,0 +1,1 @@
+"""Where the work of whole batches is done: in this process, or on all cores."""

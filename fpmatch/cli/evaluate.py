@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
-from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ def evaluate(
         check_writable(scores)
     datasets = run.load_datasets(folders, protocol)
     truths = [load_truth(dataset) for dataset in datasets] if minutiae else []
-    with _ProgressBars() as bars:
+    with ProgressBars(_STAGES) as bars:
         report = run.evaluate(
             datasets, matcher=matcher, protocol=protocol, workers=workers, progress=bars.show
         )
@@ -134,31 +133,3 @@ def _notes(report: EvaluationReport) -> Iterator[str]:
     for row in report.sets:
         for _, reason in row.failures:
             yield f"no template: {reason}"
-
-
-class _ProgressBars:
-    """Show one bar a stage on stderr, and nothing where that is not a terminal."""
-
-    def __init__(self) -> None:
-        self._open = ExitStack()
-        self._stage = ""
-        self._bar: Any = None
-        self._done = 0
-
-    def __enter__(self) -> _ProgressBars:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._open.close()
-
-    def show(self, stage: str, done: int, total: int) -> None:
-        """Move the bar of `stage`, opening it first where it is a new one."""
-        if not sys.stderr.isatty():
-            return
-        if stage != self._stage:
-            self._open.close()
-            bar: Any = click.progressbar(length=total, label=_STAGES[stage], file=sys.stderr)
-            self._bar = self._open.enter_context(bar)
-            self._stage, self._done = stage, 0
-        self._bar.update(done - self._done)
-        self._done = done

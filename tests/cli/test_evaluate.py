@@ -2,9 +2,7 @@ from __future__ import annotations
 
 import csv
 import importlib
-import io
 import json
-import sys
 from functools import partial
 from pathlib import Path
 
@@ -121,23 +119,6 @@ def test_help_names_what_there_is(fpmatch):
 @pytest.mark.usefixtures("known_answers")
 def test_no_bar_where_stderr_is_no_terminal(fpmatch, database):
     assert "extracting" not in fpmatch(database, "--workers", 1).stderr
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-def test_bars_on_a_terminal_follow_both_stages(monkeypatch):
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
-    with importlib.import_module("fpmatch.cli.evaluate")._ProgressBars() as bars:
-        for stage, total in (("extract", 20), ("compare", 190)):
-            for done in (0, total // 2, total):
-                bars.show(stage, done, total)
-    shown = terminal.getvalue()
-    assert shown.index("extracting prints") < shown.index("comparing pairs")
-    assert shown.count("100%") >= 2
 
 
 @pytest.mark.usefixtures("known_answers")

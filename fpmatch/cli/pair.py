@@ -38,6 +38,8 @@ class PairOptions:
         Name of the matcher.
     fmr, threshold : float or None
         False match rate or score to decide at; at most one of them.
+    calibration : Path or None
+        What `fpmatch calibrate` wrote; None for the package's own.
     """
 
     probe: Path
@@ -48,6 +50,7 @@ class PairOptions:
     matcher: str
     fmr: float | None
     threshold: float | None
+    calibration: Path | None
 
 
 def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -66,6 +69,12 @@ def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
             click.option(
                 "--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use."
             ),
+            click.option(
+                "--calibration",
+                metavar="FILE",
+                type=click.Path(path_type=Path),
+                help="Score as fitted by fpmatch calibrate.  [default: as on the FVC databases]",
+            ),
         ]
     ):
         command = decorate(command)
@@ -81,9 +90,13 @@ def compare(options: PairOptions) -> tuple[GreyImage, GreyImage, Verification]:
         If an image cannot be read or used, or an option is out of its range.
     """
     from fpmatch.image.extract import extract
+    from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.verify import verify
 
     threshold = _threshold(options)
+    calibration = (
+        load_calibration(options.matcher, options.calibration) if options.calibration else None
+    )
     resolution = ResolutionChoice()
     images = read(options.probe), read(options.reference)
     own = options.probe_dpi, options.reference_dpi
@@ -91,7 +104,13 @@ def compare(options: PairOptions) -> tuple[GreyImage, GreyImage, Verification]:
         extract(image, resolution.of(image, options.dpi if dpi is None else dpi))
         for image, dpi in zip(images, own, strict=True)
     )
-    return *images, verify(probe, reference, matcher=options.matcher, threshold=threshold)
+    return *images, verify(
+        probe,
+        reference,
+        matcher=options.matcher,
+        threshold=threshold,
+        calibration=calibration,
+    )
 
 
 def _threshold(options: PairOptions) -> float:

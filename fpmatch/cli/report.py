@@ -68,6 +68,7 @@ def as_dict(verification: Verification, probe: Path, reference: Path) -> dict[st
         "match": bool(verification.match),
         "score": float(verification.score),
         "fmr": float(verification.fmr),
+        "extrapolated": bool(verification.extrapolated),
         "threshold": float(verification.threshold),
         "pairs": len(verification.pairs),
         "transform": None

@@ -20,6 +20,8 @@ import numpy as np
 from fpmatch.errors import MatcherError
 
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import ArrayLike, NDArray
 
 MAX_SCORE: Final = 100.0
@@ -29,12 +31,26 @@ _DECIBEL: Final = 10.0 / math.log(10.0)  # score units a factor of e in FMR
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Hold where a calibration comes from: set names, impostor comparisons, version, command."""
+    """Hold where a calibration comes from.
+
+    Parameters
+    ----------
+    sets : tuple of str
+        Names of the databases.
+    impostors, fingers : int
+        Comparisons of different fingers, and how many fingers they are of; 0 where nobody says.
+    version, command : str
+        The fpmatch that fitted it, and how.
+    matcher : str
+        The matcher whose similarities it is for; "" where nobody says.
+    """
 
     sets: tuple[str, ...] = ()
     impostors: int = 0
     version: str = ""
     command: str = ""
+    matcher: str = ""
+    fingers: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +121,9 @@ class Calibration:
         """Return the calibration as the text of a JSON file."""
         entries = {
             "provenance": {
+                "matcher": self.provenance.matcher,
                 "sets": list(self.provenance.sets),
+                "fingers": self.provenance.fingers,
                 "impostors": self.provenance.impostors,
                 "version": self.provenance.version,
                 "command": self.provenance.command,
@@ -139,23 +157,59 @@ class Calibration:
         """
         try:
             return _from_entries(json.loads(text))
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+        except (ArithmeticError, AttributeError, LookupError, RecursionError) as error:
+            raise MatcherError(f"{source}: not a calibration file") from error
+        except (TypeError, ValueError) as error:
             raise MatcherError(f"{source}: not a calibration file") from error
         except MatcherError as error:
             raise MatcherError(f"{source}: {error}") from error
 
 
-@cache
-def load_calibration(matcher_name: str) -> Calibration:
-    """Return the calibration that comes with the package for a matcher.
+def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = None) -> Calibration:
+    """Return the calibration for a matcher: that of a file, else the one in the package.
+
+    Parameters
+    ----------
+    matcher_name : str
+        The matcher.
+    file : path, optional
+        What ``fpmatch calibrate`` wrote; read anew at each call.
+
+    Returns
+    -------
+    Calibration
+        The calibration.
 
     Raises
     ------
     MatcherError
-        If the package has none for it, or the file is damaged.
+        If the file cannot be read, is no calibration or one for another matcher; if, without a
+        file, the package has none for this matcher.
+
+    Examples
+    --------
+    >>> load_calibration("unit-circle").provenance.impostors > 1000
+    True
     """
+    if file is None:
+        return _calibration_of_package(matcher_name)
+    try:
+        text = Path(file).read_text(encoding="utf-8")
+    except OSError as error:
+        raise MatcherError(f"{file}: cannot be read: {(error.strerror or '').lower()}") from error
+    except UnicodeDecodeError as error:
+        raise MatcherError(f"{file}: not a calibration file") from error
+    calibration = Calibration.from_json(text, str(file))
+    made_for = calibration.provenance.matcher
+    if made_for not in {"", matcher_name}:
+        raise MatcherError(f"{file}: calibrates matcher {made_for!r}, not {matcher_name!r}")
+    return calibration
+
+
+@cache
+def _calibration_of_package(matcher_name: str) -> Calibration:
     if matcher_name not in calibrated_matchers():
-        raise MatcherError(f"matcher {matcher_name!r} has no calibration; see scripts/calibrate")
+        raise MatcherError(f"matcher {matcher_name!r} has no calibration; see fpmatch calibrate")
     file = CALIBRATION_FOLDER / f"{matcher_name}.json"
     return Calibration.from_json(file.read_text(encoding="utf-8"), file.name)
 
@@ -213,5 +267,7 @@ def _from_entries(entries: dict[str, Any]) -> Calibration:
             impostors=int(origin["impostors"]),
             version=str(origin["version"]),
             command=str(origin["command"]),
+            matcher=str(origin.get("matcher", "")),
+            fingers=int(origin.get("fingers", 0)),
         ),
     )

@@ -10,6 +10,7 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import Verification
 
 if TYPE_CHECKING:
+    from fpmatch.matching.calibration import Calibration
     from fpmatch.minutiae import Template
 
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
@@ -21,6 +22,7 @@ def verify(
     *,
     matcher: str = DEFAULT_MATCHER,
     threshold: float = DEFAULT_THRESHOLD,
+    calibration: Calibration | None = None,
 ) -> Verification:
     """Decide whether two templates come from the same finger.
 
@@ -33,6 +35,8 @@ def verify(
     threshold : float
         Score from which on the answer is yes: 40 (default) for a false match rate of 0.01 %,
         ``-10·log10(FMR)`` in general (see `fmr_to_score`).
+    calibration : Calibration, optional
+        What the matcher's similarities are worth (default: as measured by the package).
 
     Returns
     -------
@@ -42,7 +46,7 @@ def verify(
     Raises
     ------
     MatcherError
-        If the matcher is unknown or the threshold is not in 0..100.
+        If the matcher is unknown or not calibrated, or the threshold is not in 0..100.
 
     References
     ----------
@@ -60,7 +64,7 @@ def verify(
         raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
     chosen = get_matcher(matcher)
     comparison = chosen.compare(chosen.prepare(probe), chosen.prepare(reference))
-    calibration = load_calibration(matcher)
+    calibration = load_calibration(matcher) if calibration is None else calibration
     score = calibration.score(comparison.similarity)
     match = comparison.transform is not None and score >= threshold
     return Verification(

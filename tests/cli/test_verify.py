@@ -12,11 +12,13 @@ import pytest
 from PIL import Image
 
 from fpmatch import fmr_to_score
+from fpmatch.matching.calibration import Calibration, Provenance
 
 KEYS = [
     "match",
     "score",
     "fmr",
+    "extrapolated",
     "threshold",
     "pairs",
     "transform",
@@ -143,6 +145,8 @@ def test_bad_input_is_one_line_and_leaves_nothing(
         (["--threshold", "101"], "threshold must lie in 0..100"),
         (["--threshold", "nan"], "threshold must lie in 0..100"),
         (["--matcher", "best"], "unknown matcher 'best'"),
+        (["--calibration", "no/such.json"], "no/such.json: cannot be read: no such file"),
+        (["--calibration", __file__], "test_verify.py: not a calibration file"),
         (["--overlay", "overlay.doc"], "written as .png or .svg"),
         (["--overlay", "no/such/folder/overlay.png"], "no/such/folder/overlay.png"),
     ],
@@ -155,6 +159,26 @@ def test_bad_options_are_one_line(run: Any, prints: Path, words: list[str], reas
     assert result.stderr.startswith("fpmatch: error: ")
     assert result.stderr.count("\n") == 1
     assert reason in result.stderr
+
+
+def test_a_calibration_file_says_what_similarities_are_worth(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "calibration.json"
+    made_for = Provenance(matcher="unit-circle")
+    calibration = Calibration(((0.0, 0.0), (0.5, 1.0)), tail_scale=1e9, provenance=made_for)
+    file.write_text(calibration.as_json())
+    pair = prints / "1_1.png", prints / "1_2.png"
+    found = run("verify", *pair, "--calibration", file, "--json")
+    assert found.exit_code == 1
+    assert decision(found)["score"] == pytest.approx(1.0, abs=0.01)
+    assert decision(found)["extrapolated"] is True
+    assert "measured up to 1 in 1.3" in run("verify", *pair, "--calibration", file).stdout
+    other = run("verify", *pair, "--calibration", file, "--matcher", "paper")
+    assert other.exit_code == 2
+    assert other.stderr == (
+        f"fpmatch: error: {file}: calibrates matcher 'unit-circle', not 'paper'\n"
+    )
 
 
 def test_rate_and_threshold_exclude_each_other(run: Any, prints: Path) -> None:

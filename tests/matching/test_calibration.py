@@ -23,7 +23,9 @@ HEAVY_TAIL = Calibration(
     knots=((0.0, 0.0), (0.5, 7.25), (1.0, 12.0), (2.5, 29.125)),
     tail_scale=0.7,
     tail_shape=0.2,
-    provenance=Provenance(("FVC", "Größe"), 20_000, "1.2.3", "scripts/calibrate DIR..."),
+    provenance=Provenance(
+        ("FVC", "Größe"), 20_000, "1.2.3", "scripts/calibrate DIR...", "unit-circle", 60
+    ),
 )
 
 
@@ -62,6 +64,7 @@ def broken_files():
     yield "not json", "{"
     yield "not an object", "[]"
     yield "null", "null"
+    yield "nested", "[" * 100_000
     for key in good:
         yield f"without {key}", json.dumps({k: v for k, v in good.items() if k != key})
     for key, value in [
@@ -76,6 +79,7 @@ def broken_files():
         ("tail_scale", "wide"),
         ("tail_scale", math.inf),
         ("tail_shape", -0.1),
+        ("tail_scale", 10**400),
         ("provenance", None),
     ]:
         yield f"{key} = {value}", json.dumps({**good, key: value})
@@ -94,6 +98,35 @@ def test_package_files_load_and_say_where_they_come_from():
         assert calibration.provenance.impostors >= 1000
         assert calibration.provenance.sets
         assert calibration.score(calibration.knots[-1][0] + 1e6 * calibration.tail_scale) == 100
+
+
+def test_a_file_takes_the_place_of_the_package(tmp_path):
+    file = tmp_path / "ours.json"
+    file.write_text(HEAVY_TAIL.as_json(), encoding="utf-8")
+    assert load_calibration("unit-circle", file) == HEAVY_TAIL
+    with pytest.raises(
+        MatcherError, match=r"ours\.json: calibrates matcher 'unit-circle', not 'p'"
+    ):
+        load_calibration("p", file)
+
+
+def test_a_file_that_does_not_say_for_which_matcher_is_taken_at_its_word(tmp_path):
+    entries = json.loads(HEAVY_TAIL.as_json())
+    del entries["provenance"]["matcher"], entries["provenance"]["fingers"]
+    (tmp_path / "old.json").write_text(json.dumps(entries))
+    assert load_calibration("any", tmp_path / "old.json").knots == HEAVY_TAIL.knots
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [(None, "cannot be read: no such file"), (b"\xff\xfe", "not a calibration file")],
+)
+def test_a_file_that_is_none_is_named(tmp_path, content, reason):
+    file = tmp_path / "ours.json"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(MatcherError, match=rf"ours\.json: {reason}"):
+        load_calibration("unit-circle", file)
 
 
 def test_matcher_without_calibration():

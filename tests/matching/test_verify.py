@@ -9,7 +9,7 @@ import pytest
 from matching_prints import spread_points, template_of
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.matchers import get_matcher, matcher_names
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
 from fpmatch.minutiae import Minutiae, Template
@@ -79,3 +79,11 @@ def test_threshold_outside_the_scale(threshold: float) -> None:
 def test_unknown_matcher() -> None:
     with pytest.raises(MatcherError, match=r"unknown matcher 'nobody'; known: .*unit-circle"):
         verify(EMPTY, EMPTY, matcher="nobody")
+
+
+def test_a_calibration_of_ones_own_decides() -> None:
+    worthless = Calibration(((0.0, 0.0), (0.5, 1.0)), tail_scale=1e9)
+    found = verify(PROBE, PROBE, calibration=worthless)
+    assert not found.match
+    assert found.score == pytest.approx(1.0, abs=0.01)
+    assert found.fmr_reach == score_to_fmr(1.0)

@@ -10,8 +10,8 @@ Only the order of the scores matters, so any increasing function of them gives t
 References
 ----------
 ISO/IEC 19795-1, "Biometric performance testing and reporting", for FMR and FNMR; Maio et al.,
-"FVC2000: Fingerprint Verification Competition", PAMI 24 (2002), for EER, FMR100, FMR1000 and
-ZeroFMR.
+"FVC2000: Fingerprint Verification Competition", PAMI 24 (2002), for EER, FMR100, FMR1000,
+ZeroFMR and ZeroFNMR.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ from fpmatch.errors import DatasetError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+FMR_LIMITS: Final = {"fmr100": 1 / 100, "fmr1000": 1 / 1000, "fmr10000": 1 / 10_000}
+"""The FMR at which each rate of that name gives the FNMR."""
 
 # floor(share * n) must not lose a comparison to the rounding of `share`.
 _ROUNDING: Final = 1e-9
@@ -43,14 +46,23 @@ class Rates:
         FNMR at the lowest threshold whose FMR is at most 1 %; None under 100 impostor scores.
     fmr1000 : float or None
         FNMR at the lowest threshold whose FMR is at most 0.1 %; None under 1,000 impostor scores.
+    fmr10000 : float or None
+        FNMR at the lowest threshold whose FMR is at most 0.01 %; None under 10,000 impostor scores.
     zero_fmr : float or None
         FNMR at the lowest threshold that no impostor score reaches.
+    zero_fnmr : float or None
+        FMR at the highest threshold that every genuine score reaches.
     """
 
     eer: float | None
     fmr100: float | None
     fmr1000: float | None
+    fmr10000: float | None
     zero_fmr: float | None
+    zero_fnmr: float | None
+
+
+NO_RATES: Final = Rates(None, None, None, None, None, None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +83,7 @@ class ErrorCurves:
 
 
 def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
-    """Compute the four rates of `Rates`.
+    """Compute the rates of `Rates`.
 
     Parameters
     ----------
@@ -95,12 +107,12 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
     """
     g, i = _sorted_scores("genuine", genuine), _sorted_scores("impostor", impostor)
     if not g.size or not i.size:
-        return Rates(None, None, None, None)
+        return NO_RATES
     return Rates(
         eer=_equal_error_rate(error_curves(g, i)),
-        fmr100=_fnmr_at_fmr(g, i, 1 / 100),
-        fmr1000=_fnmr_at_fmr(g, i, 1 / 1000),
+        **{name: _fnmr_at_fmr(g, i, fmr) for name, fmr in FMR_LIMITS.items()},
         zero_fmr=_fnmr_at_fmr(g, i, 0.0),
+        zero_fnmr=float((i.size - np.searchsorted(i, g[0], side="left")) / i.size),
     )
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, astuple, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fpmatch.evaluation.identification import Identification, identify_all
 from fpmatch.evaluation.rates import Rates, error_rates
 
 if TYPE_CHECKING:
@@ -43,6 +44,9 @@ class SetResult:
         The pairs compared.
     outcomes : ndarray of OUTCOME, shape (number of pairs,)
         What each comparison gave; see `fpmatch.evaluation.comparison`.
+    identification : Identification or None
+        Ranks of a search of every print among all others; None where the protocol does not
+        compare all of them.
     """
 
     name: str
@@ -55,6 +59,17 @@ class SetResult:
     extracted: ExtractedSet = field(repr=False)
     pairs: Pairs = field(repr=False)
     outcomes: NDArray[np.void] = field(repr=False)
+    identification: Identification | None = field(repr=False)
+
+    @property
+    def prints(self) -> int:
+        """Number of impressions in the database."""
+        return len(self.extracted.extractions)
+
+    @property
+    def failure_rate(self) -> float:
+        """Failures to enrol: the share of the impressions that gave no template."""
+        return len(self.failures) / self.prints
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +94,17 @@ class EvaluationReport:
     mean: Rates
     pooled: Rates
 
+    @property
+    def rank_one(self) -> float | None:
+        """Share of all databases' probes whose own finger comes first, each in its own database.
+
+        None where a database has no identification.
+        """
+        found = [row.identification for row in self.sets]
+        if any(one is None for one in found):
+            return None
+        return float(np.mean(np.concatenate([one.rank for one in found if one]) == 1))
+
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""
         return {
@@ -92,6 +118,8 @@ class EvaluationReport:
                 "genuine": sum(row.genuine for row in self.sets),
                 "impostor": sum(row.impostor for row in self.sets),
                 **asdict(self.pooled),
+                "rank_one": self.rank_one,
+                "prints": sum(row.prints for row in self.sets),
                 "failures": sum(len(row.failures) for row in self.sets),
             },
         }
@@ -111,6 +139,7 @@ def summarise_set(extracted: ExtractedSet, pairs: Pairs, outcomes: NDArray[np.vo
         extracted=extracted,
         pairs=pairs,
         outcomes=outcomes,
+        identification=identify_all(extracted.dataset.impressions, pairs, outcomes["similarity"]),
     )
 
 
@@ -137,12 +166,8 @@ def _mean(rates: Sequence[Rates]) -> Rates:
         known = [value for value in values if value is not None]
         return float(np.mean(known)) if known and len(known) == len(values) else None
 
-    return Rates(
-        eer=of([r.eer for r in rates]),
-        fmr100=of([r.fmr100 for r in rates]),
-        fmr1000=of([r.fmr1000 for r in rates]),
-        zero_fmr=of([r.zero_fmr for r in rates]),
-    )
+    columns = zip(*(astuple(row) for row in rates), strict=True)
+    return Rates(*(of(list(column)) for column in columns))
 
 
 def _row_as_json(row: SetResult) -> dict[str, Any]:
@@ -151,7 +176,10 @@ def _row_as_json(row: SetResult) -> dict[str, Any]:
         "genuine": row.genuine,
         "impostor": row.impostor,
         **asdict(row.rates),
+        "rank_one": None if row.identification is None else row.identification.rank_one,
+        "prints": row.prints,
         "failures": len(row.failures),
+        "failure_rate": row.failure_rate,
         "extract_ms": _rounded(row.extract_ms),
         "match_us": _rounded(row.match_us),
     }

@@ -5,11 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from fpmatch.evaluation.rates import Rates
     from fpmatch.evaluation.report import EvaluationReport, SetResult
 
-_HEAD: Final = ("database", "genuine", "impostor", "EER", "FMR100", "FMR1000", "ZeroFMR")
-_HEAD_OF_SETS: Final = ("failed", "extract", "match")
+_HEAD: Final = ("database", "genuine", "impostor")
+RATE_TITLES: Final = {
+    "eer": "EER",
+    "fmr100": "FMR100",
+    "fmr1000": "FMR1000",
+    "fmr10000": "FMR10000",
+    "zero_fmr": "ZeroFMR",
+    "zero_fnmr": "ZeroFNMR",
+}
+_HEAD_OF_SETS: Final = ("rank-1", "failed", "extract", "match")
 _UNDEFINED: Final = "-"
 
 
@@ -24,33 +34,67 @@ def format_table(report: EvaluationReport) -> str:
     Returns
     -------
     str
-        Lines of equal columns; "-" where the pairs do not allow a rate.
+        Lines of equal columns; "-" where the pairs do not allow a rate. FMR10000 is left out where
+        no database has pairs enough for it.
     """
     genuine = sum(row.genuine for row in report.sets)
     impostor = sum(row.impostor for row in report.sets)
     failed = sum(len(row.failures) for row in report.sets)
-    cells = [
-        (*_HEAD, *_HEAD_OF_SETS),
-        *map(_set_cells, report.sets),
-        ("mean", "", "", *_percent(report.mean), "", "", ""),
-        ("pooled", str(genuine), str(impostor), *_percent(report.pooled), str(failed), "", ""),
+    rates = [*(row.rates for row in report.sets), report.pooled]
+    names = [
+        n for n in RATE_TITLES if n != "fmr10000" or any(r.fmr10000 is not None for r in rates)
     ]
+    cells = [
+        (*_HEAD, *(RATE_TITLES[name] for name in names), *_HEAD_OF_SETS),
+        *(_set_cells(row, names) for row in report.sets),
+        ("mean", "", "", *_rates_in_percent(report.mean, names), *("",) * len(_HEAD_OF_SETS)),
+        (
+            *("pooled", str(genuine), str(impostor), *_rates_in_percent(report.pooled, names)),
+            *(percent(report.rank_one), str(failed), "", ""),
+        ),
+    ]
+    return lined_up(cells)
+
+
+def _set_cells(row: SetResult, names: list[str]) -> tuple[str, ...]:
+    counts = (str(row.genuine), str(row.impostor))
+    found = percent(row.identification.rank_one if row.identification else None)
+    times = (f"{row.extract_ms:.1f} ms", f"{row.match_us:.0f} µs")
+    return (
+        *(row.name, *counts, *_rates_in_percent(row.rates, names)),
+        *(found, str(len(row.failures)), *times),
+    )
+
+
+def _rates_in_percent(rates: Rates, names: list[str]) -> list[str]:
+    return [percent(getattr(rates, name)) for name in names]
+
+
+def percent(rate: float | None) -> str:
+    """Write a rate in percent, "-" where there is none.
+
+    Examples
+    --------
+    >>> percent(0.0123), percent(None)
+    ('1.23 %', '-')
+    """
+    return _UNDEFINED if rate is None else f"{100 * rate:.2f} %"
+
+
+def lined_up(cells: Sequence[Sequence[str]]) -> str:
+    """Return rows of cells as lines of equal columns, the first to the left, others to the right.
+
+    Examples
+    --------
+    >>> print(lined_up([("set", "EER"), ("ours", "1 %")]))
+    set   EER
+    ours  1 %
+    """
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     return "\n".join(_line(row, widths) for row in cells)
 
 
-def _set_cells(row: SetResult) -> tuple[str, ...]:
-    counts = (str(row.genuine), str(row.impostor))
-    times = (f"{row.extract_ms:.1f} ms", f"{row.match_us:.0f} µs")
-    return (row.name, *counts, *_percent(row.rates), str(len(row.failures)), *times)
-
-
-def _percent(rates: Rates) -> list[str]:
-    values = (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr)
-    return [_UNDEFINED if value is None else f"{100 * value:.2f} %" for value in values]
-
-
-def _line(cells: tuple[str, ...], widths: list[int]) -> str:
+def _line(cells: Sequence[str], widths: list[int]) -> str:
     first, *others = (
         cell.rjust(width) if column else cell.ljust(width)
         for column, (cell, width) in enumerate(zip(cells, widths, strict=True))

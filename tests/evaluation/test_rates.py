@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.rates import error_curves, error_rates
+from fpmatch.evaluation.rates import NO_RATES, error_curves, error_rates
 
 few_scores = st.lists(st.integers(0, 9), min_size=1, max_size=30)
 
@@ -44,11 +44,17 @@ def slow_fnmr_at(genuine, impostor, limit):
     raise AssertionError("FMR is 0 at infinity")
 
 
+def slow_fmr_without_misses(genuine, impostor):
+    kept = [t for t in slow_thresholds(genuine, impostor) if not fnmr(genuine, t)]
+    return fmr(impostor, kept[-1]) if kept else Fraction(1)
+
+
 @given(few_scores, few_scores)
 def test_eer_and_zero_fmr_agree_with_the_definition(genuine, impostor):
     rates = error_rates(genuine, impostor)
     assert rates.eer == pytest.approx(float(slow_eer(genuine, impostor)), abs=1e-12)
     assert rates.zero_fmr == float(slow_fnmr_at(genuine, impostor, 0))
+    assert rates.zero_fnmr == float(slow_fmr_without_misses(genuine, impostor))
 
 
 @given(few_scores, st.integers(0, 2**32 - 1), st.integers(1000, 1100), st.integers(4, 12))
@@ -109,17 +115,24 @@ def test_eer_is_interpolated_between_thresholds():
 
 
 @pytest.mark.parametrize(
-    ("impostors", "fmr100", "fmr1000"), [(99, None, None), (100, 0, None), (1000, 0, 0)]
+    ("impostors", "expected"),
+    [
+        (99, (None, None, None)),
+        (100, (0, None, None)),
+        (1000, (0, 0, None)),
+        (9999, (0, 0, None)),
+        (10_000, (0, 0, 0)),
+    ],
 )
-def test_rates_that_the_pairs_do_not_allow_are_none(impostors, fmr100, fmr1000):
+def test_rates_that_the_pairs_do_not_allow_are_none(impostors, expected):
     rates = error_rates([1], [0] * impostors)
-    assert (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr) == (0, fmr100, fmr1000, 0)
+    assert (rates.fmr100, rates.fmr1000, rates.fmr10000) == expected
+    assert (rates.eer, rates.zero_fmr, rates.zero_fnmr) == (0, 0, 0)
 
 
 @pytest.mark.parametrize(("genuine", "impostor"), [([], [1.0]), ([1.0], []), ([], [])])
 def test_one_sided_scores_have_no_rates(genuine, impostor):
-    rates = error_rates(genuine, impostor)
-    assert (rates.eer, rates.fmr100, rates.fmr1000, rates.zero_fmr) == (None, None, None, None)
+    assert error_rates(genuine, impostor) == NO_RATES
     with pytest.raises(DatasetError, match="at least one genuine and one impostor"):
         error_curves(genuine, impostor)
 

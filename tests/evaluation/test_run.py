@@ -88,10 +88,12 @@ def test_json_has_the_promised_shape(run, make_database):
     report = run([make_database(toml='name = "first"'), make_database("other")])
     document = json.loads(json.dumps(report.as_json()))
     assert list(document) == ["sets", "mean", "pooled"]
-    rates = ["eer", "fmr100", "fmr1000", "zero_fmr"]
+    rates = ["eer", "fmr100", "fmr1000", "fmr10000", "zero_fmr", "zero_fnmr"]
     for entry in document["sets"]:
         counts = ["name", "genuine", "impostor"]
-        assert list(entry) == [*counts, *rates, "failures", "extract_ms", "match_us"]
+        prints = ["rank_one", "prints", "failures", "failure_rate"]
+        assert list(entry) == [*counts, *rates, *prints, "extract_ms", "match_us"]
+    assert (document["sets"][0]["prints"], document["sets"][0]["failure_rate"]) == (20, 0)
     assert [entry["name"] for entry in document["sets"]] == ["first", "other"]
     assert (document["sets"][0]["genuine"], document["sets"][0]["impostor"]) == (30, 160)
     assert set(rates) < set(document["mean"])

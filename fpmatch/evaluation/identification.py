@@ -1,0 +1,109 @@
+"""Identification: at which rank a print's own finger comes out of a search among all fingers.
+
+The protocol, within one database: each impression whose finger has another is a probe. It is
+searched among all other impressions of the database; a finger's similarity to the probe is the
+highest of its impressions'. The rank of the probe's own finger is 1 plus the number of other
+fingers at least as similar, so a tie counts against it, and a probe without template ranks last.
+
+References
+----------
+ISO/IEC 19795-1, "Biometric performance testing and reporting", for the cumulative match
+characteristic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.dataset import Impression
+    from fpmatch.evaluation.protocol import Pairs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identification:
+    """Hold the outcome of searching each probe of a database.
+
+    Parameters
+    ----------
+    fingers : int
+        Fingers searched among, the probe's own included.
+    rank : ndarray of intp, shape (P,)
+        Rank of each probe's own finger, from 1 to `fingers`; in the impressions' order.
+    finger : ndarray of intp, shape (P,)
+        Each probe's finger, as an index into the database's fingers in increasing order.
+    """
+
+    fingers: int
+    rank: NDArray[np.intp]
+    finger: NDArray[np.intp]
+
+    @property
+    def rank_one(self) -> float:
+        """Share of the probes whose own finger comes first."""
+        return float(np.mean(self.rank == 1))
+
+    def match_characteristic(self) -> NDArray[np.float64]:
+        """Return the CMC: the share of the probes with rank at most 1, 2, … `fingers`."""
+        counts = np.bincount(self.rank, minlength=self.fingers + 1)[1:]
+        return np.cumsum(counts) / self.rank.size
+
+
+def identify_all(
+    impressions: Sequence[Impression], pairs: Pairs, similarity: NDArray[np.float64]
+) -> Identification | None:
+    """Search each impression of a database among all others.
+
+    Parameters
+    ----------
+    impressions : sequence of Impression
+        The database's impressions.
+    pairs : Pairs
+        The pairs that were compared.
+    similarity : ndarray of float64, shape (number of pairs,)
+        What each comparison gave.
+
+    Returns
+    -------
+    Identification or None
+        The ranks; None where not all pairs were compared (protocol "fvc"), or where there are not
+        two fingers, one of them with two impressions.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from fpmatch.evaluation.dataset import Impression
+    >>> from fpmatch.evaluation.protocol import choose_pairs
+    >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2)]
+    >>> pairs = choose_pairs(prints)
+    >>> found = identify_all(prints, pairs, np.array([9.0, 1.0, 2.0, 3.0, 0.0, 2.0]))
+    >>> found.rank.tolist(), found.rank_one
+    ([1, 1, 2, 1], 0.75)
+    """
+    count = len(impressions)
+    if len(pairs) != count * (count - 1) // 2:
+        return None
+    order = np.argsort([i.finger for i in impressions], kind="stable")
+    _, starts, finger, sizes = np.unique(
+        np.array([impressions[k].finger for k in order]),
+        return_index=True,
+        return_inverse=True,
+        return_counts=True,
+    )
+    probes = np.flatnonzero(sizes[finger] > 1)
+    if sizes.size < 2 or not probes.size:
+        return None
+    table = np.full((count, count), -np.inf)
+    table[pairs.probe, pairs.reference] = table[pairs.reference, pairs.probe] = similarity
+    best = np.maximum.reduceat(table[np.ix_(order, order)], starts, axis=1)[probes]
+    own = best[np.arange(probes.size), finger[probes]]
+    rank = np.count_nonzero(best >= own[:, np.newaxis], axis=1)  # the own finger is one of them
+    as_given = np.argsort(order[probes])
+    return Identification(int(sizes.size), rank[as_given], finger[probes][as_given])

@@ -1,0 +1,211 @@
+"""Templates in few bytes, as galleries keep them: about 490 for 50 minutiae and their ridge field.
+
+All numbers are little-endian; bits are packed from the highest of a byte on, each column of
+numbers beginning with a byte of its own::
+
+    "fm", version, 1 where there is a ridge field; dpi in thousandths; width, height;
+    number of minutiae; least x and y; bits of an x and of a y
+    columns of the minutiae: x and y above the least, angle (8 bits), kind (2), quality (7)
+    of a ridge field: step; rows, columns; first row and column of the box around its mask, and the
+    box's rows and columns; the mask inside the box, a bit a cell; the orientation of the cells
+    inside the mask (4 bits), in row order
+    CRC-32 of all before
+
+Positions are kept in whole pixels at 500 dpi, which is exactly where `fpmatch.image.extract` finds
+minutiae; angles in 256ths of a turn; ridge orientations in 16ths of a half turn, of which only the
+mean agreement over hundreds of cells is ever asked; kinds, qualities and the mask as they are.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Ints = NDArray[np.int64]
+
+VERSION: Final = 1
+ANGLE_BITS: Final = 8
+KIND_BITS: Final = 2
+QUALITY_BITS: Final = 7
+ORIENTATION_BITS: Final = 4
+_MAGIC: Final = b"fm"
+_HEAD: Final = struct.Struct("<2sBBIHHHhhBB")
+_FIELD: Final = struct.Struct("<fHHHHHH")
+_CRC: Final = struct.Struct("<I")
+_DPI_UNITS: Final = 1000
+_FARTHEST_PX: Final = 2**15 - 1  # at 500 dpi
+_MOST_CELLS: Final = 2**20
+_TOO_LARGE: Final = "template too large to be kept in a gallery"
+
+
+def pack_template(template: Template) -> bytes:
+    """Return a template in few bytes.
+
+    Parameters
+    ----------
+    template : Template
+        Minutiae within 32,767 pixels of the origin at 500 dpi, at most 65,535 of them; a ridge
+        field of at most a million cells.
+
+    Returns
+    -------
+    bytes
+        What `unpack_template` reads; the same for ``unpack_template(pack_template(template))``.
+
+    Raises
+    ------
+    TemplateError
+        If a number does not fit into the form.
+
+    Examples
+    --------
+    >>> template = Template(Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6]), width=300, height=400)
+    >>> data = pack_template(template)
+    >>> len(data), unpack_template(data).minutiae.xy.tolist()
+    (33, [[10.0, 5.0], [20.0, 8.0]])
+    """
+    m = template.minutiae
+    dpi_units = round(template.dpi * _DPI_UNITS)
+    zoom = STANDARD_DPI / (dpi_units / _DPI_UNITS)
+    x, y = _at_500_dpi(m.x, zoom), _at_500_dpi(m.y, zoom)
+    least = [int(values.min(initial=_FARTHEST_PX)) if len(m) else 0 for values in (x, y)]
+    above = [values - start for values, start in zip((x, y), least, strict=True)]
+    bits = [int(values.max(initial=0)).bit_length() for values in above]
+    angle = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi))).astype(np.int64) % 2**ANGLE_BITS
+    try:
+        head = _HEAD.pack(
+            *(_MAGIC, VERSION, template.field is not None, dpi_units),
+            *(template.width, template.height, len(m), *least, *bits),
+        )
+        field = b"" if template.field is None else _pack_field(template.field, zoom)
+    except (struct.error, OverflowError) as error:
+        raise TemplateError(_TOO_LARGE) from error
+    columns = (*above, angle, m.kind, m.quality)
+    widths = (*bits, ANGLE_BITS, KIND_BITS, QUALITY_BITS)
+    body = b"".join(_to_bits(*column) for column in zip(columns, widths, strict=True))
+    whole = head + body + field
+    return whole + _CRC.pack(zlib.crc32(whole))
+
+
+def unpack_template(data: bytes) -> Template:
+    """Return the template that `pack_template` kept.
+
+    Parameters
+    ----------
+    data : bytes
+        What `pack_template` returned.
+
+    Returns
+    -------
+    Template
+        The template, its numbers rounded once.
+
+    Raises
+    ------
+    TemplateError
+        If `data` is of another version, damaged, or no packed template at all.
+    """
+    if data[:2] != _MAGIC or len(data) < _HEAD.size + _CRC.size:
+        raise TemplateError("not a packed template")
+    if data[2] != VERSION:
+        raise TemplateError(f"packed template of version {data[2]} (known: {VERSION})")
+    if _CRC.unpack(data[-_CRC.size :])[0] != zlib.crc32(data[: -_CRC.size]):
+        raise TemplateError("packed template is damaged")
+    try:
+        return _unpack(_Reader(data[: -_CRC.size]))
+    except (ValueError, struct.error, FpmatchError) as error:
+        raise TemplateError(f"packed template is damaged: {error}") from error
+
+
+class _Reader:
+    """Take numbers off the front of some bytes."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data, self._at = data, 0
+
+    def numbers(self, form: struct.Struct) -> tuple[Any, ...]:
+        start, self._at = self._at, self._at + form.size
+        return form.unpack_from(self._data, start)
+
+    def column(self, count: int, width: int) -> Ints:
+        """Return `count` numbers of `width` bits each."""
+        length = -(-count * width // 8)
+        start, self._at = self._at, self._at + length
+        octets = np.frombuffer(self._data, np.uint8, length, start)
+        bits = np.unpackbits(octets, count=count * width).reshape(count, width)
+        return bits @ (1 << np.arange(width - 1, -1, -1, dtype=np.int64))
+
+    def finish(self) -> None:
+        if self._at != len(self._data):
+            raise TemplateError("it has bytes too many")
+
+
+def _unpack(reader: _Reader) -> Template:
+    head = reader.numbers(_HEAD)
+    _, _, has_field, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
+    dpi = dpi_units / _DPI_UNITS
+    zoom = STANDARD_DPI / dpi if dpi else 1.0
+    x, y = reader.column(count, bits_x) + least_x, reader.column(count, bits_y) + least_y
+    angle, kind, quality = (
+        reader.column(count, bits) for bits in (ANGLE_BITS, KIND_BITS, QUALITY_BITS)
+    )
+    minutiae = Minutiae(
+        x=((x + 0.5) / zoom - 0.5).astype(np.float32),
+        y=((y + 0.5) / zoom - 0.5).astype(np.float32),
+        angle=(angle * (2 * np.pi / 2**ANGLE_BITS)).astype(np.float32),
+        kind=kind.astype(np.uint8),
+        quality=quality.astype(np.uint8),
+    )
+    field = _unpack_field(reader, zoom) if has_field else None
+    reader.finish()
+    return Template(minutiae, width, height, dpi, field)
+
+
+def _at_500_dpi(values: NDArray[np.float32], zoom: float) -> Ints:
+    """Return pixel positions of the image as whole pixels at 500 dpi; pixel centres stay such."""
+    scaled = np.rint((values.astype(np.float64) + 0.5) * zoom - 0.5)
+    if (np.abs(scaled) > _FARTHEST_PX).any():
+        raise TemplateError(_TOO_LARGE)
+    return scaled.astype(np.int64)
+
+
+def _pack_field(field: RidgeField, zoom: float) -> bytes:
+    if field.mask.size > _MOST_CELLS:
+        raise TemplateError(_TOO_LARGE)
+    rows, columns = (np.flatnonzero(field.mask.any(axis=axis)) for axis in (1, 0))
+    top, height = (int(rows[0]), int(np.ptp(rows)) + 1) if len(rows) else (0, 0)
+    left, width = (int(columns[0]), int(np.ptp(columns)) + 1) if len(columns) else (0, 0)
+    head = _FIELD.pack(field.step * zoom, *field.mask.shape, top, left, height, width)
+    steps = np.rint(field.orientation[field.mask] * (2**ORIENTATION_BITS / np.pi))
+    orientation = steps.astype(np.int64) % 2**ORIENTATION_BITS
+    box = field.mask[top : top + height, left : left + width]
+    return head + np.packbits(box).tobytes() + _to_bits(orientation, ORIENTATION_BITS)
+
+
+def _unpack_field(reader: _Reader, zoom: float) -> RidgeField:
+    step, rows, columns, top, left, height, width = reader.numbers(_FIELD)
+    if rows * columns > _MOST_CELLS or top + height > rows or left + width > columns:
+        raise TemplateError("its ridge field leaves its frame")
+    mask = np.zeros((rows, columns), bool)
+    box = reader.column(height * width, 1).astype(bool).reshape(height, width)
+    mask[top : top + height, left : left + width] = box
+    orientation = np.zeros((rows, columns), np.float32)
+    steps = reader.column(int(np.count_nonzero(mask)), ORIENTATION_BITS)
+    orientation[mask] = steps * (np.pi / 2**ORIENTATION_BITS)
+    return RidgeField(step / zoom, orientation, mask)
+
+
+def _to_bits(values: NDArray[Any], width: int) -> bytes:
+    """Return numbers from 0 on, each in `width` bits, as bytes."""
+    places = np.arange(width - 1, -1, -1)
+    bits = (values.astype(np.int64)[:, None] >> places) & 1
+    return np.packbits(bits.astype(np.uint8)).tobytes()

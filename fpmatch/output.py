@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import secrets
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Iterator
     from typing import BinaryIO
+
+_UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 
 
 @contextmanager
@@ -99,6 +102,24 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         trial.unlink()
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
+
+
+def remove_unfinished(folder: str | os.PathLike[str]) -> None:
+    """Remove the unfinished files that a killed process left in a folder.
+
+    Parameters
+    ----------
+    folder : path-like
+        A folder that no other process writes to.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be listed or a file cannot be removed.
+    """
+    for path in Path(folder).iterdir():
+        if _UNFINISHED.fullmatch(path.name):
+            path.unlink()
 
 
 def reason(error: OSError) -> str:

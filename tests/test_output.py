@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from fpmatch.errors import OutputError
-from fpmatch.output import check_writable, replacing, write_whole
+from fpmatch.output import check_writable, remove_unfinished, replacing, write_whole
 
 
 def test_a_file_is_replaced_and_nothing_left_beside_it(tmp_path):
@@ -52,3 +52,19 @@ def test_places_that_cannot_be_written(tmp_path):
         check_writable(tmp_path / "nowhere" / "scores.csv")
     check_writable(tmp_path / "scores.csv")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_process_left_is_removed_and_nothing_else(tmp_path):
+    for name in (".0123456789abcdef.part", "a.part", ".part", ".0123.part"):
+        (tmp_path / name).touch()
+    remove_unfinished(tmp_path)
+    assert sorted(p.name for p in tmp_path.iterdir()) == [".0123.part", ".part", "a.part"]
+
+
+def test_unfinished_files_are_known_by_their_names(tmp_path):
+    with replacing(tmp_path / "a.png"):
+        (left,) = tmp_path.iterdir()
+        left.with_name("kept").hardlink_to(left)
+    (tmp_path / "kept").rename(left)
+    remove_unfinished(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]

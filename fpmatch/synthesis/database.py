@@ -1,0 +1,265 @@
+"""Make FVC-style databases of synthetic prints, with the truth about each, on disk.
+
+A database is a folder of images ``FFF_M.tif`` (finger FFF, impression M), a file ``dataset.toml``
+that says what they were made from, and a folder ``truth`` with one file ``FFF.json`` a finger,
+written last: a finger that has it is finished.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.engine.workers import no_progress, run_chunks
+from fpmatch.errors import DatasetError, OutputError
+from fpmatch.output import reason, remove_unfinished, write_whole
+from fpmatch.synthesis.plan import (
+    DEFAULT_SENSOR,
+    DESCRIPTION_FILE,
+    Plan,
+    check_same_plan,
+    sensors_named,
+)
+from fpmatch.synthesis.presets import preset_named
+from fpmatch.synthesis.truth_file import TRUTH_FOLDER, finger_truth, impression_truth
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterator, Sequence
+
+    from fpmatch.engine.workers import Progress
+    from fpmatch.synthesis.impression import Impression
+    from fpmatch.synthesis.master import MasterParameters
+    from fpmatch.synthesis.sensor import Sensor
+
+FIRST_FINGER: Final = 101
+LAST_FINGER: Final = 9_999_999
+COMPRESSION: Final = "tiff_lzw"  # libtiff's own, so its bytes do not vary with a zlib
+STAGE: Final = "synth"
+
+
+@dataclass(frozen=True, slots=True)
+class DatabaseMade:
+    """Hold what was made, and what lies there now.
+
+    Parameters
+    ----------
+    folder : Path
+        Where.
+    fingers, impressions : int
+        Fingers asked for, all of which are finished, and impressions of each.
+    made : int
+        Fingers that were made now; the others were there.
+    size : int
+        Bytes of all their files.
+    """
+
+    folder: Path
+    fingers: int
+    impressions: int
+    made: int
+    size: int
+
+
+def make_database(
+    out: str | os.PathLike[str],
+    *,
+    fingers: int,
+    impressions: int,
+    preset: str = "normal",
+    seed: int = 0,
+    sensors: Sequence[str | Sensor] = (DEFAULT_SENSOR,),
+    first_finger: int = FIRST_FINGER,
+    master: MasterParameters | None = None,
+    workers: int | None = None,
+    progress: Progress = no_progress,
+) -> DatabaseMade:
+    """Make a database of synthetic prints, or what is missing of it.
+
+    Same arguments, same bytes, however often interrupted. More fingers extend a database without
+    changing what is there.
+
+    Parameters
+    ----------
+    out : path
+        Its folder: a new or empty one, or one that this function made of the same arguments.
+    fingers, impressions : int
+        How many fingers, and how many impressions of each.
+    preset : str
+        ``"clean"``, ``"easy"``, ``"normal"`` or ``"hard"``.
+    seed : int
+        Name of the family of fingers, from 0.
+    sensors : sequence of str or Sensor
+        What takes the impressions, in turn.
+    first_finger : int
+        Number of the first finger (default 101), from 1.
+    master : MasterParameters, optional
+        How masters are made.
+    workers : int, optional
+        Processes to use (default: one a core).
+    progress : callable
+        Told how many fingers of the stage ``"synth"`` are finished.
+
+    Returns
+    -------
+    DatabaseMade
+        What was made.
+
+    Raises
+    ------
+    DatasetError
+        If a count or the seed is impossible, or the folder holds other files or another database.
+    ImageError
+        If there is no such preset.
+    OutputError
+        If a file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from fpmatch.synthesis.master import MasterParameters
+    >>> from fpmatch.synthesis.plan import plain_sensor
+    >>> small = MasterParameters(shape=(96, 96))
+    >>> with tempfile.TemporaryDirectory() as out:
+    ...     made = make_database(out, fingers=1, impressions=2, seed=7, master=small,
+    ...                          sensors=[plain_sensor(64, 64)])
+    ...     sorted(path.name for path in Path(out).iterdir())
+    ['101_1.tif', '101_2.tif', 'dataset.toml', 'truth']
+    """
+    if not (fingers >= 1 and first_finger >= 1 and first_finger + fingers - 1 <= LAST_FINGER):
+        raise DatasetError(
+            f"{fingers} fingers from number {first_finger}: "
+            f"there must be at least 1, numbered within 1 to {LAST_FINGER}"
+        )
+    chosen = sensors_named(sensors)
+    plan = (
+        Plan(seed, preset, chosen, impressions)
+        if master is None
+        else Plan(seed, preset, chosen, impressions, master)
+    )
+    folder = Path(out)
+    numbers = range(first_finger, first_finger + fingers)
+    _make_folder(folder)
+    with _alone_in(folder):
+        _claim(folder, plan)
+        missing = [n for n in numbers if not all(p.is_file() for p in _files(folder, n, plan))]
+        progress(STAGE, fingers - len(missing), fingers)
+        finished = iter(range(fingers - len(missing) + 1, fingers + 1))
+        if missing:
+            run_chunks(
+                partial(_make_finger, folder),
+                plan,
+                missing,
+                workers=workers,
+                finished=lambda _: progress(STAGE, next(finished), fingers),
+            )
+    files = [folder / DESCRIPTION_FILE, *(p for n in numbers for p in _files(folder, n, plan))]
+    return DatabaseMade(
+        folder=folder,
+        fingers=fingers,
+        impressions=impressions,
+        made=len(missing),
+        size=sum(path.stat().st_size for path in files),
+    )
+
+
+def _make_finger(folder: Path, plan: Plan, number: int) -> None:
+    """Write a finger's images, then its truth."""
+    from fpmatch.synthesis.impression import make_impression  # noqa: PLC0415
+    from fpmatch.synthesis.master import make_master  # noqa: PLC0415
+
+    master = make_master(plan.seed, number, plan.master)
+    preset = preset_named(plan.preset)
+    *pictures, truth = _files(folder, number, plan)
+    said = {}
+    for m, path in enumerate(pictures, start=1):
+        sensor = plan.sensor_of(m)
+        impression = make_impression(master, m, preset, sensor)
+        content = _tiff(impression)
+        _write(path, content)
+        digest = hashlib.sha256(content).hexdigest()
+        said[path.stem] = impression_truth(impression, sensor, digest)
+    _write(truth, finger_truth(master, said))
+
+
+def _files(folder: Path, number: int, plan: Plan) -> list[Path]:
+    """Return a finger's files: images in order, and the truth last."""
+    images = [folder / f"{number}_{m}.tif" for m in range(1, plan.impressions + 1)]
+    return [*images, folder / TRUTH_FOLDER / f"{number}.json"]
+
+
+def _tiff(impression: Impression) -> bytes:
+    from PIL import Image  # noqa: PLC0415
+
+    stream = io.BytesIO()
+    dpi = (impression.dpi, impression.dpi)
+    Image.fromarray(impression.image).save(stream, "TIFF", compression=COMPRESSION, dpi=dpi)
+    return stream.getvalue()
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file where there is none, leave one that is the same, refuse another."""
+    try:
+        there = path.read_bytes()
+    except FileNotFoundError:
+        write_whole(path, content)
+        return
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be read: {reason(error)}") from error
+    if there != content:
+        raise DatasetError(f"{path}: is in the way: it is not what would be made there")
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made: {reason(error)}") from error
+
+
+def _claim(folder: Path, plan: Plan) -> None:
+    """Make sure that a folder is, from now on, the database of `plan` and no other."""
+    description = folder / DESCRIPTION_FILE
+    truths = folder / TRUTH_FOLDER
+    try:
+        remove_unfinished(folder)
+        if description.exists():
+            check_same_plan(description, plan)
+        elif any(folder.iterdir()):
+            raise DatasetError(
+                f"{folder}: holds files but no {DESCRIPTION_FILE}: not made by fpmatch synth, "
+                "and left as it is"
+            )
+        else:
+            write_whole(description, plan.description().encode("ascii"))
+        truths.mkdir(exist_ok=True)
+        remove_unfinished(truths)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be used: {reason(error)}") from error
+
+
+@contextmanager
+def _alone_in(folder: Path) -> Iterator[None]:
+    """Refuse to work where another process of ours does; the system lets go when we end."""
+    try:
+        import fcntl  # noqa: PLC0415
+        import os  # noqa: PLC0415
+    except ImportError:  # no such locks here
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise DatasetError(f"{folder}: another process is making it") from error
+        except OSError:  # a file system without locks
+            pass
+        yield
+    finally:
+        os.close(handle)

@@ -1,0 +1,262 @@
+"""`fpmatch.synthesis.database`: the same folder to the last byte, whatever happened on the way."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from fpmatch.errors import DatasetError, FpmatchError, ImageError, OutputError
+from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.synthesis import database
+from fpmatch.synthesis.database import DatabaseMade, make_database
+from fpmatch.synthesis.master import MasterParameters
+from fpmatch.synthesis.plan import plain_sensor
+
+SMALL = MasterParameters(shape=(96, 96))
+TINY = plain_sensor(64, 72)
+FINE = plain_sensor(128, 144, 1000)
+
+
+def make(out: Path, **changes: Any) -> DatabaseMade:
+    """Make a database of two tiny fingers by two, or with other arguments."""
+    arguments: dict[str, Any] = {"fingers": 2, "impressions": 2, "preset": "clean", "seed": 7}
+    arguments |= {"sensors": [TINY], "master": SMALL, "workers": 1}
+    return make_database(out, **(arguments | changes))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return all files of a folder, by their paths in it."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    folder = tmp_path_factory.mktemp("undisturbed") / "new" / "prints"
+    make(folder)
+    return contents(folder)
+
+
+def test_files_are_named_as_in_the_fvc(undisturbed: dict[str, bytes]) -> None:
+    images = [f"{finger}_{m}.tif" for finger in (101, 102) for m in (1, 2)]
+    truths = [f"truth{os.sep}{finger}.json" for finger in (101, 102)]
+    assert sorted(undisturbed) == sorted([*images, *truths, "dataset.toml"])
+
+
+def test_images_have_their_size_and_resolution(tmp_path: Path) -> None:
+    made = make(tmp_path, fingers=1, impressions=3, sensors=[TINY, FINE])
+    for number, (size, dpi) in enumerate([((64, 72), 500), ((128, 144), 1000)] * 2, start=1):
+        if number <= made.impressions:
+            with Image.open(tmp_path / f"101_{number}.tif") as image:
+                assert (image.format, image.mode, image.size) == ("TIFF", "L", size)
+                assert tuple(map(float, image.info["dpi"])) == (dpi, dpi)
+    assert load_dataset(tmp_path).dpi is None
+
+
+def test_the_folder_is_a_dataset(tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
+    made = make(tmp_path)
+    dataset = load_dataset(tmp_path)
+    assert [(i.finger, i.number) for i in dataset.impressions] == [
+        (finger, m) for finger in (101, 102) for m in (1, 2)
+    ]
+    assert (dataset.name, dataset.dpi) == ("synthetic, clean, seed 7", 500)
+    assert dataset.sensor == "synthetic 64x72@500dpi"
+    assert made == DatabaseMade(tmp_path, 2, 2, 2, sum(map(len, undisturbed.values())))
+
+
+def test_the_same_arguments_give_the_same_bytes_by_any_number_of_workers(
+    tmp_path: Path, undisturbed: dict[str, bytes]
+) -> None:
+    make(tmp_path, workers=2)
+    assert contents(tmp_path) == undisturbed
+
+
+def test_a_finished_database_is_left_as_it_is(tmp_path: Path) -> None:
+    make(tmp_path, fingers=1)
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+    said: list[tuple[str, int, int]] = []
+    made = make(tmp_path, fingers=1, progress=lambda *words: said.append(words))
+    assert made.made == 0
+    assert said == [("synth", 1, 1)]
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
+
+
+def test_fingers_are_added_without_changing_what_is_there(
+    tmp_path: Path, undisturbed: dict[str, bytes]
+) -> None:
+    make(tmp_path, fingers=1, first_finger=102)
+    said: list[tuple[str, int, int]] = []
+    made = make(tmp_path, progress=lambda *words: said.append(words))
+    assert made.made == 1
+    assert said == [("synth", 1, 2), ("synth", 2, 2)]
+    assert contents(tmp_path) == undisturbed
+
+
+def test_fewer_impressions_are_the_first_of_more(
+    tmp_path: Path, undisturbed: dict[str, bytes]
+) -> None:
+    make(tmp_path, fingers=1, impressions=1)
+    assert (tmp_path / "101_1.tif").read_bytes() == undisturbed["101_1.tif"]
+
+
+def test_the_truth_names_the_images_it_is_about(undisturbed: dict[str, bytes]) -> None:
+    truth = json.loads(undisturbed[f"truth{os.sep}102.json"])
+    assert truth["finger"] == 102
+    for name, impression in truth["impressions"].items():
+        digest = hashlib.sha256(undisturbed[f"{name}.tif"]).hexdigest()
+        assert impression["sha256"] == digest
+
+
+KILLED = """
+import sys
+from fpmatch.synthesis import database
+from fpmatch.synthesis.master import MasterParameters
+from fpmatch.synthesis.plan import plain_sensor
+if __name__ == "__main__":
+    write, left = database._write, [int(sys.argv[2])]
+    def slowly(path, content):
+        if not left[0]:
+            unfinished = path.with_name(".0123456789abcdef.part")
+            unfinished.write_bytes(content[: len(content) // 2])
+            print("half", flush=True)
+            sys.stdin.read()
+        left[0] -= 1
+        write(path, content)
+    database._write = slowly
+    database.make_database(
+        sys.argv[1], fingers=2, impressions=2, preset="clean", seed=7,
+        sensors=[plain_sensor(64, 72)], master=MasterParameters(shape=(96, 96)), workers=1,
+    )
+"""
+
+
+@contextmanager
+def half_way(out: Path, files: int) -> Iterator[subprocess.Popen[str]]:
+    """Start to make the database in another process, which stops in the middle of a file."""
+    command = [sys.executable, "-c", KILLED, str(out), str(files)]
+    pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, stderr=subprocess.DEVNULL, **pipes) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "half\n"
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends POSIX signals")
+@pytest.mark.parametrize(
+    ("sent", "files"), [("SIGKILL", 1), ("SIGKILL", 5), ("SIGINT", 2)], ids=str
+)
+def test_a_killed_run_goes_on_to_the_same_bytes(
+    tmp_path: Path, undisturbed: dict[str, bytes], sent: str, files: int
+) -> None:
+    with half_way(tmp_path, files) as process:
+        process.send_signal(getattr(signal, sent))
+        process.wait()
+    assert process.returncode != 0
+    left = contents(tmp_path)
+    assert ".0123456789abcdef.part" in {Path(name).name for name in left}
+    assert len(left) == 1 + files + 1
+    made = make(tmp_path)
+    assert made.made == (1 if files >= 3 else 2)
+    assert contents(tmp_path) == undisturbed
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such locks")
+def test_two_at_once_in_one_folder_are_one_too_many(tmp_path: Path) -> None:
+    with half_way(tmp_path, 1):
+        before = contents(tmp_path)
+        with pytest.raises(DatasetError, match="another process is making it"):
+            make(tmp_path)
+        assert contents(tmp_path) == before
+
+
+def test_a_missing_image_is_made_again(tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
+    make(tmp_path)
+    (tmp_path / "102_1.tif").unlink()
+    assert make(tmp_path).made == 1
+    assert contents(tmp_path) == undisturbed
+
+
+def assert_refused(folder: Path, reason: str, error: type[FpmatchError], **changes: Any) -> None:
+    before = contents(folder) if folder.is_dir() else {}
+    with pytest.raises(error, match=reason) as caught:
+        make(folder, **changes)
+    assert "\n" not in str(caught.value)
+    assert (contents(folder) if folder.is_dir() else {}) == before
+
+
+def test_folders_of_others_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "letter.txt").write_text("dear")
+    assert_refused(tmp_path, "holds files but no dataset.toml", DatasetError)
+    (tmp_path / "dataset.toml").write_text('name = "mine"\n')
+    assert_refused(tmp_path, "not made by fpmatch synth", DatasetError)
+
+
+def test_another_database_is_not_mixed_with_this(tmp_path: Path) -> None:
+    make(tmp_path, fingers=1)
+    assert_refused(tmp_path, "seed 7, not 8", DatasetError, seed=8)
+    assert_refused(tmp_path, "impressions 2, not 3", DatasetError, impressions=3)
+    other = [replace(TINY, noise=3.0)]
+    assert_refused(tmp_path, "other ranges", DatasetError, sensors=other)
+
+
+@pytest.mark.parametrize("name", ["102_1.tif", "102_2.tif", "truth/102.json"])
+def test_what_is_in_the_way_is_not_overwritten(tmp_path: Path, name: str) -> None:
+    make(tmp_path, fingers=1)
+    (tmp_path / name).write_bytes(b"mine")
+    (tmp_path / "102_2.tif").touch()
+    with pytest.raises(DatasetError, match="is in the way"):
+        make(tmp_path)
+    assert (tmp_path / name).read_bytes() in (b"mine", b"")
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason", "error"),
+    [
+        ({"fingers": 0}, "0 fingers from number 101", DatasetError),
+        ({"fingers": 10**8}, "numbered within 1 to", DatasetError),
+        ({"first_finger": 0}, "from number 0", DatasetError),
+        ({"impressions": 0}, "0 impressions", DatasetError),
+        ({"seed": -1}, "seed -1", DatasetError),
+        ({"sensors": []}, "no sensor", DatasetError),
+        ({"sensors": ["x"]}, "no sensor 'x'", DatasetError),
+        ({"preset": "x"}, "no preset 'x'", ImageError),
+    ],
+)
+def test_impossible_arguments_are_refused_before_a_folder_is_made(
+    tmp_path: Path, changes: dict[str, Any], reason: str, error: type[FpmatchError]
+) -> None:
+    assert_refused(tmp_path / "new", reason, error, **changes)
+    assert not (tmp_path / "new").exists()
+
+
+def test_folders_that_cannot_be_written_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert_refused(tmp_path / "file", "file: cannot be made: ", OutputError)
+    assert_refused(tmp_path / "file" / "new", "new: cannot be made: ", OutputError)
+    (tmp_path / "new").mkdir()
+    make(tmp_path / "new", fingers=1)
+    (tmp_path / "new" / "102_1.tif").mkdir()
+    assert_refused(tmp_path / "new", r"102_1\.tif: cannot be read: ", OutputError)
+
+
+def test_a_full_disk_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(path: Path, content: bytes) -> None:
+        raise OutputError(f"{path}: cannot be written: no space left on device")
+
+    monkeypatch.setattr(database, "write_whole", full)
+    assert_refused(tmp_path, "no space left", OutputError)

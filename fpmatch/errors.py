@@ -45,3 +45,11 @@ class MatcherError(FpmatchError):
 
 class OutputError(FpmatchError):
     """A result could not be written where it was asked for."""
+
+
+class EngineError(FpmatchError):
+    """Work could not be done where it was sent: a worker died, or no scheduler answers."""
+
+
+class GalleryError(FpmatchError):
+    """A gallery could not be opened, read or written, or something could not be found in it."""

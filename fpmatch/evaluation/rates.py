@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 FMR_LIMITS: Final = {"fmr100": 1 / 100, "fmr1000": 1 / 1000, "fmr10000": 1 / 10_000}
 """The FMR at which each rate of that name gives the FNMR."""
 
-# floor(share * n) must not lose a comparison to the rounding of `share`.
-_ROUNDING: Final = 1e-9
+ROUNDING: Final = 1e-9
+"""floor(share * n + ROUNDING) loses no comparison to the rounding of `share`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +167,7 @@ def _fnmr_at_fmr(
 
     That threshold lies just above the first impostor score, from the top, that is one too many.
     """
-    allowed = math.floor(fmr * impostor.size + _ROUNDING)
+    allowed = math.floor(fmr * impostor.size + ROUNDING)
     if fmr > 0 and allowed < 1:
         return None
     one_too_many = impostor[impostor.size - 1 - allowed]

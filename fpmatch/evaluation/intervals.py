@@ -1,0 +1,193 @@
+"""How sure the rates of an evaluation are: 95 % intervals, by resampling fingers."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.evaluation.resampling import RESAMPLED, Trials, draw_fingers, resample_rates
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.rates import Rates
+    from fpmatch.evaluation.report import EvaluationReport, SetResult
+
+DEFAULT_RESAMPLES: Final = 1000
+MIN_FINGERS: Final = 5
+"""Under so many fingers in a database no interval is given: draws of so few say nothing."""
+CONFIDENCE: Final = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """Hold the limits between which a rate lies, as fractions."""
+
+    low: float
+    high: float
+
+    @property
+    def excludes_zero(self) -> bool:
+        """Whether zero lies outside."""
+        return self.low > 0 or self.high < 0
+
+
+@dataclass(frozen=True, slots=True)
+class RateIntervals:
+    """Hold the interval of each rate; None where there is no rate or no interval.
+
+    ZeroFMR and ZeroFNMR have none: each hangs on one extreme score, of which draws from the same
+    fingers say nothing.
+    """
+
+    eer: Interval | None = None
+    fmr100: Interval | None = None
+    fmr1000: Interval | None = None
+    fmr10000: Interval | None = None
+    rank_one: Interval | None = None
+
+    def as_json(self) -> dict[str, list[float] | None]:
+        """Return pairs of limits by name, None where there is none."""
+        return {name: one and [one["low"], one["high"]] for name, one in asdict(self).items()}
+
+
+@dataclass(frozen=True, slots=True)
+class ReportIntervals:
+    """Hold the intervals of an `EvaluationReport`, in its form.
+
+    Parameters
+    ----------
+    resamples, seed : int
+        How many times fingers were drawn, and what made the draws.
+    sets : tuple of RateIntervals
+        Of each database.
+    mean, pooled : RateIntervals
+        Of the mean and of all scores pooled.
+    """
+
+    resamples: int
+    seed: int
+    sets: tuple[RateIntervals, ...]
+    mean: RateIntervals
+    pooled: RateIntervals
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the intervals as JSON values."""
+        return {
+            "confidence": CONFIDENCE,
+            "resamples": self.resamples,
+            "seed": self.seed,
+            "sets": [one.as_json() for one in self.sets],
+            "mean": self.mean.as_json(),
+            "pooled": self.pooled.as_json(),
+        }
+
+
+def rate_intervals(
+    report: EvaluationReport, *, resamples: int = DEFAULT_RESAMPLES, seed: int = 0
+) -> ReportIntervals:
+    """Estimate 95 % intervals of an evaluation's rates by drawing fingers anew.
+
+    The fingers of each database are drawn with replacement, as many as there are, and the rates
+    computed again; the interval leaves out 2.5 % of the draws on either side. It says what other
+    fingers would have done before the same sensor. With ten fingers it is itself rough, and where
+    no error was seen it is 0 to 0, which does not mean that there are none.
+
+    Parameters
+    ----------
+    report : EvaluationReport
+        The evaluation.
+    resamples, seed : int
+        How many draws, and what makes them.
+
+    Returns
+    -------
+    ReportIntervals
+        The intervals; None for databases of fewer than `MIN_FINGERS` fingers.
+    """
+    trials = [trials_of(row) for row in report.sets]
+    replicates = resample_rates(trials, resamples, seed)
+    enough = [t.fingers >= MIN_FINGERS for t in trials]
+    ranks = [_rank_one(row, resamples, seed, k) for k, row in enumerate(report.sets)]
+    sets = tuple(
+        _rate_intervals(row.rates, replicates.sets[k], ranks[k]) if enough[k] else RateIntervals()
+        for k, row in enumerate(report.sets)
+    )
+    if not all(enough):
+        return ReportIntervals(resamples, seed, sets, RateIntervals(), RateIntervals())
+    hits = None if any(r is None for r in ranks) else sum(r for r in ranks if r is not None)
+    return ReportIntervals(
+        resamples=resamples,
+        seed=seed,
+        sets=sets,
+        mean=_rate_intervals(report.mean, replicates.mean, None),
+        pooled=_rate_intervals(report.pooled, replicates.pooled, hits),
+    )
+
+
+def interval_of(draws: NDArray[np.float64]) -> Interval | None:
+    """Return the limits that leave out 2.5 % of the draws on either side.
+
+    Parameters
+    ----------
+    draws : ndarray of float64, shape (B,)
+        A rate of each draw; NaN where it had none.
+
+    Returns
+    -------
+    Interval or None
+        The limits; None where half of the draws or more had none.
+
+    Examples
+    --------
+    >>> interval_of(np.linspace(0, 1, 1001))
+    Interval(low=0.025, high=0.975)
+    """
+    known = draws[np.isfinite(draws)]
+    if known.size <= draws.size / 2:
+        return None
+    low, high = np.quantile(known, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
+    return Interval(float(low), float(high))
+
+
+def trials_of(row: SetResult) -> Trials:
+    """Return a database's comparisons with their fingers numbered from 0."""
+    names = [i.finger for i in row.extracted.dataset.impressions]
+    fingers, number = np.unique(names, return_inverse=True)
+    return Trials(
+        similarity=row.outcomes["similarity"],
+        probe=number[row.pairs.probe],
+        reference=number[row.pairs.reference],
+        fingers=int(fingers.size),
+    )
+
+
+def _rank_one(
+    row: SetResult, resamples: int, seed: int, set_index: int
+) -> NDArray[np.float64] | None:
+    """Return hits and probes of each draw, of shape (2, draws); None without identification.
+
+    The probes of the fingers drawn are searched among all fingers, as they were.
+    """
+    if row.identification is None:
+        return None
+    counts = draw_fingers(row.identification.fingers, resamples, seed, set_index)
+    weights = np.take(counts, row.identification.finger, axis=1)
+    first = row.identification.rank == 1
+    return np.stack([weights @ first, weights.sum(axis=1)]).astype(np.float64)
+
+
+def _rate_intervals(
+    rates: Rates, draws: NDArray[np.float64], ranks: NDArray[np.float64] | float | None
+) -> RateIntervals:
+    found = {
+        name: interval_of(draws[:, column])
+        for column, name in enumerate(RESAMPLED)
+        if getattr(rates, name) is not None
+    }
+    if isinstance(ranks, np.ndarray):
+        with np.errstate(invalid="ignore"):  # a draw without probes has no rate
+            found["rank_one"] = interval_of(ranks[0] / ranks[1])
+    return RateIntervals(**found)

@@ -20,6 +20,7 @@ SUMMARIES: Final = {
     "extract": "Write the templates of images as files.",
     "stages": "Write every stage of an extraction as a picture.",
     "evaluate": "Measure error rates on FVC-style databases.",
+    "synth": "Make databases of synthetic prints whose truth is known.",
     "points": "Match, benchmark and draw bare point sets.",
 }
 EXIT_ERROR: Final = 2

@@ -1,0 +1,178 @@
+"""`fpmatch synth`: databases of synthetic prints whose truth is known."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from fpmatch.cli.progress import ProgressBars
+from fpmatch.synthesis.plan import DEFAULT_SENSOR, plain_sensor
+from fpmatch.synthesis.presets import PRESETS
+from fpmatch.synthesis.sensor import SENSORS, Sensor
+
+if TYPE_CHECKING:
+    from fpmatch.synthesis.database import DatabaseMade
+
+_PRESETS: Final = {
+    "clean": "laid straight, evenly pressed, nothing smeared: every ridge can be read",
+    "easy": "turned a little, small scratches and spots",
+    "normal": "as in the FVC sets: turned, stretched, partly outside, dry or damp, worn",
+    "hard": "more of all that, and smeared",
+}
+_SENSORS: Final = {
+    "optical-388x374": "as FVC2002 DB1: white ground",
+    "optical-296x560": "as FVC2002 DB2: grey ground, dark corners, residue",
+    "capacitive-300x300": "as FVC2002 DB3: dark ground, striped",
+    "plain-288x384": "as FVC2002 DB4: light grey ground",
+    "optical-640x480": "as FVC2004 DB1: large, white ground",
+    "optical-328x364": "as FVC2004 DB2: soft, upper corners cut off",
+}
+_STAGES: Final = {"synth": "making fingers"}
+
+
+def _listed(words: dict[str, str]) -> str:
+    width = max(map(len, words)) + 2
+    return "\n".join(f"  {name:{width}}{text}" for name, text in words.items())
+
+
+def _sensor_words(sensor: Sensor) -> str:
+    return f"{_SENSORS[sensor.name]}, {sensor.dpi:g} dpi"
+
+
+@click.command(
+    epilog=f"""\b
+Presets:
+{_listed({name: _PRESETS[name] for name in PRESETS})}
+
+\b
+Sensors:
+{_listed({name: _sensor_words(sensor) for name, sensor in SENSORS.items()})}
+
+\b
+Files:
+  FFF_M.tif       impression M of finger FFF, from 101 on, with its resolution
+  dataset.toml    name, dpi, sensor, and what the prints were made from
+  truth/FFF.json  the finger's class and minutiae; of each impression its minutiae, the transform
+                  from the finger and how its skin stretched beyond that
+
+\b
+Examples:
+  fpmatch synth prints
+  fpmatch synth prints --fingers 100 --impressions 8 --preset normal --seed 7
+  fpmatch synth prints --sensor optical-388x374 --sensor capacitive-300x300
+  fpmatch synth prints --size 600x700 --dpi 1000
+  fpmatch evaluate prints --minutiae
+"""
+)
+@click.argument("out", type=click.Path(path_type=Path))
+@click.option("--fingers", metavar="N", type=int, default=10, show_default=True, help="How many.")
+@click.option(
+    "--impressions", metavar="M", type=int, default=8, show_default=True, help="Of each finger."
+)
+@click.option(
+    "--preset",
+    type=click.Choice(list(PRESETS)),
+    default="normal",
+    show_default=True,
+    help="How carefully fingers are laid on the sensor.",
+)
+@click.option(
+    "--seed", type=int, default=0, show_default=True, help="Another seed gives other fingers."
+)
+@click.option(
+    "--sensor",
+    "sensors",
+    metavar="NAME",
+    type=click.Choice(list(SENSORS)),
+    multiple=True,
+    help=f"What takes the impressions; several take them in turn.  [default: {DEFAULT_SENSOR}]",
+)
+@click.option(
+    "--size",
+    metavar="WxH",
+    help="Instead of --sensor: width and height in pixels of a plain white one.",
+)
+@click.option("--dpi", type=float, help="Resolution of the sensor that --size describes.")
+@click.option(
+    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def synth(
+    out: Path,
+    fingers: int,
+    impressions: int,
+    preset: str,
+    seed: int,
+    sensors: tuple[str, ...],
+    size: str | None,
+    dpi: float | None,
+    workers: int | None,
+    as_json: bool,
+) -> None:
+    """Make a database of synthetic fingerprints in the folder OUT.
+
+    No person's finger is among them. The same options give the same files, to the last byte; a run
+    that was interrupted goes on where it stopped, and more fingers may be added later. Files that
+    are not its own are never overwritten.
+    """
+    from fpmatch.synthesis.database import make_database
+
+    chosen = _sensors(sensors, size, dpi)
+    start = time.perf_counter()
+    with ProgressBars(_STAGES) as bars:
+        made = make_database(
+            out,
+            fingers=fingers,
+            impressions=impressions,
+            preset=preset,
+            seed=seed,
+            sensors=chosen,
+            workers=workers,
+            progress=bars.show,
+        )
+    seconds = time.perf_counter() - start
+    click.echo(_as_json(made, seconds) if as_json else _in_words(made, seconds))
+
+
+def _sensors(
+    names: tuple[str, ...], size: str | None, dpi: float | None
+) -> tuple[str | Sensor, ...]:
+    """Return what the options ask for."""
+    if size is None:
+        if dpi is not None:
+            raise click.UsageError("--dpi belongs to --size; named sensors have their own")
+        return names or (DEFAULT_SENSOR,)
+    if names:
+        raise click.UsageError("either --sensor or --size, not both")
+    sides = re.fullmatch(r"(\d{1,6})x(\d{1,6})", size, re.ASCII)
+    if sides is None:
+        raise click.BadParameter(f"{size!r} is not like 388x374", param_hint="--size")
+    width, height = map(int, sides.groups())
+    return (plain_sensor(width, height) if dpi is None else plain_sensor(width, height, dpi),)
+
+
+def _in_words(made: DatabaseMade, seconds: float) -> str:
+    there = f"{made.fingers} fingers x {made.impressions} impressions"
+    place = f"{made.folder}, {made.size / 1e6:.1f} MB"
+    if not made.made:
+        return f"nothing to do: {there} are all there in {place}"
+    pictures = made.made * made.impressions
+    rate = f"{pictures} pictures in {seconds:.1f} s, {pictures / seconds:.1f} a second"
+    return f"{there} in {place}: {rate}"
+
+
+def _as_json(made: DatabaseMade, seconds: float) -> str:
+    document = {
+        "folder": str(made.folder),
+        "fingers": made.fingers,
+        "impressions": made.impressions,
+        "made": made.made,
+        "bytes": made.size,
+        "seconds": round(seconds, 3),
+    }
+    return json.dumps(document, indent=2)

@@ -1,4 +1,4 @@
-"""Write every comparison of an evaluation to a CSV file."""
+"""Write every comparison of an evaluation to a CSV file; `scores_reader` reads it."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 _GEOMETRY: Final = ("scale", "rotation_deg", "tx", "ty", "rms_px", "agreement", "overlap")
 COLUMNS: Final = (
-    *("set", "probe", "reference", "genuine", "similarity", "score", "pairs"),
+    *("matcher", "set", "probe", "reference", "genuine", "similarity", "score", "pairs"),
     *_GEOMETRY,
     "reason",
 )
 
 
-def write_scores(path: str | os.PathLike[str], report: EvaluationReport) -> None:
-    """Write a row a comparison, by set and pair, with the columns `COLUMNS`.
+def write_scores(path: str | os.PathLike[str], *reports: EvaluationReport) -> None:
+    """Write a row a comparison, by matcher, set and pair, with the columns `COLUMNS`.
 
     `genuine` is 1 or 0; values that do not exist (the transform of a pair without one, the score
     of a matcher without calibration) are left empty. The file appears whole or not at all.
@@ -35,8 +35,8 @@ def write_scores(path: str | os.PathLike[str], report: EvaluationReport) -> None
     ----------
     path : path
         The file, replaced where it exists.
-    report : EvaluationReport
-        The evaluation.
+    *reports : EvaluationReport
+        The evaluations, one a matcher.
 
     Raises
     ------
@@ -47,8 +47,9 @@ def write_scores(path: str | os.PathLike[str], report: EvaluationReport) -> None
     with replacing(path) as binary, io.TextIOWrapper(binary, "utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for row in report.sets:
-            writer.writerows(_rows(row, report.matcher))
+        for report in reports:
+            for row in report.sets:
+                writer.writerows(_rows(row, report.matcher))
 
 
 def _rows(result: SetResult, matcher: str) -> Iterator[list[object]]:
@@ -69,7 +70,7 @@ def _rows(result: SetResult, matcher: str) -> Iterator[list[object]]:
         outcomes["reason"].tolist(),
     )
     for values in zip(*columns, strict=True):
-        yield [result.name, *values]
+        yield [matcher, result.name, *values]
 
 
 def _short(value: float) -> str:

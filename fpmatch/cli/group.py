@@ -21,6 +21,7 @@ SUMMARIES: Final = {
     "stages": "Write every stage of an extraction as a picture.",
     "evaluate": "Measure error rates on FVC-style databases.",
     "synth": "Make databases of synthetic prints whose truth is known.",
+    "calibrate": "Fit scores to the false match rates of your own prints.",
     "points": "Match, benchmark and draw bare point sets.",
 }
 EXIT_ERROR: Final = 2

@@ -24,12 +24,15 @@ import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.errors import MatcherError
-from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.impostors import impostors_of_report
 from fpmatch.matching.calibration import Calibration, Provenance
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.evaluation.impostors import ImpostorSet
     from fpmatch.evaluation.report import EvaluationReport
 
 _TINY: Final = 1e-290  # below, numbers lose digits
@@ -68,11 +71,6 @@ class CalibrationParameters:
 def calibrate(report: EvaluationReport, command: str = "") -> Calibration:
     """Fit a calibration to the impostor comparisons of an evaluation, all databases together.
 
-    Pairs with an image that gave no template are left out: their similarity of 0 would make the
-    matcher look more certain than it is. Comparisons of the same two fingers are no independent
-    trials, and ten fingers a database are few: below an FMR of one in a thousand a calibration
-    from such data is an extrapolation, and its confidence interval is wide.
-
     Parameters
     ----------
     report : EvaluationReport
@@ -90,17 +88,43 @@ def calibrate(report: EvaluationReport, command: str = "") -> Calibration:
     MatcherError
         If there are too few impostor comparisons, or too few distinct similarities.
     """
-    impostors = np.concatenate(
-        [
-            row.outcomes["similarity"][~row.pairs.genuine & (row.outcomes["reason"] != NO_TEMPLATE)]
-            for row in report.sets
-        ]
-    )
+    return calibrate_on(impostors_of_report(report), report.matcher, command)
+
+
+def calibrate_on(sets: Sequence[ImpostorSet], matcher: str, command: str = "") -> Calibration:
+    """Fit a calibration to the impostor comparisons of some databases together.
+
+    Comparisons of the same two fingers are no independent trials, and ten fingers a database are
+    few: below an FMR of one in a thousand a calibration from such data is an extrapolation, and its
+    confidence interval is wide.
+
+    Parameters
+    ----------
+    sets : sequence of ImpostorSet
+        The databases.
+    matcher : str
+        The matcher that compared.
+    command : str
+        As for `calibrate`.
+
+    Returns
+    -------
+    Calibration
+        The calibration, with its provenance.
+
+    Raises
+    ------
+    MatcherError
+        As for `calibrate`.
+    """
+    impostors = np.concatenate([one.trials.similarity for one in sets])
     provenance = Provenance(
-        sets=tuple(row.name for row in report.sets),
+        sets=tuple(one.name for one in sets),
         impostors=int(impostors.size),
         version=__version__,
         command=command,
+        matcher=matcher,
+        fingers=sum(one.trials.fingers for one in sets),
     )
     return replace(fit_calibration(impostors), provenance=provenance)
 

@@ -137,6 +137,39 @@ def resample_rates(trials: Sequence[Trials], resamples: int, seed: int) -> Repli
     return result
 
 
+def resample_fmr(
+    trials: Sequence[Trials], threshold: float, resamples: int, seed: int
+) -> NDArray[np.float64]:
+    """Compute the false match rate at one threshold for draws of fingers, all databases pooled.
+
+    Parameters
+    ----------
+    trials : sequence of Trials
+        The databases.
+    threshold : float
+        Similarity from which on a comparison is a match.
+    resamples, seed : int
+        As for `resample_rates`.
+
+    Returns
+    -------
+    ndarray of float64, shape (resamples,)
+        The rates; NaN where a draw left no impostors.
+    """
+    matches, total = np.zeros(resamples), np.zeros(resamples)
+    for k, t in enumerate(trials):
+        counts = draw_fingers(t.fingers, resamples, seed, k)
+        impostor = ~t.genuine
+        reached = (t.similarity >= threshold) & impostor
+        for rows in _slices(resamples, t.similarity.size):
+            weights = _pair_weights(t, counts[rows])
+            matches[rows] += weights @ reached
+            total[rows] += weights @ impostor
+    with np.errstate(invalid="ignore"):
+        rates: NDArray[np.float64] = matches / total
+    return rates
+
+
 def _slices(resamples: int, pairs: int) -> Iterator[slice]:
     step = max(1, _WEIGHTS_AT_A_TIME // max(pairs, 1))
     for start in range(0, resamples, step):

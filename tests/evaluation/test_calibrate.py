@@ -29,6 +29,7 @@ def test_fits_the_impostors_of_all_sets_without_failed_prints(bench, make_databa
     assert origin.sets == ("a", "b")
     assert origin.impostors == 2 * (720 - 36)
     assert (origin.version, origin.command) == (fpmatch.__version__, "here")
+    assert (origin.matcher, origin.fingers) == ("fake", 20)
 
 
 def test_too_few_impostors(bench, make_database):

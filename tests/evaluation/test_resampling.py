@@ -6,7 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fpmatch.evaluation.rates import error_rates
-from fpmatch.evaluation.resampling import RESAMPLED, Trials, draw_fingers, resample_rates
+from fpmatch.evaluation.resampling import (
+    RESAMPLED,
+    Trials,
+    draw_fingers,
+    resample_fmr,
+    resample_rates,
+)
 
 
 def trials(fingers, impressions, seed, levels=None):
@@ -83,3 +89,17 @@ def test_a_draw_without_impostors_has_no_rates(fingers):
     drawn = draw_fingers(fingers, 40, 0)
     alone = (drawn > 0).sum(axis=1) == 1
     assert (np.isnan(found.pooled).all(axis=1) == alone).all()
+
+
+def test_false_match_rate_at_a_threshold_agrees_with_repeating_the_comparisons():
+    sets = [trials(5, 3, 1), trials(4, 2, 2)]
+    found = resample_fmr(sets, 0.5, 8, seed=4)
+    counts = [draw_fingers(t.fingers, 8, 4, k) for k, t in enumerate(sets)]
+    for b in range(8):
+        impostor = [
+            s
+            for t, drawn in zip(sets, counts, strict=True)
+            for s, i, j in zip(t.similarity, t.probe, t.reference, strict=True)
+            for _ in range(drawn[b, i] * drawn[b, j] if i != j else 0)
+        ]
+        assert found[b] == pytest.approx(np.mean(np.array(impostor) >= 0.5))

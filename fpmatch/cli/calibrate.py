@@ -1,0 +1,69 @@
+"""`fpmatch calibrate`: what similarities are worth on one's own data."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from fpmatch.cli.progress import ProgressBars
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+
+_STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
+
+
+@click.command(
+    epilog="""\b
+A score of 30 is to mean that one comparison of different fingers in 1,000 reaches it. Whether it
+does depends on sensor and fingers. The more fingers the data hold, the further they reach: 10
+fingers with 8 impressions give 2,880 comparisons, 100 fingers 316,800.
+
+\b
+Examples:
+  fpmatch calibrate prints -o calibration.json
+  fpmatch evaluate prints --scores scores.csv
+  fpmatch calibrate scores.csv -o calibration.json
+  fpmatch verify probe.tif reference.tif --calibration calibration.json
+"""
+)
+@click.argument(
+    "sources", metavar="SCORES|DIR...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+@click.option(
+    "-o",
+    "--output",
+    metavar="OUT.json",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="Where to write the calibration.",
+)
+@click.option("--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to calibrate.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option(
+    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
+)
+def calibrate(
+    sources: tuple[Path, ...], output: Path, matcher: str, as_json: bool, workers: int | None
+) -> None:
+    """Fit scores to the false match rates of one's own prints.
+
+    Each DIR holds prints named FFF_M.tif (finger FFF, impression M); each SCORES is a file that
+    fpmatch evaluate --scores wrote. At least 1,000 comparisons of different fingers are needed.
+    Printed is how far they reach: scores beyond are extrapolated.
+    """
+    from fpmatch.evaluation.calibrate import calibrate_on
+    from fpmatch.evaluation.calibration_reach import format_reach, measure_reach
+    from fpmatch.evaluation.impostors import gather_impostors
+    from fpmatch.output import check_writable, write_whole
+
+    check_writable(output)
+    with ProgressBars(_STAGES) as bars:
+        impostors = gather_impostors(sources, matcher=matcher, workers=workers, progress=bars.show)
+    calibration = calibrate_on(impostors, matcher, "fpmatch calibrate")
+    write_whole(output, calibration.as_json().encode())
+    reach = measure_reach(calibration, impostors)
+    if as_json:
+        click.echo(json.dumps({"calibration": str(output), **reach.as_json()}, indent=2))
+    else:
+        click.echo(f"{output}\n{format_reach(reach)}")

@@ -71,7 +71,7 @@ def pack_template(template: Template) -> bytes:
     >>> template = Template(Minutiae(x=[10, 20], y=[5, 8], angle=[0, 1.6]), width=300, height=400)
     >>> data = pack_template(template)
     >>> len(data), unpack_template(data).minutiae.xy.tolist()
-    (33, [[10.0, 5.0], [20.0, 8.0]])
+    (31, [[10.0, 5.0], [20.0, 8.0]])
     """
     m = template.minutiae
     dpi_units = round(template.dpi * _DPI_UNITS)

@@ -1,0 +1,95 @@
+"""What the tests of galleries share: an empty gallery on SQLite and on PostgreSQL, and prints."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import socket
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fpmatch.gallery.entry import Candidate, Label
+from fpmatch.minutiae import Minutiae, Template
+
+POSTGRES_PROGRAMS = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
+
+
+@pytest.fixture(scope="session")
+def postgresql(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Start a PostgreSQL server of our own on loopback; return its URL without a database."""
+    pytest.importorskip("psycopg", reason="psycopg is not installed (fpmatch[postgres])")
+    if not POSTGRES_PROGRAMS:
+        pytest.skip("PostgreSQL's server is not installed (/usr/lib/postgresql)")
+    programs = POSTGRES_PROGRAMS[-1]
+    root = os.geteuid() == 0  # the server refuses to run as root
+    if root and shutil.which("setpriv") is None:
+        pytest.skip("PostgreSQL's server does not run as root, and there is no setpriv")
+    folder = Path("/tmp", f"fpmatch-postgresql-{secrets.token_hex(8)}")
+    folder.mkdir(mode=0o700)
+    if root:
+        shutil.chown(folder, "nobody")
+    become = ["setpriv", "--reuid=nobody", "--clear-groups"] if root else []
+
+    def call(program: str, *words: object) -> None:
+        command = [*become, programs / program, *words]
+        subprocess.run(
+            [str(word) for word in command],
+            check=True,
+            cwd=folder,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            timeout=60,
+        )
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    try:
+        call("initdb", "-D", folder / "data", "-U", "fpmatch", "-A", "trust", "-N", "-E", "UTF8")
+        settings = f"-h 127.0.0.1 -p {port} -k {folder} -c fsync=off"
+        call("pg_ctl", "-D", folder / "data", "-w", "-o", settings, "-l", folder / "log", "start")
+        try:
+            yield f"postgresql://fpmatch@127.0.0.1:{port}"
+        finally:
+            call("pg_ctl", "-D", folder / "data", "-m", "immediate", "stop")
+    finally:
+        shutil.rmtree(folder)
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def where(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """Return the place of a gallery that is not made yet, on either kind of database."""
+    if request.param == "sqlite":
+        return str(tmp_path / "gallery.db")
+    import psycopg
+
+    server = request.getfixturevalue("postgresql")
+    name = f"t{secrets.token_hex(8)}"
+    with psycopg.connect(f"{server}/postgres", autocommit=True) as connection:
+        connection.execute(f"CREATE DATABASE {name}")
+    return f"{server}/{name}"
+
+
+@pytest.fixture
+def make_candidate() -> Callable[..., Candidate]:
+    """Return a function that makes a print to enrol, all of whose contents follow its number."""
+
+    def make(number: int, *, label: Label | None = None, **changes: object) -> Candidate:
+        rng = np.random.default_rng(number)
+        minutiae = Minutiae(
+            x=rng.integers(0, 300, 5), y=rng.integers(0, 300, 5), angle=rng.integers(0, 6, 5)
+        )
+        fields = {
+            "label": label or Label(str(number), impression="1"),
+            "source": f"/prints/{number}_1.tif",
+            "content": number.to_bytes(32, "big"),
+            "template": Template(minutiae, 300, 300),
+        }
+        return Candidate(**{**fields, **changes})
+
+    return make

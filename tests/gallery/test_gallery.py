@@ -1,0 +1,375 @@
+"""A gallery holds what was put into it, once, on either kind of database."""
+
+from __future__ import annotations
+
+import dataclasses
+import sqlite3
+import subprocess
+import sys
+
+import pytest
+
+from fpmatch.errors import GalleryError
+from fpmatch.gallery import duplicates
+from fpmatch.gallery import gallery as gallery_module
+from fpmatch.gallery.compact import pack_template, unpack_template
+from fpmatch.gallery.duplicates import Claim
+from fpmatch.gallery.entry import Failure, Label
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.minutiae import Minutiae, Template
+
+
+def test_what_is_enrolled_is_there_when_opened_again(where, make_candidate):
+    candidates = [make_candidate(k) for k in (7, 3, 5)]
+    with open_gallery(where, create=True) as gallery:
+        assert len(gallery) == 0
+        assert gallery.add(candidates) == [None, None, None]
+    with open_gallery(where) as gallery:
+        assert len(gallery) == 3
+        entries = list(gallery.entries())
+        assert [e.id for e in entries] == sorted(e.id for e in entries)
+        for entry, candidate in zip(entries, candidates, strict=True):
+            assert entry.label == candidate.label
+            assert entry.source == candidate.source
+            assert entry.content == candidate.content
+            assert entry.dpi == 500.0
+            assert entry.minutiae == 5
+            assert gallery.entry(entry.id) == entry
+        for (number, template), entry, candidate in zip(
+            gallery.templates(), entries, candidates, strict=True
+        ):
+            assert number == entry.id
+            assert template == unpack_template(pack_template(candidate.template))
+
+
+def test_rows_come_in_batches(where, make_candidate, monkeypatch):
+    monkeypatch.setattr(gallery_module, "ROWS_PER_READ", 3)
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([make_candidate(k) for k in range(7)])
+        numbers = [entry.id for entry in gallery.entries()]
+        assert len(numbers) == 7
+        assert [number for number, _ in gallery.templates()] == numbers
+        assert [number for number, _ in gallery.templates(after=numbers[3])] == numbers[4:]
+        assert [str(e.label) for e in gallery.entries(subject="4")] == ["4_1"]
+
+
+def test_the_same_again_changes_nothing(where, make_candidate):
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([make_candidate(1), make_candidate(2)])
+        before = gallery.fingerprint_of_content()
+        moved = make_candidate(1, source="/elsewhere/1_1.tif")
+        assert gallery.add([moved, make_candidate(2)]) == ["", ""]
+        assert gallery.fingerprint_of_content() == before
+        assert [e.source for e in gallery.entries()] == ["/prints/1_1.tif", "/prints/2_1.tif"]
+        assert gallery.failures() == []
+
+
+def test_duplicates_are_failures_that_say_of_what(where, make_candidate):
+    same_picture = make_candidate(1, label=Label("9"), source="/prints/9.tif")
+    same_name = make_candidate(2, label=Label("1", impression="1"))
+    other_dpi = make_candidate(1)
+    other_dpi = dataclasses.replace(
+        other_dpi, source="/b.tif", template=dataclasses.replace(other_dpi.template, dpi=569.0)
+    )
+    reasons = [
+        "the same picture is enrolled as 1_1 already (/prints/1_1.tif)",
+        "another picture is enrolled as 1_1 already (/prints/1_1.tif)",
+        "enrolled already, at 500 dpi, not 569",
+    ]
+    with open_gallery(where, create=True) as gallery:
+        # the first within the same batch, too
+        assert gallery.add([make_candidate(1), same_picture]) == [None, reasons[0]]
+        assert gallery.add([same_name, other_dpi]) == reasons[1:]
+        assert len(gallery) == 1
+        assert gallery.failures() == [
+            Failure("/b.tif", reasons[2]),
+            Failure("/prints/2_1.tif", reasons[1]),
+            Failure("/prints/9.tif", reasons[0]),
+        ]
+        content, label = make_candidate(1).content, Label("1", impression="1")
+        claims = [
+            Claim(label, content),
+            Claim(label, content, 500.0),
+            Claim(label, content, 569.0),
+            Claim(label, b"new"),
+            Claim(Label("2", impression="1"), b"new"),
+        ]
+        assert gallery.objections(claims) == ["", "", reasons[2], reasons[1], None]
+
+
+def test_failures_are_kept_until_the_source_is_enrolled(where, make_candidate):
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([], [Failure("/prints/1_1.tif", "blank"), Failure("/prints/x.tif", "torn")])
+        gallery.add([], [Failure("/prints/x.tif", "still torn")])
+        assert [f.reason for f in gallery.failures()] == ["blank", "still torn"]
+        gallery.add([make_candidate(1)])
+        assert gallery.failures() == [Failure("/prints/x.tif", "still torn")]
+
+
+def test_a_template_that_does_not_fit_is_a_failure(where, make_candidate):
+    far = Template(Minutiae([1e6], [0], [0]), 300, 300)
+    with open_gallery(where, create=True) as gallery:
+        objections = gallery.add([make_candidate(1, template=far), make_candidate(2)])
+        assert objections == ["template too large to be kept in a gallery", None]
+        assert [f.source for f in gallery.failures()] == ["/prints/1_1.tif"]
+
+
+def test_removed_numbers_are_not_given_again(where, make_candidate):
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([make_candidate(1), make_candidate(2)])
+        first, last = (entry.id for entry in gallery.entries())
+        before = gallery.fingerprint_of_content()
+        assert gallery.remove([last, 999]) == 1
+        assert gallery.fingerprint_of_content() != before
+        with pytest.raises(GalleryError, match=f"no entry has the number {last}"):
+            gallery.entry(last)
+        gallery.add([make_candidate(2)])
+        kept, again = (entry.id for entry in gallery.entries())
+        assert kept == first
+        assert again > last
+
+
+def test_the_fingerprint_changes_with_the_contents_only(where, make_candidate):
+    with open_gallery(where, create=True) as gallery:
+        seen = [gallery.fingerprint_of_content()]
+        gallery.add([], [Failure("x", "y")])
+        assert gallery.fingerprint_of_content() == seen[0]
+        for k in range(3):
+            gallery.add([make_candidate(k)])
+            seen.append(gallery.fingerprint_of_content())
+        gallery.remove([list(gallery.entries())[-1].id])
+        gallery.add([make_candidate(2)])
+        seen.append(gallery.fingerprint_of_content())
+        assert len(set(seen)) == 5
+
+
+def test_an_error_in_the_middle_leaves_nothing(where, make_candidate, monkeypatch):
+    def stop(_: object) -> None:
+        raise RuntimeError("stop")
+
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([make_candidate(1)])
+        with monkeypatch.context() as patch:
+            patch.setattr(gallery_module, "_mark_changed", stop)
+            with pytest.raises(RuntimeError, match="stop"):
+                gallery.add([make_candidate(2)], [Failure("x", "y")])
+        assert [str(entry.label) for entry in gallery.entries()] == ["1_1"]
+        assert gallery.failures() == []
+        gallery.add([make_candidate(2)])
+        assert len(gallery) == 2
+
+
+def test_names_may_be_of_any_script(where, make_candidate):
+    label = Label("Ødegård '; drop table", "右人差し指", "1")
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([make_candidate(1, label=label, source="/Bücher/ñ.tif")])
+        (entry,) = gallery.entries(subject=label.subject)
+        assert (entry.label, entry.source) == (label, "/Bücher/ñ.tif")
+
+
+ENROL = """
+import sys
+from fpmatch.gallery.duplicates import Claim
+from fpmatch.gallery.entry import Candidate, Label
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.minutiae import Minutiae, Template
+template = Template(Minutiae([1], [2], [3]), 300, 300)
+with open_gallery(sys.argv[1], create=True) as gallery:
+    for k in range(*map(int, sys.argv[2:])):
+        gallery.add([Candidate(Label(str(k)), str(k), k.to_bytes(32, "big"), template)])
+"""
+
+
+def test_two_processes_make_and_fill_one_gallery_at_once(where):
+    """Their prints overlap, and one of them makes the gallery first."""
+    writers = [
+        subprocess.Popen([sys.executable, "-c", ENROL, where, *map(str, span)])
+        for span in ((0, 20), (10, 30))
+    ]
+    assert [writer.wait(timeout=60) for writer in writers] == [0, 0]
+    with open_gallery(where) as gallery:
+        entries = list(gallery.entries())
+    assert sorted(int(entry.label.subject) for entry in entries) == list(range(30))
+    assert len({entry.id for entry in entries}) == 30
+
+
+def test_a_gallery_of_another_version_is_refused(where, make_candidate, monkeypatch):
+    open_gallery(where, create=True).close()
+    monkeypatch.setattr(gallery_module, "VERSION", 2)
+    for create in (False, True):
+        with pytest.raises(
+            GalleryError, match="a gallery of version 1; this fpmatch reads version 2"
+        ):
+            open_gallery(where, create=create)
+
+
+def test_nothing_is_made_unless_asked(where):
+    with pytest.raises(GalleryError, match="`fpmatch enrol` makes one"):
+        open_gallery(where)
+    open_gallery(where, create=True).close()
+    open_gallery(where).close()
+
+
+class TestSqlite:
+    """What can be wrong with a file."""
+
+    @pytest.fixture
+    def path(self, tmp_path, make_candidate):
+        path = tmp_path / "gallery.db"
+        with open_gallery(path, create=True) as gallery:
+            gallery.add([make_candidate(k) for k in range(60)])
+        return path
+
+    def test_path_may_hold_what_urls_may_not(self, tmp_path, make_candidate):
+        path = tmp_path / "what? 100% #1.db"
+        with open_gallery(path, create=True) as gallery:
+            gallery.add([make_candidate(1)])
+        assert [file.name for file in tmp_path.iterdir()] == [path.name]
+        with open_gallery(f"sqlite:///{tmp_path / 'x.db'}", create=True) as gallery:
+            assert len(gallery) == 0
+
+    @pytest.mark.parametrize("create", [False, True])
+    def test_what_is_no_gallery_is_refused_and_left_alone(self, tmp_path, create):
+        (tmp_path / "folder").mkdir()
+        (tmp_path / "text").write_text("This is not a gallery, and longer than a header.\n")
+        with sqlite3.connect(tmp_path / "other") as other:
+            other.execute("CREATE TABLE mine (x)")
+        other.close()
+        reasons = {
+            "folder": "is a folder, not a gallery",
+            "text": "not a gallery",
+            "other": "not a gallery but a database of something else",
+        }
+        for name, reason in reasons.items():
+            file = tmp_path / name
+            before = file.read_bytes() if file.is_file() else b""
+            with pytest.raises(GalleryError, match=f"{name}: {reason}$"):
+                open_gallery(file, create=create)
+            assert not file.is_file() or file.read_bytes() == before
+
+    def test_an_empty_file_is_one_that_was_killed_while_it_was_made(self, tmp_path):
+        path = tmp_path / "gallery.db"
+        path.touch()
+        with pytest.raises(GalleryError, match="not a gallery: the file is empty"):
+            open_gallery(path)
+        open_gallery(path, create=True).close()
+
+    def test_a_missing_folder_is_not_made(self, tmp_path):
+        with pytest.raises(GalleryError, match="cannot be made: no such folder"):
+            open_gallery(tmp_path / "nowhere" / "gallery.db", create=True)
+
+    @pytest.mark.parametrize("kind", ["cut", "overwritten"])
+    def test_damage_is_an_error_of_one_line_or_harmless(self, path, rng, kind):
+        with open_gallery(path) as gallery:
+            whole = {data for _, data in gallery.packed_templates()}
+        original = path.read_bytes()
+        reasons = []
+        for _ in range(30):
+            damaged = bytearray(original)
+            place = int(rng.integers(16, len(original)))
+            if kind == "cut":
+                del damaged[place:]
+            else:
+                damaged[place : place + 40] = rng.bytes(len(damaged[place : place + 40]))
+            path.write_bytes(damaged)
+            try:
+                with open_gallery(path) as gallery:
+                    list(gallery.entries())
+                    list(gallery.templates())
+                    assert {data for _, data in gallery.packed_templates()} <= whole
+            except GalleryError as error:
+                reasons.append(str(error))
+        assert reasons
+        for reason in reasons:
+            assert reason.startswith(f"{path}: ")
+            assert "\n" not in reason
+
+    def test_a_full_disk_is_said_and_loses_nothing(self, path, make_candidate, monkeypatch):
+        pages = path.stat().st_size // 4096 + 1
+        connect = sqlite3.connect
+
+        def small(*args, **kwargs):
+            connection = connect(*args, **kwargs)
+            connection.execute(f"PRAGMA max_page_count = {pages}")
+            return connection
+
+        monkeypatch.setattr(sqlite3, "connect", small)
+        with open_gallery(path) as gallery:
+            with pytest.raises(GalleryError, match=r"gallery\.db: the disk is full$"):
+                list(map(gallery.add, ([make_candidate(k)] for k in range(100, 200))))
+            count = len(gallery)
+            assert 60 <= count < 160
+            assert sum(1 for _ in gallery.templates()) == count
+
+    def test_a_file_that_may_only_be_read_is_read(self, path, make_candidate, monkeypatch):
+        connect = sqlite3.connect
+        monkeypatch.setattr(
+            sqlite3, "connect", lambda name, **rest: connect(name.replace("=rw", "=ro"), **rest)
+        )
+        with open_gallery(path) as gallery:
+            assert sum(1 for _ in gallery.templates()) == 60
+            with pytest.raises(GalleryError, match="cannot be written: it, or its folder, is read"):
+                gallery.add([make_candidate(100)])
+
+    def test_a_file_that_another_keeps_is_waited_for_but_not_for_ever(
+        self, path, make_candidate, monkeypatch
+    ):
+        connect = sqlite3.connect
+        monkeypatch.setattr(
+            sqlite3, "connect", lambda name, **rest: connect(name, **{**rest, "timeout": 0.05})
+        )
+        other = connect(path, isolation_level=None)
+        other.execute("BEGIN IMMEDIATE")
+        with open_gallery(path) as gallery:
+            assert len(gallery) == 60
+            with pytest.raises(GalleryError, match="another program has kept it to itself"):
+                gallery.add([make_candidate(100)])
+            other.execute("ROLLBACK")
+            assert gallery.add([make_candidate(100)]) == [None]
+        other.close()
+
+    def test_half_of_a_gallery_is_damaged(self, path):
+        connection = sqlite3.connect(path)
+        connection.execute("DELETE FROM fpmatch_gallery")
+        connection.commit()
+        connection.close()
+        with pytest.raises(GalleryError, match="damaged: it does not tell its version"):
+            open_gallery(path)
+
+
+@pytest.mark.parametrize(
+    ("url", "reason"),
+    [
+        ("mysql://host/db", "mysql://host/db: galleries are SQLite files or PostgreSQL databases"),
+        ("http://me:secret@host/", r"http://me:\*\*\*@host/: galleries are SQLite files or"),
+        ("postgresql://host:port/db", "not a URL of the form"),
+    ],
+)
+def test_urls_of_no_gallery(url, reason):
+    with pytest.raises(GalleryError, match=reason):
+        open_gallery(url)
+
+
+def test_a_server_that_does_not_answer_is_one_line_without_the_password():
+    pytest.importorskip("psycopg")
+    with pytest.raises(GalleryError, match="refused") as caught:
+        open_gallery("postgresql://me:secret@127.0.0.1:1/prints")
+    assert str(caught.value).startswith("postgresql+psycopg://me:***@127.0.0.1:1/prints: ")
+    assert "secret" not in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_database_that_is_not_there_is_one_line(postgresql):
+    with pytest.raises(GalleryError, match='database "nowhere" does not exist') as caught:
+        open_gallery(f"{postgresql}/nowhere")
+    assert "\n" not in str(caught.value)
+
+
+def test_more_prints_at_once_than_a_query_takes(where, make_candidate, monkeypatch):
+    monkeypatch.setattr(duplicates, "PRINTS_PER_QUERY", 7)
+    monkeypatch.setattr(gallery_module, "ROWS_PER_READ", 5)
+    with open_gallery(where, create=True) as gallery:
+        assert gallery.add([make_candidate(k) for k in range(20)]) == [None] * 20
+        mixed = [make_candidate(k) for k in range(10, 30)]
+        assert gallery.add(mixed) == [""] * 10 + [None] * 10
+        assert len(gallery) == 30

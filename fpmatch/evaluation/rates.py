@@ -151,6 +151,35 @@ def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
     )
 
 
+def bar_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
+    """Return the score above which the share of impostors is at most `fmr`.
+
+    Parameters
+    ----------
+    impostor : array_like of float, shape (I,)
+        Impostor scores.
+    fmr : float
+        A false match rate under 1.
+
+    Returns
+    -------
+    float or None
+        The highest impostor score that must not match; the lowest threshold lies just above. None
+        where there are too few scores to have one in so many.
+
+    Raises
+    ------
+    DatasetError
+        If a score is not a finite number.
+
+    Examples
+    --------
+    >>> bar_at_fmr(range(1000), 0.01)
+    989.0
+    """
+    return _bar_at_fmr(_sorted_scores("impostor", impostor), fmr)
+
+
 def _equal_error_rate(curves: ErrorCurves) -> float:
     """Return where the polyline through the (FMR, FNMR) points crosses FMR = FNMR."""
     surplus = curves.fmr - curves.fnmr  # falls from 1 to -1
@@ -163,15 +192,19 @@ def _equal_error_rate(curves: ErrorCurves) -> float:
 def _fnmr_at_fmr(
     genuine: NDArray[np.float64], impostor: NDArray[np.float64], fmr: float
 ) -> float | None:
-    """Return FNMR at the lowest threshold whose FMR is at most `fmr`; both sides sorted.
+    """Return FNMR at the lowest threshold whose FMR is at most `fmr`; both sides sorted."""
+    bar = _bar_at_fmr(impostor, fmr)
+    if bar is None:
+        return None
+    return float(np.searchsorted(genuine, bar, side="right") / genuine.size)
 
-    That threshold lies just above the first impostor score, from the top, that is one too many.
-    """
+
+def _bar_at_fmr(impostor: NDArray[np.float64], fmr: float) -> float | None:
+    """Return the first sorted impostor score, from the top, that is one too many."""
     allowed = math.floor(fmr * impostor.size + ROUNDING)
     if fmr > 0 and allowed < 1:
         return None
-    one_too_many = impostor[impostor.size - 1 - allowed]
-    return float(np.searchsorted(genuine, one_too_many, side="right") / genuine.size)
+    return float(impostor[impostor.size - 1 - allowed])
 
 
 def _sorted_scores(name: str, scores: ArrayLike) -> NDArray[np.float64]:

@@ -69,12 +69,55 @@ def evaluate(
     >>> report.pooled.eer  # doctest: +SKIP
     0.0123
     """
-    loaded = load_datasets(datasets, protocol)
-    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    extracted = extract_datasets(loaded, extractor=extractor, workers=workers, progress=progress)
-    return evaluate_templates(
-        extracted, matcher=chosen, protocol=protocol, workers=workers, progress=progress
+    (report,) = evaluate_matchers(
+        datasets,
+        [matcher],
+        protocol=protocol,
+        workers=workers,
+        progress=progress,
+        extractor=extractor,
     )
+    return report
+
+
+def evaluate_matchers(
+    datasets: Sequence[Dataset | str | os.PathLike[str]],
+    matchers: Sequence[str | Matcher],
+    *,
+    protocol: str = "extended",
+    workers: int | None = None,
+    progress: Progress = no_progress,
+    extractor: Extractor = extract_image,
+) -> list[EvaluationReport]:
+    """Evaluate some matchers on the same templates, extracted once; else as `evaluate`.
+
+    Returns
+    -------
+    list of EvaluationReport
+        One a matcher, in their order.
+    """
+    loaded = load_datasets(datasets, protocol)
+    chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
+    extracted = extract_datasets(loaded, extractor=extractor, workers=workers, progress=progress)
+    return [
+        evaluate_templates(
+            extracted,
+            matcher=matcher,
+            protocol=protocol,
+            workers=workers,
+            progress=_part(progress, k, len(chosen)),
+        )
+        for k, matcher in enumerate(chosen)
+    ]
+
+
+def _part(progress: Progress, index: int, parts: int) -> Progress:
+    """Return what tells `progress` of one of several equal parts of a stage."""
+
+    def told(stage: str, done: int, total: int) -> None:
+        progress(stage, index * total + done, parts * total)
+
+    return told
 
 
 def evaluate_templates(

@@ -14,12 +14,15 @@ import numpy as np
 
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.intervals import trials_of
 from fpmatch.evaluation.resampling import Trials
 
 if TYPE_CHECKING:
     import os
 
     from numpy.typing import NDArray
+
+    from fpmatch.evaluation.report import EvaluationReport
 
 NEEDED: Final = ("set", "probe", "reference", "genuine", "similarity")
 _PRINT_NAME: Final = re.compile(r"(\d+)_\d+(\.\w+)?", re.ASCII)
@@ -126,6 +129,33 @@ def read_scores(path: str | os.PathLike[str]) -> list[ScoresSet]:
     if not found:
         raise DatasetError(f"{path}: holds no comparison")
     return [_as_set(*key, columns) for key, columns in found.items()]
+
+
+def scores_of(report: EvaluationReport) -> list[ScoresSet]:
+    """Return an evaluation's comparisons as `read_scores` would read them from its file.
+
+    Parameters
+    ----------
+    report : EvaluationReport
+        The evaluation.
+
+    Returns
+    -------
+    list of ScoresSet
+        One a database.
+    """
+    return [
+        ScoresSet(
+            matcher=report.matcher,
+            name=row.name,
+            prints=tuple(i.path.name for i in row.extracted.dataset.impressions),
+            probe=row.pairs.probe,
+            reference=row.pairs.reference,
+            trials=trials_of(row),
+            compared=row.outcomes["reason"] != NO_TEMPLATE,
+        )
+        for row in report.sets
+    ]
 
 
 def choose_matcher(

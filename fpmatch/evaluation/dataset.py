@@ -1,28 +1,18 @@
-"""An FVC-style database: a folder of prints ``FFF_M.ext``, finger FFF and impression M.
-
-A file ``dataset.toml`` beside the prints may say what they do not::
-
-    name = "FVC2002 DB1_B"
-    dpi = 500
-    sensor = "optical, Identix TouchView II"
-"""
+"""An FVC-style database: a folder of prints ``FFF_M.ext``, finger FFF and impression M."""
 
 from __future__ import annotations
 
 import re
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import DatasetError, ResolutionError
-from fpmatch.minutiae import check_dpi
+from fpmatch.errors import DatasetError
+from fpmatch.image.print_folder import describe_folder, images_in
 
 if TYPE_CHECKING:
     import os
 
-DESCRIPTION_FILE: Final = "dataset.toml"
-IMAGE_EXTENSIONS: Final = frozenset({".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".tif", ".tiff"})
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 
 
@@ -87,29 +77,21 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
         ``101_1.png``), or its ``dataset.toml`` is malformed.
     """
     root = Path(folder)
-    if not root.exists():
-        raise DatasetError(f"{root}: no such folder")
-    if not root.is_dir():
-        raise DatasetError(f"{root}: not a folder of prints")
     impressions = _find_impressions(root)
-    description = _read_description(root / DESCRIPTION_FILE)
+    description = describe_folder(root)
     return Dataset(
-        name=description.get("name", root.resolve().name),
-        dpi=description.get("dpi"),
-        sensor=description.get("sensor", ""),
+        name=description.name or root.resolve().name,
+        dpi=description.dpi,
+        sensor=description.sensor,
         impressions=impressions,
     )
 
 
 def _find_impressions(root: Path) -> tuple[Impression, ...]:
     found: dict[tuple[int, int], Path] = {}
-    try:
-        files = sorted(root.iterdir())
-    except OSError as error:
-        raise DatasetError(f"{root}: cannot be listed: {error.strerror}") from error
-    for path in files:
+    for path in images_in(root):
         named = _PRINT_NAME.fullmatch(path.stem)
-        if named is None or path.suffix.lower() not in IMAGE_EXTENSIONS or not path.is_file():
+        if named is None:
             continue
         key = (int(named[1]), int(named[2]))
         if key in found:
@@ -118,31 +100,3 @@ def _find_impressions(root: Path) -> tuple[Impression, ...]:
     if not found:
         raise DatasetError(f"{root}: holds no prints named FFF_M.tif (finger FFF, impression M)")
     return tuple(sorted(Impression(*key, path) for key, path in found.items()))
-
-
-def _read_description(path: Path) -> dict[str, Any]:
-    """Return the checked entries of ``dataset.toml``; none where there is no such file."""
-    if not path.is_file():
-        return {}
-    try:
-        entries = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        reason = str(error).splitlines()[0]
-        raise DatasetError(f"{path}: not a readable TOML file: {reason}") from error
-    for key in ("name", "sensor"):
-        if key in entries and not (isinstance(entries[key], str) and entries[key].isprintable()):
-            raise DatasetError(f"{path}: {key} must be text of one line")
-    if entries.get("name") == "":
-        raise DatasetError(f"{path}: name is empty")
-    if "dpi" in entries:
-        entries["dpi"] = _checked_dpi(path, entries["dpi"])
-    return entries
-
-
-def _checked_dpi(path: Path, dpi: object) -> float:
-    if isinstance(dpi, bool) or not isinstance(dpi, int | float):
-        raise DatasetError(f"{path}: dpi must be a number")
-    try:
-        return check_dpi(dpi)
-    except (ResolutionError, OverflowError) as error:
-        raise DatasetError(f"{path}: {error}") from error

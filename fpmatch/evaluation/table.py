@@ -56,6 +56,34 @@ def format_table(report: EvaluationReport) -> str:
     return lined_up(cells)
 
 
+def format_matchers(reports: Sequence[EvaluationReport]) -> str:
+    """Return a line a matcher: mean EER, and the rates of all scores pooled.
+
+    Parameters
+    ----------
+    reports : sequence of EvaluationReport
+        Evaluations of the same databases, one a matcher.
+
+    Returns
+    -------
+    str
+        Lines of equal columns.
+    """
+    names = [n for n in RATE_TITLES if any(getattr(r.pooled, n) is not None for r in reports)]
+    cells = [
+        ("side by side", "mean EER", *(f"pooled {RATE_TITLES[name]}" for name in names), "rank-1"),
+        *(
+            (
+                *(report.matcher, percent(report.mean.eer)),
+                *_rates_in_percent(report.pooled, names),
+                percent(report.rank_one),
+            )
+            for report in reports
+        ),
+    ]
+    return lined_up(cells)
+
+
 def _set_cells(row: SetResult, names: list[str]) -> tuple[str, ...]:
     counts = (str(row.genuine), str(row.impostor))
     found = percent(row.identification.rank_one if row.identification else None)

@@ -59,7 +59,7 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "engine": set(),
     "synthesis": {"pointset", "engine"},
     "gallery": {"formats", "matching", "image", "engine"},
-    "evaluation": {"image", "matching", "drawing", "engine", "gallery"},
+    "evaluation": {"image", "matching", "drawing", "engine", "gallery", "synthesis"},
     "cli": {
         "image",
         "matching",

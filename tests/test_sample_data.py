@@ -1,11 +1,13 @@
-"""The sample prints: what the folder promises, and that its script still makes it."""
+"""The sample prints: what the folder promises, and that they are still made as they are here."""
 
 from __future__ import annotations
 
-import importlib.util
+import hashlib
+import itertools
 import json
-import subprocess
-import sys
+import tomllib
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -16,26 +18,42 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.minutiae import Minutiae
+from fpmatch.evaluation.minutiae_truth import corresponding_points, load_truth
+from fpmatch.evaluation.transform_error import common_minutiae
+from fpmatch.minutiae import MinutiaKind
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.synthesis.classes import PatternClass
+from fpmatch.synthesis.impression import make_impression
+from fpmatch.synthesis.master import make_master
+from fpmatch.synthesis.plan import Plan, sensors_named
+from fpmatch.synthesis.presets import PRESETS
+from fpmatch.synthesis.sensor import SENSORS
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "sample_data"
-SCRIPT = ROOT / "scripts" / "make_sample_data.py"
-TRUTH: dict[str, Any] = json.loads((FOLDER / "truth.json").read_text(encoding="utf-8"))
-IMPRESSIONS = sorted(TRUTH["impressions"])
-ROUNDING_PX = 0.02
+SCRIPT = ROOT / "scripts" / "make_sample_data"
+DATASET = load_dataset(FOLDER)
+NAMES = [impression.path.stem for impression in DATASET.impressions]
+TRUTH = dict(zip(NAMES, load_truth(DATASET), strict=True))
+FINGERS = ("101", "102", "103", "104")
+SAID: dict[str, dict[str, Any]] = {
+    finger: json.loads((FOLDER / "truth" / f"{finger}.json").read_text()) for finger in FINGERS
+}
 
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_sample_data", SCRIPT)
+    loader = SourceFileLoader("make_sample_data", str(SCRIPT))
+    spec = spec_from_loader(loader.name, loader)
     assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
+    module = module_from_spec(spec)
+    loader.exec_module(module)
     return module
+
+
+def said_of(name: str) -> dict[str, Any]:
+    said: dict[str, Any] = SAID[name.partition("_")[0]]["impressions"][name]
+    return said
 
 
 def pixels_of(name: str) -> NDArray[np.uint8]:
@@ -43,143 +61,132 @@ def pixels_of(name: str) -> NDArray[np.uint8]:
         return np.asarray(image)
 
 
-def positions(minutiae: dict[str, list[float]]) -> NDArray[np.float64]:
-    return np.column_stack([minutiae["x"], minutiae["y"]])
-
-
-def transform_of(name: str) -> Similarity:
-    t = TRUTH["impressions"][name]["transform"]
-    return Similarity(t["scale"], t["rotation"], t["tx"], t["ty"])
-
-
-def masters_of(name: str) -> tuple[dict[str, Any], NDArray[np.int64]]:
-    index = np.array(TRUTH["impressions"][name]["minutiae"]["master"])
-    return TRUTH["fingers"][name.partition("_")[0]]["minutiae"], index
-
-
-def turn_between(a_deg: Any, b_deg: Any) -> NDArray[np.float64]:
-    return np.abs((np.asarray(a_deg) - np.asarray(b_deg) + 180) % 360 - 180)
-
-
 def test_the_folder_is_an_fvc_style_dataset_of_four_by_four() -> None:
-    dataset = load_dataset(FOLDER)
-    assert (dataset.dpi, dataset.sensor) == (500, "synthetic")
-    found = [(i.finger, i.number) for i in dataset.impressions]
+    found = [(i.finger, i.number) for i in DATASET.impressions]
     assert found == [(f, m) for f in range(101, 105) for m in range(1, 5)]
-    assert [f"{f}_{m}" for f, m in found] == IMPRESSIONS
+    assert DATASET.dpi == 500
+    assert DATASET.sensor == "synthetic optical-388x374, synthetic optical-328x364"
 
 
 def test_the_folder_stays_small() -> None:
-    assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 3_000_000
+    assert sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()) < 3_000_000
 
 
-@pytest.mark.parametrize("name", IMPRESSIONS)
-def test_a_print_is_grey_at_500_dpi_with_dark_ridges_on_bright_paper(name: str) -> None:
+def test_every_class_but_the_arch_is_there() -> None:
+    classes = [SAID[finger]["pattern"] for finger in FINGERS]
+    assert sorted([*classes, PatternClass.ARCH]) == sorted(PatternClass)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_print_is_what_its_truth_says_of_the_picture(name: str) -> None:
+    said = said_of(name)
+    content = (FOLDER / f"{name}.tif").read_bytes()
+    assert hashlib.sha256(content).hexdigest() == said["sha256"]
     with Image.open(FOLDER / f"{name}.tif") as image:
         assert (image.format, image.mode) == ("TIFF", "L")
-        assert list(image.size) == TRUTH["image_size"]
-        assert tuple(map(float, image.info["dpi"])) == (500.0, 500.0)
-    pixels = pixels_of(name)
-    assert np.median(pixels[:5]) > 245
-    assert 0.05 < (pixels < 128).mean() < 0.5
+        assert list(image.size) == said["size"]
+        assert tuple(map(float, image.info["dpi"])) == (500.0, 500.0) == (said["dpi"],) * 2
+    sensor = SENSORS[said["sensor"]]
+    assert pixels_of(name).shape == sensor.shape
+    assert sensor.name == ("optical-388x374" if name.endswith(("_1", "_3")) else "optical-328x364")
+    assert 0.05 < (pixels_of(name) < 128).mean() < 0.5
 
 
-@pytest.mark.parametrize("name", IMPRESSIONS)
-def test_the_transform_carries_the_masters_minutiae_to_within_the_stretch(name: str) -> None:
-    truth = TRUTH["impressions"][name]
-    master, index = masters_of(name)
-    off = transform_of(name).apply(positions(master)[index]) - positions(truth["minutiae"])
-    assert np.sqrt((off**2).sum(axis=1).mean()) < 1.5 * truth["residual_rms_px"] + ROUNDING_PX
-
-
-@pytest.mark.parametrize("name", IMPRESSIONS)
-def test_directions_turn_and_kinds_stay(name: str) -> None:
-    minutiae = TRUTH["impressions"][name]["minutiae"]
-    master, index = masters_of(name)
-    # On screen, the positive rotation of a y-down transform is clockwise.
-    expected = np.array(master["angle_deg"])[index] - transform_of(name).rotation_deg
-    assert turn_between(minutiae["angle_deg"], expected).max() < 15
-    assert minutiae["kind"] == np.array(master["kind"])[index].tolist()
-
-
-@pytest.mark.parametrize("name", IMPRESSIONS)
+@pytest.mark.parametrize("name", NAMES)
 def test_minutiae_are_as_many_as_on_a_real_print_and_inside(name: str) -> None:
-    columns = dict(TRUTH["impressions"][name]["minutiae"])
-    master = columns.pop("master")
-    columns["angle"] = np.radians(columns.pop("angle_deg"))
-    minutiae = Minutiae(**columns)
-    width, height = TRUTH["image_size"]
-    assert len(minutiae) == len(set(master))
-    assert 12 <= len(minutiae) <= 70
-    assert ((minutiae.xy > 0) & (minutiae.xy < (width, height))).all()
-    assert set(minutiae.kind.tolist()) == {1, 2}
+    truth = TRUTH[name]
+    width, height = said_of(name)["size"]
+    assert 15 <= truth.visible.sum() <= 60
+    assert truth.visible.sum() < len(truth.minutiae)
+    assert ((truth.minutiae.xy >= 0) & (truth.minutiae.xy < (width, height))).all()
+    assert set(truth.minutiae.kind.tolist()) == {MinutiaKind.ENDING, MinutiaKind.BIFURCATION}
 
 
-@pytest.mark.parametrize("finger", sorted(TRUTH["fingers"]))
-def test_any_two_impressions_of_a_finger_share_minutiae(finger: str) -> None:
-    seen = [set(masters_of(f"{finger}_{m}")[1].tolist()) for m in range(1, 5)]
-    assert len(seen[0] & seen[1]) >= 25
-    assert all(len(a & b) >= 8 for a in seen for b in seen if a is not b)
-    assert abs(transform_of(f"{finger}_1").rotation_deg) <= 7
-    assert abs(transform_of(f"{finger}_3").rotation_deg) >= 12
+@pytest.mark.parametrize("name", NAMES)
+def test_the_warp_carries_the_masters_minutiae_to_those_of_the_picture(name: str) -> None:
+    truth, said = TRUTH[name], said_of(name)
+    columns = SAID[name.partition("_")[0]]["minutiae"]
+    master = np.column_stack([columns["x"], columns["y"]])[truth.master]
+    assert np.hypot(*(truth.from_master(master) - truth.minutiae.xy).T).max() < 0.1
+    off = truth.transform.apply(master) - truth.minutiae.xy
+    assert np.sqrt((off**2).sum(axis=1).mean()) < 3 * said["residual_rms_px"]
+    # On screen, the positive rotation of a y-down transform is clockwise.
+    turned = np.array(columns["angle_deg"])[truth.master] - truth.transform.rotation_deg
+    apart = (np.degrees(truth.minutiae.angle) - turned + 180) % 360 - 180
+    assert np.abs(apart).max() < 20
+    assert truth.minutiae.kind.tolist() == np.array(columns["kind"])[truth.master].tolist()
 
 
-@pytest.mark.parametrize("name", [n for n in IMPRESSIONS if n.endswith(("_1", "_2"))])
+@pytest.mark.parametrize("finger", FINGERS)
+def test_the_same_minutia_is_found_from_any_impression_in_any_other(finger: str) -> None:
+    names = [f"{finger}_{m}" for m in range(1, 5)]
+    for one, other in itertools.permutations(names, 2):
+        p, q = common_minutiae(TRUTH[one], TRUTH[other])
+        assert len(p) >= 7
+        assert np.hypot(*(corresponding_points(TRUTH[one], TRUTH[other], p) - q).T).max() < 0.1
+
+
+def test_the_first_finger_is_turned_between_its_first_and_third_impression() -> None:
+    turn = TRUTH["101_3"].transform.after(TRUTH["101_1"].transform.inverse()).rotation_deg
+    assert -40 < turn < -20
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_ink_lies_where_the_truth_says_ridges_and_valleys_are(name: str) -> None:
     """An ending is followed by a ridge in its direction, a bifurcation by a valley."""
-    minutiae = TRUTH["impressions"][name]["minutiae"]
-    angle = np.radians(minutiae["angle_deg"])
-    ending = np.array(minutiae["kind"]) == 1
-    heading = np.column_stack([np.cos(angle), -np.sin(angle)])
+    minutiae = TRUTH[name].minutiae.take(TRUTH[name].visible)
+    ending = minutiae.kind == MinutiaKind.ENDING
+    heading = np.column_stack([np.cos(minutiae.angle), -np.sin(minutiae.angle)])
     contrast = {}
     for sense in (1, -1):
-        x, y = np.rint(positions(minutiae) + sense * 5.0 * heading).astype(int).T
+        x, y = np.rint(minutiae.xy + sense * 5.0 * heading).astype(int).T
         grey = pixels_of(name)[y, x].astype(float)
         contrast[sense] = grey[~ending].mean() - grey[ending].mean()
-    assert contrast[1] > 60
-    assert contrast[-1] < -60
+    assert contrast[1] > 0 > contrast[-1]
+    assert contrast[1] - contrast[-1] > 60
 
 
-def test_the_script_makes_the_prints_that_are_here(script: ModuleType) -> None:
+def test_the_prints_are_made_as_they_are_here(script: ModuleType) -> None:
     """The skin to the last minutia; the grey levels to what OpenCV's builds may round apart."""
-    finger, impressions = script.make_impressions(0, 4, TRUTH["seed"])
-    assert script.columns_of(finger.minutiae) == TRUTH["fingers"]["101"]["minutiae"]
-    for m, impression in enumerate(impressions, start=1):
-        assert script.truth_of(impression) == TRUTH["impressions"][f"101_{m}"]
-        difference = np.abs(impression.image.astype(int) - pixels_of(f"101_{m}"))
+    finger = make_master(script.SEED, 101)
+    np.testing.assert_allclose(finger.minutiae.x, SAID["101"]["minutiae"]["x"], atol=0.01)
+    for number, sensor in enumerate(script.SENSORS, start=1):
+        made = make_impression(finger, number, PRESETS[script.PRESET], SENSORS[sensor])
+        there = TRUTH[f"101_{number}"]
+        assert made.master.tolist() == there.master.tolist()
+        assert made.visible.tolist() == there.visible.tolist()
+        np.testing.assert_allclose(made.minutiae.xy, there.minutiae.xy, atol=0.01)
+        assert isinstance(made.transform, Similarity)
+        assert made.transform.rotation == pytest.approx(there.transform.rotation, abs=1e-5)
+        difference = np.abs(made.image.astype(int) - pixels_of(f"101_{number}"))
         assert difference.mean() < 0.5
         assert difference.max() <= 10
 
 
-def test_the_same_seed_gives_the_same_files_and_another_seed_others(
-    script: ModuleType, tmp_path: Path
+def test_the_script_asks_for_what_the_folder_was_made_from(script: ModuleType) -> None:
+    plan = Plan(script.SEED, script.PRESET, sensors_named(script.SENSORS), script.IMPRESSIONS)
+    said = tomllib.loads((FOLDER / "dataset.toml").read_text())["synthesis"]
+    assert plan.table() == said
+    assert len(FINGERS) == script.FINGERS
+
+
+def test_the_script_replaces_prints_and_leaves_the_rest(
+    script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for folder, seed in (("a", 5), ("b", 5), ("c", 6)):
-        script.write_dataset(tmp_path / folder, 1, 1, seed)
-    a, b, c = ((tmp_path / f / "101_1.tif").read_bytes() for f in "abc")
-    assert a == b != c
-    assert (tmp_path / "a/truth.json").read_text() == (tmp_path / "b/truth.json").read_text()
+    def make(folder: Path, **_: object) -> None:
+        (folder / "truth").mkdir(parents=True)
+        for name in ("101_1.tif", "dataset.toml", "truth/101.json"):
+            (folder / name).write_text("new")
 
-
-def test_unstretched_skin_leaves_nothing_beyond_the_similarity(script: ModuleType) -> None:
-    rigid = script.replace(script.CONDITIONS[2], torsion_deg=(0, 0), traction=(0, 0))
-    finger = script.make_finger(1, 7)
-    impression = script.make_impression(finger, rigid, np.random.default_rng(3))
-    moved = impression.transform.apply(finger.minutiae.xy[impression.master])
-    assert impression.residual_rms_px < 1e-6
-    np.testing.assert_allclose(impression.minutiae.xy, moved, atol=1e-3)
-
-
-def test_the_way_to_the_sensor_undoes_the_way_to_the_master(script: ModuleType) -> None:
-    rng = np.random.default_rng(11)
-    for conditions in script.CONDITIONS:
-        touch = script.draw_touch(conditions, rng)
-        points = rng.uniform(0, 400, (200, 2))
-        np.testing.assert_allclose(touch.to_master(touch.from_master(points)), points, atol=1e-6)
-
-
-def test_an_impossible_count_is_refused_in_words() -> None:
-    command = [sys.executable, str(SCRIPT), "--fingers", "0"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert "must be at least 1" in done.stderr
+    (tmp_path / "truth").mkdir()
+    kept = ("README.md", "stars.csv")
+    for name in (*kept, "101_1.tif", "105_1.tif", "dataset.toml", "truth/105.json"):
+        (tmp_path / name).write_text("old")
+    monkeypatch.setattr(script, "make_database", make)
+    monkeypatch.setattr("sys.argv", ["make_sample_data", str(tmp_path)])
+    script.main()
+    found = {str(p.relative_to(tmp_path)): p for p in tmp_path.rglob("*") if p.is_file()}
+    assert {name: path.read_text() for name, path in found.items()} == {
+        **dict.fromkeys(kept, "old"),
+        **dict.fromkeys(("101_1.tif", "dataset.toml", str(Path("truth", "101.json"))), "new"),
+    }

@@ -1,4 +1,4 @@
-"""The truth about synthetic prints, as a file ``truth.json`` beside them tells it."""
+"""The truth about synthetic prints, as the files in the folder ``truth`` beside them tell it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ import numpy as np
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.minutiae import Minutiae
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.synthesis.displacement import DisplacementField
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.evaluation.dataset import Dataset
 
-TRUTH_FILE: Final = "truth.json"
+TRUTH_FOLDER: Final = "truth"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +39,9 @@ class ImpressionTruth:
         Whether it can be seen.
     hidden_xy : ndarray of float64, shape (K, 2)
         Where the finger's other minutiae lie, in the image or beyond it: the listed ones that
-        cannot be seen, and those not listed, by `transform`.
+        cannot be seen, and those not listed.
+    displacement : DisplacementField, optional
+        Where skin of the image would lie had `transform` alone moved it; without one, it lies so.
     """
 
     transform: Similarity
@@ -46,21 +49,54 @@ class ImpressionTruth:
     master: NDArray[np.int64]
     visible: NDArray[np.bool_]
     hidden_xy: NDArray[np.float64]
+    displacement: DisplacementField | None = None
 
     @property
     def visible_xy(self) -> NDArray[np.float64]:
         """Positions of the minutiae that can be seen, shape (M, 2)."""
         return self.minutiae.xy[self.visible].astype(np.float64)
 
+    def to_master(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return where on the master print image `points` (N, 2) come from."""
+        relaxed = points if self.displacement is None else self.displacement.relaxed(points)
+        return self.transform.inverse().apply(relaxed)
+
+    def from_master(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return where in the image `points` (N, 2) of the master print lie."""
+        return _placed(self.transform, self.displacement, points)
+
+
+def corresponding_points(
+    probe: ImpressionTruth, reference: ImpressionTruth, points: ArrayLike
+) -> NDArray[np.float64]:
+    """Map points of one impression to where the same skin lies in another of the same finger.
+
+    Parameters
+    ----------
+    probe, reference : ImpressionTruth
+        The truth about two impressions of one finger.
+    points : array_like of float, shape (N, 2)
+        x and y in pixels of the probe.
+
+    Returns
+    -------
+    ndarray of float64, shape (N, 2)
+        In pixels of the reference, maybe beyond its borders.
+    """
+    return reference.from_master(probe.to_master(points))
+
 
 def load_truth(dataset: Dataset) -> tuple[ImpressionTruth, ...]:
-    """Read the file ``truth.json`` that lies beside a database's prints.
+    """Read the files ``truth/FFF.json`` that lie beside a database's prints, one a finger.
 
-    Its object ``fingers`` holds, by finger, the columns ``x`` and ``y`` of all ``minutiae`` of the
-    master print; ``impressions`` holds, by the stem of the image's name (``101_1``), ``transform``
-    (``scale``, ``rotation`` in radians, ``tx``, ``ty``) and ``minutiae``, column by column:
-    ``x``, ``y``, ``angle_deg``, ``kind``, ``master`` (index in the finger's list) and, where not
-    all of them can be seen, ``visible``. Whatever else it holds is passed over.
+    Of its object, ``minutiae`` holds the columns ``x`` and ``y`` of all minutiae of the master
+    print, and ``impressions``, by the stem of the image's name (``101_1``): ``transform``
+    (``scale``, ``rotation`` in radians, ``tx``, ``ty``); ``minutiae``, column by column ``x``,
+    ``y``, ``angle_deg``, ``kind``, ``master`` (index in the finger's list) and, where not all of
+    them can be seen, ``visible``; and, where skin stretched, ``displacement``: ``step``, and the
+    rows ``dx`` and ``dy`` of the nodes of a `fpmatch.synthesis.displacement.DisplacementField`,
+    such that the point p of the image comes from ``transform.inverse().apply(p + (dx, dy))``.
+    Whatever else it holds is passed over.
 
     Parameters
     ----------
@@ -75,36 +111,41 @@ def load_truth(dataset: Dataset) -> tuple[ImpressionTruth, ...]:
     Raises
     ------
     DatasetError
-        If the file is missing or malformed, or an impression is not in it.
+        If a file is missing or malformed, or an impression is not in it.
     """
-    path = dataset.impressions[0].path.parent / TRUTH_FILE
-    document = _read_object(path)
-    return tuple(_impression_truth(path, document, i.path.stem) for i in dataset.impressions)
+    folder = dataset.impressions[0].path.parent / TRUTH_FOLDER
+    fingers = {i.path.stem.partition("_")[0] for i in dataset.impressions}
+    files = {finger: folder / f"{finger}.json" for finger in fingers}
+    documents = {finger: _read_object(path) for finger, path in sorted(files.items())}
+    truths = []
+    for impression in dataset.impressions:
+        name = impression.path.stem
+        finger = name.partition("_")[0]
+        truths.append(_impression_truth(files[finger], documents[finger], name))
+    return tuple(truths)
 
 
 def _read_object(path: Path) -> dict[str, Any]:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
+    except (FileNotFoundError, NotADirectoryError) as error:
         raise DatasetError(f"{path}: no such file; true minutiae are read from it") from error
     except OSError as error:
         raise DatasetError(f"{path}: cannot be read: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
         reason = str(error).splitlines()[0]
         raise DatasetError(f"{path}: not a readable JSON file: {reason}") from error
-    for key in ("fingers", "impressions"):
+    for key in ("minutiae", "impressions"):
         if not (isinstance(document, dict) and isinstance(document.get(key), dict)):
-            raise DatasetError(f"{path}: not the truth about prints: it has no object {key!r}")
+            raise DatasetError(f"{path}: not the truth about a finger: it has no object {key!r}")
     return dict(document)
 
 
 def _impression_truth(path: Path, document: dict[str, Any], name: str) -> ImpressionTruth:
-    finger = name.partition("_")[0]
-    for group, key in (("impressions", name), ("fingers", finger)):
-        if key not in document[group]:
-            raise DatasetError(f"{path}: {group} has no {key!r}")
+    if name not in document["impressions"]:
+        raise DatasetError(f"{path}: impressions has no {name!r}")
     try:
-        return _parse(document["fingers"][finger], document["impressions"][name])
+        return _parse(document["minutiae"], document["impressions"][name])
     except KeyError as error:
         raise DatasetError(f"{path}: impression {name} or its finger has no {error}") from error
     except (FpmatchError, TypeError, ValueError, OverflowError) as error:
@@ -112,8 +153,7 @@ def _impression_truth(path: Path, document: dict[str, Any], name: str) -> Impres
         raise DatasetError(f"{path}: impression {name} is malformed: {reason}") from error
 
 
-def _parse(finger: dict[str, Any], impression: dict[str, Any]) -> ImpressionTruth:
-    of_finger = finger["minutiae"]
+def _parse(of_finger: dict[str, Any], impression: dict[str, Any]) -> ImpressionTruth:
     master_xy = np.array([of_finger["x"], of_finger["y"]], dtype=np.float64).T.reshape(-1, 2)
     columns = impression["minutiae"]
     minutiae = Minutiae(
@@ -128,15 +168,28 @@ def _parse(finger: dict[str, Any], impression: dict[str, Any]) -> ImpressionTrut
     visible = _column("visible", columns.get("visible", [True] * len(master)), bool, len(minutiae))
     numbers = impression["transform"]
     transform = Similarity(*(float(numbers[key]) for key in ("scale", "rotation", "tx", "ty")))
-    unlisted = np.setdiff1d(np.arange(len(master_xy)), master)
+    displacement = None
+    if "displacement" in impression:
+        grid = impression["displacement"]
+        shift = np.stack([np.array(grid[key], dtype=np.float64) for key in ("dx", "dy")], axis=-1)
+        displacement = DisplacementField(float(grid["step"]), shift)
+    unlisted = master_xy[np.setdiff1d(np.arange(len(master_xy)), master)]
     seen = np.array(visible, dtype=bool)
     return ImpressionTruth(
         transform=transform,
         minutiae=minutiae,
         master=np.array(master, dtype=np.int64),
         visible=seen,
-        hidden_xy=np.vstack([minutiae.xy[~seen], transform.apply(master_xy[unlisted])]),
+        hidden_xy=np.vstack([minutiae.xy[~seen], _placed(transform, displacement, unlisted)]),
+        displacement=displacement,
     )
+
+
+def _placed(
+    transform: Similarity, displacement: DisplacementField | None, points: ArrayLike
+) -> NDArray[np.float64]:
+    placed = transform.apply(points)
+    return placed if displacement is None else displacement.stretched(placed)
 
 
 def _column(name: str, values: object, kind: type, length: int) -> list[Any]:

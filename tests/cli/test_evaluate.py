@@ -131,17 +131,19 @@ def test_unknown_resolution_is_said_once(fpmatch, database):
 @pytest.fixture
 def truth(database):
     """Write a truth beside the prints that tells of one minutia in each."""
-    fingers = {str(f): {"minutiae": {"x": [100 * f], "y": [0]}} for f in range(1, 6)}
-    impressions = {
-        path.stem: {
-            "transform": {"scale": 1, "rotation": 0, "tx": 0, "ty": 0},
-            "minutiae": {"x": [50], "y": [0], "angle_deg": [0], "kind": [1], "master": [0]},
+    folder = database / "truth"
+    folder.mkdir()
+    for finger in range(1, 6):
+        impressions = {
+            path.stem: {
+                "transform": {"scale": 1, "rotation": 0, "tx": 0, "ty": 0},
+                "minutiae": {"x": [50], "y": [0], "angle_deg": [0], "kind": [1], "master": [0]},
+            }
+            for path in database.glob(f"{finger}_*.tif")
         }
-        for path in database.glob("*.tif")
-    }
-    path = database / "truth.json"
-    path.write_text(json.dumps({"fingers": fingers, "impressions": impressions}))
-    return path
+        document = {"minutiae": {"x": [100 * finger], "y": [0]}, "impressions": impressions}
+        (folder / f"{finger}.json").write_text(json.dumps(document))
+    return folder / "3.json"
 
 
 @pytest.mark.usefixtures("known_answers", "truth")
@@ -164,9 +166,10 @@ def test_minutiae_need_a_truth_and_say_so_before_any_work(fpmatch, database):
     result = fpmatch(database, "--minutiae")
     assert result.exit_code == 2
     assert result.stdout == ""
-    assert result.stderr.splitlines() == [
-        f"fpmatch: error: {database / 'truth.json'}: no such file; true minutiae are read from it"
-    ]
+    path = database / "truth" / "1.json"
+    assert result.stderr == (
+        f"fpmatch: error: {path}: no such file; true minutiae are read from it\n"
+    )
 
 
 @pytest.mark.usefixtures("known_answers")

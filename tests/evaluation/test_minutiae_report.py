@@ -50,7 +50,9 @@ def report(bench, make_database):
     folders = [make_database("a", 3, 2), make_database("b", 2, 2, contents={"1_1": "broken"})]
     datasets = load_datasets(folders)
     for folder, dataset in zip(folders, datasets, strict=True):
-        write_truth(folder, truth_document(*(i.path.stem for i in dataset.impressions)))
+        document = truth_document(*(i.path.stem for i in dataset.impressions))
+        for finger in {impression.finger for impression in dataset.impressions}:
+            write_truth(folder, document, finger)
     evaluation = evaluate(datasets, matcher=bench.MATCHER, extractor=bench.extractor, workers=1)
     return measure_minutiae(evaluation, [load_truth(dataset) for dataset in datasets])
 
@@ -76,9 +78,9 @@ def test_pairs_with_enough_in_common_are_judged(bench, make_database) -> None:
     along = np.arange(n, dtype=float).tolist()
     columns = {"x": along, "y": along[::-1], "angle_deg": along, "kind": [1] * n}
     document = truth_document("1_1", "1_2", "2_1", "2_2", **columns, master=list(range(n)))
-    for finger in document["fingers"].values():
-        finger["minutiae"] = {"x": along, "y": along}
-    write_truth(folder, document)
+    document["minutiae"] = {"x": along, "y": along}
+    for finger in (1, 2):
+        write_truth(folder, document, finger)
     evaluation = evaluate([dataset], matcher=bench.MATCHER, extractor=bench.extractor, workers=1)
     summary = measure_minutiae(evaluation, [load_truth(dataset)]).sets[0].transforms
     assert summary.judged == 2

@@ -1,4 +1,4 @@
-"""`fpmatch.evaluation.minutiae_truth`: what a truth.json says, and what is no truth.json."""
+"""`fpmatch.evaluation.minutiae_truth`: what truth files say, and what are none."""
 
 from __future__ import annotations
 
@@ -10,7 +10,12 @@ from truth_files import truth_document, write_truth
 
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import Dataset, Impression, load_dataset
-from fpmatch.evaluation.minutiae_truth import ImpressionTruth, load_truth
+from fpmatch.evaluation.minutiae_truth import ImpressionTruth, corresponding_points, load_truth
+from fpmatch.synthesis.database import make_database
+from fpmatch.synthesis.impression import make_impression
+from fpmatch.synthesis.master import MasterParameters, make_master
+from fpmatch.synthesis.plan import plain_sensor
+from fpmatch.synthesis.presets import PRESETS
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 
@@ -74,7 +79,7 @@ def test_the_samples_are_read() -> None:
     dataset = load_dataset(SAMPLES)
     truths = load_truth(dataset)
     assert len(truths) == len(dataset.impressions) == 16
-    assert all(truth.visible.all() and len(truth.minutiae) > 20 for truth in truths)
+    assert all(len(truth.visible_xy) > 10 and truth.displacement for truth in truths)
 
 
 @pytest.mark.parametrize(
@@ -113,12 +118,12 @@ def assert_refused(folder: Path, document: object, *reasons: str) -> None:
 
 def test_documents_that_are_no_truth_are_refused(tmp_path: Path) -> None:
     good = truth_document("101_1")
-    assert_refused(tmp_path, [], "no object 'fingers'")
-    assert_refused(tmp_path, {"fingers": {}}, "no object 'impressions'")
-    assert_refused(tmp_path, good | {"fingers": {}}, "fingers has no '101'")
+    assert_refused(tmp_path, [], "no object 'minutiae'")
+    assert_refused(tmp_path, {"minutiae": {}}, "no object 'impressions'")
+    assert_refused(tmp_path, good | {"minutiae": {"x": []}}, "has no 'y'")
     assert_refused(tmp_path, good | {"impressions": {}}, "impressions has no '101_1'")
     assert_refused(tmp_path, good | {"impressions": {"101_1": 7}}, "101_1 is malformed")
-    assert_refused(tmp_path, good | {"fingers": {"101": {}}}, "has no 'minutiae'")
+    assert_refused(tmp_path, good | {"impressions": {"101_1": {}}}, "has no 'minutiae'")
 
 
 def test_a_malformed_transform_is_refused(tmp_path: Path) -> None:
@@ -131,14 +136,80 @@ def test_a_malformed_transform_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe", b"[" * 100_000])
 def test_files_that_are_no_json_are_refused(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "truth.json").write_bytes(content)
-    with pytest.raises(DatasetError, match=r"truth\.json: not a readable JSON file"):
+    write_truth(tmp_path, {}).write_bytes(content)
+    with pytest.raises(DatasetError, match=r"101\.json: not a readable JSON file"):
         load_truth(database(tmp_path, "101_1"))
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match=r"truth\.json: no such file"):
+    with pytest.raises(DatasetError, match=r"truth.101\.json: no such file"):
         load_truth(database(tmp_path, "101_1"))
-    (tmp_path / "truth.json").mkdir()
-    with pytest.raises(DatasetError, match=r"truth\.json: cannot be read"):
+    (tmp_path / "truth").touch()
+    with pytest.raises(DatasetError, match=r"truth.101\.json: no such file"):
         load_truth(database(tmp_path, "101_1"))
+    (tmp_path / "truth").unlink()
+    (tmp_path / "truth" / "101.json").mkdir(parents=True)
+    with pytest.raises(DatasetError, match=r"101\.json: cannot be read"):
+        load_truth(database(tmp_path, "101_1"))
+
+
+FIELD = {"step": 8, "dx": [[2.0] * 4] * 5, "dy": [[-1.0] * 4] * 5}
+
+
+def test_a_displacement_leads_to_the_master_and_back(tmp_path: Path) -> None:
+    document = truth_document("101_1")
+    document["impressions"]["101_1"] |= {"displacement": FIELD}
+    document["impressions"]["101_1"]["transform"] |= {"scale": 2.0, "tx": 5.0}
+    truth = read(tmp_path, document)
+    assert truth.to_master([[3, 1]]).tolist() == [[0, 0]]
+    assert truth.from_master([[0, 0]]).tolist() == [[3, 1]]
+    assert truth.hidden_xy.tolist() == [[63, 81]]
+
+
+def test_without_a_displacement_the_transform_is_all(tmp_path: Path) -> None:
+    document = truth_document("101_1")
+    document["impressions"]["101_1"]["transform"] |= {"scale": 2.0, "tx": 5.0}
+    truth = read(tmp_path, document)
+    assert truth.to_master([[65, 80]]).tolist() == [[30, 40]]
+    assert truth.from_master([[30, 40]]).tolist() == [[65, 80]]
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"step": 0}, "a displacement field needs"),
+        ({"dx": [[1.0] * 4] * 4}, "same shape"),
+        ({"dx": [[1.0]], "dy": [[1.0]]}, "at least 4 x 4 nodes"),
+        ({"dy": "up"}, "could not convert"),
+        ({"dx": [[float("nan")] * 4] * 5}, "finite"),
+    ],
+)
+def test_malformed_displacements_are_refused(
+    tmp_path: Path, changes: dict[str, object], reason: str
+) -> None:
+    document = truth_document("101_1")
+    document["impressions"]["101_1"] |= {"displacement": FIELD | changes}
+    assert_refused(tmp_path, document, "impression 101_1 is malformed", reason)
+
+
+def test_files_tell_where_the_same_skin_lies_in_another_impression(tmp_path: Path) -> None:
+    """As the warps themselves tell it, to a tenth of a pixel."""
+    small = MasterParameters(shape=(200, 180))
+    sensors = [plain_sensor(150, 170), plain_sensor(170, 200, 569)]
+    arguments = {"fingers": 1, "impressions": 2, "preset": "hard", "seed": 4, "master": small}
+    make_database(tmp_path, sensors=sensors, workers=1, **arguments)
+    probe, reference = load_truth(load_dataset(tmp_path))
+    finger = make_master(4, 101, small)
+    made = [
+        make_impression(finger, m, PRESETS["hard"], sensor)
+        for m, sensor in enumerate(sensors, start=1)
+    ]
+    y, x = np.mgrid[:170:3, :150:3]
+    points = np.column_stack([x.ravel(), y.ravel()]).astype(np.float64)
+    true = made[1].warp.from_master(made[0].warp.to_master(points))
+    inside = ((true >= 0) & (true <= (169, 199))).all(axis=1)
+    assert inside.sum() > 500
+    found = corresponding_points(probe, reference, points)
+    assert np.hypot(*(found - true)[inside].T).max() < 0.1
+    by_similarity = reference.transform.after(probe.transform.inverse()).apply(points)
+    assert np.hypot(*(by_similarity - true)[inside].T).max() > 1

@@ -16,23 +16,22 @@ IDENTITY = {"scale": 1.0, "rotation": 0.0, "tx": 0.0, "ty": 0.0}
 
 
 def truth_document(*names: str, **changes: Any) -> dict[str, Any]:
-    """Return a truth in which each finger has three minutiae and each impression shows two."""
+    """Return the truth about a finger that has three minutiae, two in each impression."""
     columns = {
         **{"x": [10.0, 50.0], "y": [20.0, 60.0], "angle_deg": [0.0, 90.0]},
         **{"kind": [1, 2], "master": [0, 2]},
         **changes,
     }
     return {
-        "fingers": {
-            name.partition("_")[0]: {"minutiae": {"x": [10, 30, 50], "y": [20, 40, 60]}}
-            for name in names
-        },
+        "minutiae": {"x": [10, 30, 50], "y": [20, 40, 60]},
         "impressions": {name: {"transform": dict(IDENTITY), "minutiae": columns} for name in names},
     }
 
 
-def write_truth(folder: Path, document: object) -> Path:
-    path = folder / "truth.json"
+def write_truth(folder: Path, document: object, finger: int = 101) -> Path:
+    """Write the truth about a finger."""
+    path = folder / "truth" / f"{finger}.json"
+    path.parent.mkdir(exist_ok=True)
     path.write_text(json.dumps(document))
     return path
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -27,14 +25,17 @@ from made_images import (
 )
 
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
+from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.minutiae_truth import load_truth
 from fpmatch.image.extract import ExtractionParameters, extract, resample
 from fpmatch.image.read import GreyImage, read_image
 from fpmatch.image.recorder import StageRecorder
 from fpmatch.minutiae import Minutiae, MinutiaKind, Template
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
-TRUTH: dict[str, Any] = json.loads((SAMPLES / "truth.json").read_text(encoding="utf-8"))
-SOME = ["101_1", "102_3", "103_4", "104_2"]
+DATASET = load_dataset(SAMPLES)
+TRUTH = {i.path.stem: t for i, t in zip(DATASET.impressions, load_truth(DATASET), strict=True)}
+SOME = ["101_1", "102_3", "103_1", "104_3"]  # on a white ground, as what is added around them
 STAGES = [
     *("input", "normalised", "mask", "orientation", "coherence", "period"),
     *("enhanced", "binary", "skeleton", "minutiae"),
@@ -50,12 +51,11 @@ def pixels_of(name: str) -> Grey:
 
 @cache
 def template_of(name: str) -> Template:
-    return extract(pixels_of(name), dpi=TRUTH["dpi"])
+    return extract(pixels_of(name), dpi=500)
 
 
 def true_minutiae(name: str) -> Minutiae:
-    m = TRUTH["impressions"][name]["minutiae"]
-    return Minutiae(m["x"], m["y"], np.radians(m["angle_deg"]), m["kind"])
+    return TRUTH[name].minutiae.take(TRUTH[name].visible)
 
 
 def pairs(a: Minutiae, b: Minutiae, max_px: float, max_deg: float = 180) -> list[tuple[int, int]]:
@@ -228,17 +228,17 @@ def test_a_strip_shows_the_minutia_in_its_middle() -> None:
 
 
 def test_most_true_minutiae_are_found_and_most_found_are_true() -> None:
-    names = sorted(TRUTH["impressions"])
+    names = sorted(TRUTH)
     true = [true_minutiae(name) for name in names]
     found = [template_of(name).minutiae for name in names]
     both = sum(len(pairs(t, f, 12, 22.5)) for t, f in zip(true, found, strict=True))
     assert both / sum(map(len, true)) > 0.91
-    assert both / sum(map(len, found)) > 0.80
+    assert both / sum(map(len, found)) > 0.75
 
 
 def test_directions_are_right_and_not_flipped() -> None:
     turns = []
-    for name in TRUTH["impressions"]:
+    for name in TRUTH:
         true, found = true_minutiae(name), template_of(name).minutiae
         for i, j in pairs(true, found, 8):
             turns.append(turn_between(np.degrees(true.angle[i]), np.degrees(found.angle[j])))
@@ -251,7 +251,7 @@ def test_directions_are_right_and_not_flipped() -> None:
 @pytest.mark.parametrize("kind", [MinutiaKind.ENDING, MinutiaKind.BIFURCATION])
 def test_kinds_are_mostly_right(kind: MinutiaKind) -> None:
     right = []
-    for name in TRUTH["impressions"]:
+    for name in TRUTH:
         true, found = true_minutiae(name), template_of(name).minutiae
         right += [
             found.kind[j] == kind for i, j in pairs(true, found, 8, 30) if true.kind[i] == kind
@@ -262,7 +262,7 @@ def test_kinds_are_mostly_right(kind: MinutiaKind) -> None:
 
 def test_true_minutiae_have_the_better_quality() -> None:
     true_ones, others = [], []
-    for name in TRUTH["impressions"]:
+    for name in TRUTH:
         found = template_of(name).minutiae
         matched = {j for _, j in pairs(true_minutiae(name), found, 12, 22.5)}
         for j, quality in enumerate(found.quality.tolist()):

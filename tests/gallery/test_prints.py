@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch.errors import DatasetError, ImageError, ImageReadError, ResolutionError
+from fpmatch.gallery.prints import PrintFile, extract_print, find_prints
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name in ("10_1.tif", "9_1.tif", "notes.txt", "a_x.png"):
+        (tmp_path / name).touch()
+    return tmp_path
+
+
+def test_folders_are_their_images_and_files_are_themselves(folder):
+    found = find_prints([folder / "notes.txt", folder, folder / "9_1.tif"])
+    assert [file.path.name for file in found] == ["notes.txt", "9_1.tif", "10_1.tif", "a_x.png"]
+    assert {file.dpi for file in found} == {None}
+
+
+def test_resolution_is_the_one_asked_for_else_that_of_the_description(folder):
+    (folder / "dataset.toml").write_text("dpi = 569\n")
+    assert {file.dpi for file in find_prints([folder])} == {569.0}
+    assert find_prints([folder / "9_1.tif"]) == [PrintFile(folder / "9_1.tif", 569.0)]
+    assert {file.dpi for file in find_prints([folder], 1000)} == {1000}
+
+
+def test_what_is_not_there_is_refused(folder):
+    with pytest.raises(ImageReadError, match=r"9_2\.tif: no such file or folder"):
+        find_prints([folder, folder / "9_2.tif"])
+    (folder / "empty").mkdir()
+    with pytest.raises(ImageReadError, match="empty: the folder holds no images"):
+        find_prints([folder / "empty"])
+    with pytest.raises(ResolutionError, match="50 dpi"):
+        find_prints([folder], 50)
+    (folder / "dataset.toml").write_text("dpi = 1\n")
+    with pytest.raises(DatasetError, match="resolution of 1 dpi"):
+        find_prints([folder])
+
+
+def test_a_template_tells_whether_its_resolution_was_assumed(tmp_path, fingers):
+    tagged, untagged = tmp_path / "tagged.png", tmp_path / "untagged.png"
+    Image.fromarray(fingers[0]).save(tagged, dpi=(500, 500))
+    Image.fromarray(fingers[0]).save(untagged)
+    assert not extract_print(PrintFile(tagged)).dpi_assumed
+    assert extract_print(PrintFile(untagged)).dpi_assumed
+    extracted = extract_print(PrintFile(untagged, 569.0))
+    assert not extracted.dpi_assumed
+    assert extracted.template.dpi == 569.0
+    Image.fromarray(np.full((200, 200), 255, np.uint8)).save(untagged)
+    with pytest.raises(ImageError, match=r"untagged\.png: no minutiae found"):
+        extract_print(PrintFile(untagged))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -25,10 +26,19 @@ Columns:
   EER       equal error rate
   FMR100    false non-match rate where one impostor in 100 matches
   FMR1000   the same for one in 1,000
+  FMR10000  the same for one in 10,000, where the pairs allow it
   ZeroFMR   the same where none matches
-  failed    images that gave no template; they score 0 in all their pairs
+  ZeroFNMR  false match rate where no genuine pair is rejected
+  rank-1    prints whose own finger comes first when each is searched among all others of its
+            database; a finger counts by its most similar impression (protocol extended only)
+  failed    images that gave no template (failures to enrol); they score 0 in all their pairs
   extract   median CPU time to extract an image
   match     median CPU time to compare two prepared templates
+
+\b
+The 95 % intervals come from drawing the fingers of each database anew, with replacement: how far
+the rates would scatter with other fingers. Where no error was seen they cannot say how many there
+are; ZeroFMR and ZeroFNMR, which hang on one score, have none.
 
 \b
 Columns with --minutiae:
@@ -48,8 +58,9 @@ Columns with --minutiae:
 \b
 Examples:
   fpmatch evaluate fvc2002/DB1_B
-  fpmatch evaluate fvc2002/DB*_B --matcher paper --json
+  fpmatch evaluate fvc2002/DB*_B --matcher all --json
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --scores scores.csv
+  fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
   fpmatch evaluate sample_data --minutiae
 """
 )
@@ -63,12 +74,35 @@ Examples:
     show_default=True,
     help="Impostor pairs: all impressions of different fingers, or first impressions only.",
 )
-@click.option("--matcher", default="unit-circle", show_default=True, help="Matcher to evaluate.")
+@click.option(
+    "--matcher",
+    "matchers",
+    multiple=True,
+    default=[DEFAULT_MATCHER],
+    show_default=True,
+    help="Matcher to evaluate; repeat it, or say all, to see several side by side.",
+)
 @click.option(
     "--scores",
     metavar="OUT.csv",
     type=click.Path(path_type=Path),
     help="Write every comparison to a CSV file.",
+)
+@click.option(
+    "--baseline",
+    metavar="SCORES.csv",
+    type=click.Path(path_type=Path),
+    help="Compare with an earlier run, pair by pair: the file that its --scores wrote.",
+)
+@click.option(
+    "--resamples",
+    type=click.IntRange(min=0),
+    default=1000,
+    show_default=True,
+    help="Draws of fingers for the 95 % intervals; 0 for none.",
+)
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Makes these draws."
 )
 @click.option(
     "--minutiae",
@@ -82,8 +116,11 @@ Examples:
 def evaluate(
     folders: tuple[Path, ...],
     protocol: str,
-    matcher: str,
+    matchers: tuple[str, ...],
     scores: Path | None,
+    baseline: Path | None,
+    resamples: int,
+    seed: int,
     minutiae: bool,
     as_json: bool,
     workers: int | None,
@@ -92,34 +129,54 @@ def evaluate(
 
     Each DIR holds prints named FFF_M.tif (finger FFF, impression M; other image formats too) and
     may hold a dataset.toml that gives name, dpi and sensor. Printed are the rates per database,
-    their mean, and those of all scores pooled.
+    their mean, those of all scores pooled, and how sure they are.
     """
     from fpmatch.evaluation import run
+    from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
+    from fpmatch.evaluation.dataset_names import named_apart
     from fpmatch.evaluation.minutiae_report import measure_minutiae
     from fpmatch.evaluation.minutiae_table import format_minutiae
     from fpmatch.evaluation.minutiae_truth import load_truth
     from fpmatch.evaluation.scores_file import write_scores
-    from fpmatch.evaluation.table import format_table
+    from fpmatch.evaluation.scores_reader import read_scores
     from fpmatch.output import check_writable
 
     if scores is not None:
         check_writable(scores)
-    datasets = run.load_datasets(folders, protocol)
+    earlier = None if baseline is None else read_scores(baseline)
+    datasets = named_apart(run.load_datasets(folders, protocol))
     truths = [load_truth(dataset) for dataset in datasets] if minutiae else []
     with ProgressBars(_STAGES) as bars:
-        report = run.evaluate(
-            datasets, matcher=matcher, protocol=protocol, workers=workers, progress=bars.show
+        reports = run.evaluate_matchers(
+            datasets,
+            _chosen(matchers),
+            protocol=protocol,
+            workers=workers,
+            progress=bars.show,
         )
     if scores is not None:
-        write_scores(scores, report)
-    for note in _notes(report):
+        write_scores(scores, *reports)
+    for note in _notes(reports[0]):
         click.echo(f"fpmatch: note: {note}", err=True)
-    document, text = report.as_json(), format_table(report)
+    draws = {"resamples": resamples, "seed": seed}
+    analyses = [
+        analyse(report, **draws, baseline=earlier, baseline_name=str(baseline))
+        for report in reports
+    ]
+    comparisons = compare_matchers(analyses, **draws)
+    document, text = document_of(analyses, comparisons), text_of(analyses, comparisons)
     if minutiae:
-        measured = measure_minutiae(report, truths)
+        measured = measure_minutiae(reports[0], truths)
         document["minutiae"] = measured.as_json()
         text = f"{text}\n\n{format_minutiae(measured)}"
     click.echo(json.dumps(document, indent=2, allow_nan=False) if as_json else text)
+
+
+def _chosen(names: tuple[str, ...]) -> list[str]:
+    """Return the matchers asked for, each once; "all" stands for all there are."""
+    known = matcher_names()
+    asked = [name for given in names for name in (known if given == "all" else [given])]
+    return list(dict.fromkeys(asked))
 
 
 def _notes(report: EvaluationReport) -> Iterator[str]:

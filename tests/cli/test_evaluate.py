@@ -28,7 +28,8 @@ def known_answers(monkeypatch):
     monkeypatch.syspath_prepend(str(EVALUATION_TESTS))
     fake_bench = importlib.import_module("fake_bench")
     monkeypatch.setattr(run, "get_matcher", lambda name: fake_bench.MATCHER)
-    monkeypatch.setattr(run, "evaluate", partial(run.evaluate, extractor=fake_bench.extractor))
+    known = partial(run.evaluate_matchers, extractor=fake_bench.extractor)
+    monkeypatch.setattr(run, "evaluate_matchers", known)
 
 
 @pytest.fixture
@@ -47,10 +48,13 @@ def database(tmp_path):
 def test_table_on_stdout_and_failures_on_stderr(fpmatch, database):
     result = fpmatch(database, "--workers", 1)
     assert result.exit_code == 0
-    head, row, mean, pooled = result.stdout.splitlines()
+    rates, intervals = result.stdout.split("\n\n")
+    head, row, mean, pooled = rates.splitlines()
     assert head.startswith("database ")
     assert row.split()[:4] == ["Five", "fingers", "30", "160"]
     assert (mean.split()[0], pooled.split()[0]) == ("mean", "pooled")
+    assert intervals.startswith("95 % intervals ")
+    assert len(intervals.splitlines()) == 4
     assert result.stderr.splitlines() == [
         f"fpmatch: note: no template: {database / '3_3.tif'}: broken"
     ]
@@ -60,7 +64,9 @@ def test_table_on_stdout_and_failures_on_stderr(fpmatch, database):
 def test_json_is_one_object_with_fractions(fpmatch, database):
     result = fpmatch(database, "--json", "--workers", 1)
     document = json.loads(result.stdout)
-    assert list(document) == ["sets", "mean", "pooled"]
+    assert list(document) == ["sets", "mean", "pooled", "intervals"]
+    low, high = document["intervals"]["pooled"]["eer"]
+    assert low <= document["pooled"]["eer"] <= high
     assert document["sets"][0]["name"] == "Five fingers"
     assert document["sets"][0]["failures"] == 1
     assert 0 < document["pooled"]["eer"] < 1
@@ -80,6 +86,69 @@ def test_scores_file_holds_every_comparison(fpmatch, database, tmp_path):
         assert sum(1 for _ in csv.DictReader(stream)) == 190
 
 
+@pytest.mark.usefixtures("known_answers")
+def test_a_baseline_is_compared_pair_by_pair(fpmatch, database, tmp_path):
+    path = tmp_path / "scores.csv"
+    fpmatch(database, "--scores", path, "--workers", 1)
+    result = fpmatch(database, "--baseline", path, "--workers", 1, "--resamples", 100)
+    assert result.exit_code == 0
+    _, _, paired = result.stdout.split("\n\n")
+    assert paired.startswith(f"compared with {path} (fake; now fake)")
+    assert "within chance" in paired
+    as_json = fpmatch(database, "--baseline", path, "--workers", 1, "--json")
+    assert json.loads(as_json.stdout)["baseline"]["pooled"]["pairs"] == 190
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_a_baseline_of_other_prints_is_refused(fpmatch, database, tmp_path):
+    path = tmp_path / "scores.csv"
+    path.write_text("set,probe,reference,genuine,similarity\nother,1_1,2_1,0,0.5\n")
+    result = fpmatch(database, "--baseline", path, "--workers", 1)
+    assert result.exit_code == 2
+    assert result.stderr.splitlines()[-1] == (
+        "fpmatch: error: the two runs have no database in common: other; Five fingers"
+    )
+
+
+@pytest.fixture
+def two_matchers(monkeypatch, known_answers):
+    """Let `--matcher` name two, the second blind to all but the first finger."""
+    bench = importlib.import_module("fake_bench")
+
+    class Blind(bench.Fake):
+        name = "blind"
+
+        def prepare(self, template):
+            return min(super().prepare(template), 150.0)
+
+    named = {"fake": bench.MATCHER, "blind": Blind()}
+    monkeypatch.setattr(run, "get_matcher", named.__getitem__)
+    monkeypatch.setattr(
+        importlib.import_module("fpmatch.cli.evaluate"), "matcher_names", lambda: list(named)
+    )
+
+
+@pytest.mark.usefixtures("two_matchers")
+def test_matchers_stand_side_by_side(fpmatch, database, tmp_path):
+    path = tmp_path / "scores.csv"
+    result = fpmatch(database, "--matcher", "all", "--workers", 1, "--scores", path)
+    assert result.exit_code == 0
+    fake, _, blind, _, both, against = result.stdout.split("\n\n")
+    assert fake.startswith("matcher fake\ndatabase ")
+    assert blind.startswith("matcher blind\ndatabase ")
+    assert [line.split()[0] for line in both.splitlines()] == ["side", "fake", "blind"]
+    assert against.startswith("compared with fake (fake; now blind)")
+    assert "worse" in against
+    with path.open(newline="") as stream:
+        assert [row["matcher"] for row in csv.DictReader(stream)] == ["fake"] * 190 + [
+            "blind"
+        ] * 190
+    words = ["--matcher", "fake", "--matcher", "blind", "--matcher", "fake", "--json"]
+    document = json.loads(fpmatch(database, *words, "--workers", 1).stdout)
+    assert [one["matcher"] for one in document["matchers"]] == ["fake", "blind"]
+    assert document["against_first"][0]["pooled"]["eer"]["verdict"] == "worse"
+
+
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
@@ -90,6 +159,8 @@ def test_scores_file_holds_every_comparison(fpmatch, database, tmp_path):
         (["{db}", "--matcher", "nobody"], "unknown matcher 'nobody'"),
         (["{db}", "--scores", "{root}/nowhere/s.csv"], "s.csv: cannot be written"),
         (["{db}", "--scores", "{root}"], "is a folder"),
+        (["{db}", "--baseline", "{root}/nowhere.csv"], "nowhere.csv: cannot be read: no such file"),
+        (["{db}", "--baseline", "{root}/notes.txt"], "notes.txt: not a file of fpmatch evaluate"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(fpmatch, database, tmp_path, arguments, reason):
@@ -149,7 +220,7 @@ def truth(database):
 @pytest.mark.usefixtures("known_answers", "truth")
 def test_minutiae_adds_tables_and_json(fpmatch, database):
     rates, minutiae, false, transforms = fpmatch(
-        database, "--minutiae", "--workers", 1
+        database, "--minutiae", "--workers", 1, "--resamples", 0
     ).stdout.split("\n\n")
     assert rates.startswith("database ")
     assert minutiae.startswith("minutiae ")
@@ -157,7 +228,7 @@ def test_minutiae_adds_tables_and_json(fpmatch, database):
     assert false.startswith("false ones within 12 px, 22.5° ")
     assert transforms.startswith("transforms ")
     document = json.loads(fpmatch(database, "--minutiae", "--json", "--workers", 1).stdout)
-    assert list(document) == ["sets", "mean", "pooled", "minutiae"]
+    assert list(document) == ["sets", "mean", "pooled", "intervals", "minutiae"]
     assert document["minutiae"]["pooled"]["extracted"] == 19
     assert document["minutiae"]["pooled"]["true"] == 20
 

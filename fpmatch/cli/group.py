@@ -19,6 +19,7 @@ SUMMARIES: Final = {
     "overlay": "Draw one print, moved, over another.",
     "extract": "Write the templates of images as files.",
     "stages": "Write every stage of an extraction as a picture.",
+    "gallery": "Look after a gallery: info, list, remove, export.",
     "evaluate": "Measure error rates on FVC-style databases.",
     "synth": "Make databases of synthetic prints whose truth is known.",
     "calibrate": "Fit scores to the false match rates of your own prints.",
@@ -105,7 +106,8 @@ Examples:
   fpmatch extract prints/*.tif -o templates
   fpmatch COMMAND --help
 
-Exit status: 0 match or done, 1 no match, 2 could not decide (bad input, with one line on stderr).
+Exit status: 0 match or done, 1 no match or done but for some failures, 2 could not decide (bad
+input, with one line on stderr).
 """,
 )
 @click.version_option(__version__, prog_name="fpmatch", message="%(prog)s %(version)s")

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import sys
+import time
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
 
 class ProgressBars:
-    """Show one bar a stage on stderr, and nothing where that is not a terminal.
+    """Show one bar a stage on stderr, with time left and rate, and nothing where no terminal is.
 
     Parameters
     ----------
@@ -40,8 +41,25 @@ class ProgressBars:
             return
         if stage != self._stage:
             self._open.close()
-            bar: Any = click.progressbar(length=total, label=self._labels[stage], file=sys.stderr)
+            bar: Any = click.progressbar(
+                length=total,
+                label=self._labels[stage],
+                item_show_func=_rate_since(time.monotonic(), done),
+                file=sys.stderr,
+            )
             self._bar = self._open.enter_context(bar)
             self._stage, self._done = stage, 0
-        self._bar.update(done - self._done)
+        self._bar.update(done - self._done, done)
         self._done = done
+
+
+def _rate_since(start: float, first: int) -> Callable[[int | None], str | None]:
+    """Return the function that words the rate, given how many are done."""
+
+    def rate(done: int | None) -> str | None:
+        seconds = time.monotonic() - start
+        if done is None or done == first or seconds <= 0:
+            return None
+        return f"{(done - first) / seconds:.1f} a second"
+
+    return rate

@@ -18,7 +18,7 @@ from fpmatch.gallery.tables import ABOUT, ENTRY, FAILURE, GALLERY, VERSION, crea
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator, Sequence
     from types import TracebackType
     from typing import Self
 
@@ -220,15 +220,36 @@ class Gallery:
             rows = connection.execute(sa.select(FAILURE).order_by(FAILURE.c.source)).all()
         return [Failure(row.source, row.reason) for row in rows]
 
-    def remove(self, numbers: Sequence[int]) -> int:
-        """Remove the entries of these numbers, those that are there; return how many were."""
-        removed = 0
+    def forget_failures(self) -> int:
+        """Remove the list of what could not be enrolled; return how many there were."""
         with self._changing() as connection:
-            for number in numbers:
-                removed += connection.execute(ENTRY.delete().where(ENTRY.c.id == number)).rowcount
-            if removed:
+            return connection.execute(FAILURE.delete()).rowcount
+
+    def remove(self, numbers: Collection[int]) -> int:
+        """Remove entries.
+
+        Parameters
+        ----------
+        numbers : collection of int
+            Their numbers.
+
+        Returns
+        -------
+        int
+            How many there were.
+
+        Raises
+        ------
+        GalleryError
+            If there is no entry of one of the numbers; then none is removed.
+        """
+        with self._changing() as connection:
+            for number in dict.fromkeys(numbers):
+                if not connection.execute(ENTRY.delete().where(ENTRY.c.id == number)).rowcount:
+                    raise GalleryError(f"{self.name}: no entry has the number {number}")
+            if numbers:
                 _mark_changed(connection)
-        return removed
+        return len(set(numbers))
 
     def fingerprint_of_content(self) -> str:
         """Return a word that is another one whenever the entries have changed."""

@@ -104,6 +104,8 @@ def test_failures_are_kept_until_the_source_is_enrolled(where, make_candidate):
         assert [f.reason for f in gallery.failures()] == ["blank", "still torn"]
         gallery.add([make_candidate(1)])
         assert gallery.failures() == [Failure("/prints/x.tif", "still torn")]
+        assert (gallery.forget_failures(), gallery.forget_failures()) == (1, 0)
+        assert gallery.failures() == []
 
 
 def test_a_template_that_does_not_fit_is_a_failure(where, make_candidate):
@@ -119,7 +121,10 @@ def test_removed_numbers_are_not_given_again(where, make_candidate):
         gallery.add([make_candidate(1), make_candidate(2)])
         first, last = (entry.id for entry in gallery.entries())
         before = gallery.fingerprint_of_content()
-        assert gallery.remove([last, 999]) == 1
+        with pytest.raises(GalleryError, match="no entry has the number 999"):
+            gallery.remove([last, 999])
+        assert gallery.fingerprint_of_content() == before
+        assert gallery.remove([last, last]) == 1
         assert gallery.fingerprint_of_content() != before
         with pytest.raises(GalleryError, match=f"no entry has the number {last}"):
             gallery.entry(last)

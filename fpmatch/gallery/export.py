@@ -1,0 +1,89 @@
+"""Templates of a gallery as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+from urllib.parse import quote
+
+from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.errors import OutputError
+from fpmatch.formats.files import save_template
+from fpmatch.output import reason
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Sequence
+
+    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.gallery import Gallery
+
+_KEPT_IN_NAMES: Final = " +,=@"  # besides letters, digits and _.-~; others are written as %XX
+
+
+def export_templates(
+    gallery: Gallery,
+    folder: str | os.PathLike[str],
+    *,
+    suffixes: Sequence[str] = (".json",),
+    subject: str | None = None,
+    progress: Progress = no_progress,
+) -> int:
+    """Write the templates of a gallery into a folder, under their labels.
+
+    Parameters
+    ----------
+    gallery : Gallery
+        An open gallery.
+    folder : path-like
+        Where to write; made if missing.
+    suffixes : sequence of str
+        Formats to write, by the suffixes that `save_template` knows.
+    subject : str, optional
+        Only those of this subject.
+    progress : callable
+        Told of stage "export", in templates.
+
+    Returns
+    -------
+    int
+        How many templates.
+
+    Raises
+    ------
+    OutputError
+        If two entries would have the same file name, or a file cannot be written.
+    GalleryError
+        If the gallery cannot be read.
+    """
+    names = _names(list(gallery.entries(subject=subject)))
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made: {reason(error)}") from error
+    progress("export", 0, len(names))
+    written = 0
+    for number, template in gallery.templates():
+        if number not in names:
+            continue
+        for suffix in suffixes:
+            save_template(Path(folder, f"{names[number]}{suffix}"), template)
+        written += 1
+        progress("export", written, len(names))
+    return written
+
+
+def _names(entries: Sequence[Entry]) -> dict[int, str]:
+    """Return the file name, without suffix, of each entry by its number."""
+    taken: dict[str, Entry] = {}
+    names = {}
+    for entry in entries:
+        name = quote(str(entry.label), safe=_KEPT_IN_NAMES)
+        other = taken.setdefault(name.casefold(), entry)
+        if other is not entry:
+            raise OutputError(
+                f"entries {other.id} and {entry.id} would both be written as {name}; "
+                "export their subjects one by one"
+            )
+        names[entry.id] = name
+    return names

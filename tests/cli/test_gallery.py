@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from fpmatch.formats.files import load_template
+from fpmatch.gallery.entry import Candidate, Failure, Label
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.minutiae import Minutiae, Template
+
+
+@pytest.fixture
+def place(tmp_path):
+    """Return a gallery of three impressions of two subjects, one of them strangely named."""
+    labels = [Label("1", "", "1"), Label("1", "", "2"), Label("a/b", "thumb", "1")]
+    candidates = [
+        Candidate(
+            label,
+            f"/prints/{k}.tif",
+            k.to_bytes(32, "big"),
+            Template(Minutiae([k], [1], [0]), 300, 300, 500.0 if k else 569.0),
+        )
+        for k, label in enumerate(labels)
+    ]
+    with open_gallery(tmp_path / "prints.db", create=True) as gallery:
+        gallery.add(candidates, [Failure("/prints/9.tif", "no minutiae found")])
+    return tmp_path / "prints.db"
+
+
+def test_info(run, place):
+    result = run("gallery", "info", place)
+    assert result.exit_code == 0
+    assert result.stdout.splitlines() == [
+        str(place),
+        "  Impressions 3 of 2 subjects",
+        "  Resolution  2 at 500 dpi, 1 at 569 dpi",
+        "  Minutiae    3, 1 an impression",
+        "  Templates   81 bytes, 27 an impression",
+        "  Failures    1 picture could not be enrolled",
+        "  Form        version 1",
+    ]
+    document = json.loads(run("gallery", "info", place, "--json").stdout)
+    assert document["impressions"] == 3
+    assert document["dpi"] == [
+        {"dpi": 500.0, "impressions": 2},
+        {"dpi": 569.0, "impressions": 1},
+    ]
+
+
+def test_info_of_an_empty_gallery(run, tmp_path):
+    open_gallery(tmp_path / "empty.db", create=True).close()
+    text = run("gallery", "info", tmp_path / "empty.db").stdout
+    assert "Impressions 0 of 0 subjects" in text
+    assert "Resolution  none" in text
+
+
+def test_list(run, place):
+    lines = run("gallery", "list", place).stdout.splitlines()
+    assert [line.split() for line in lines] == [
+        ["1", "1_1", "569", "1", "/prints/0.tif"],
+        ["2", "1_2", "500", "1", "/prints/1.tif"],
+        ["3", "a/b_thumb_1", "500", "1", "/prints/2.tif"],
+    ]
+    rows = json.loads(run("gallery", "list", place, "--subject", "1", "--json").stdout)
+    assert [row["impression"] for row in rows] == ["1", "2"]
+    assert rows[0]["sha256"] == 64 * "0"
+    assert json.loads(run("gallery", "list", place, "--subject", "7", "--json").stdout) == []
+    failures = run("gallery", "list", place, "--failures")
+    assert failures.stdout == "/prints/9.tif: no minutiae found\n"
+    rows = json.loads(run("gallery", "list", place, "--failures", "--json").stdout)
+    assert rows == [{"source": "/prints/9.tif", "reason": "no minutiae found"}]
+
+
+def test_remove(run, place):
+    result = run("gallery", "remove", place, 1, "--failures")
+    assert result.stdout == (
+        f"removed 1 impression, forgot 1 failure; 2 impressions left: {place}\n"
+    )
+    result = run("gallery", "remove", place, "--subject", "a/b")
+    assert result.stdout == f"removed 1 impression; 1 impression left: {place}\n"
+    with open_gallery(place) as gallery:
+        assert [entry.id for entry in gallery.entries()] == [2]
+        assert gallery.failures() == []
+
+
+def test_export(run, place, tmp_path):
+    result = run("gallery", "export", place, "-o", tmp_path / "out", "--format", "both")
+    assert result.stdout == f"3 templates: {tmp_path / 'out'}\n"
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == [
+        "1_1.csv",
+        "1_1.json",
+        "1_2.csv",
+        "1_2.json",
+        "a%2Fb_thumb_1.csv",
+        "a%2Fb_thumb_1.json",
+    ]
+    with open_gallery(place) as gallery:
+        templates = dict(gallery.templates())
+    assert load_template(tmp_path / "out" / "1_2.json") == templates[2]
+
+
+def test_export_does_not_mix_up_names(run, place, tmp_path):
+    with open_gallery(place) as gallery:
+        template = Template(Minutiae([1], [1], [0]), 300, 300)
+        gallery.add([Candidate(Label("A/B_thumb_1"), "x", b"x" * 32, template)])
+    result = run("gallery", "export", place, "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "entries 3 and 4 would both be written as A%2FB_thumb_1" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["info", "{root}/no.db"], "no.db: no such gallery; `fpmatch enrol` makes one"),
+        (["list", "{root}"], "is a folder, not a gallery"),
+        (["remove", "{db}", "1", "9"], "no entry has the number 9"),
+        (["remove", "{db}", "--subject", "9"], "no impression of subject 9"),
+        (["export", "{db}", "-o", "{db}"], "prints.db: cannot be made: file exists"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(run, place, tmp_path, words, reason):
+    result = run("gallery", *(word.format(root=tmp_path, db=place) for word in words))
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("fpmatch: error: ")
+    assert reason in line
+    with open_gallery(place) as gallery:
+        assert len(gallery) == 3
+
+
+@pytest.mark.parametrize("words", [["remove", "x"], ["list", "x", "--failures", "--subject", "1"]])
+def test_wrong_usage(run, words):
+    result = run("gallery", *words)
+    assert result.exit_code == 2
+    assert "Usage:" in result.stderr
+
+
+@pytest.mark.parametrize("command", ["info", "list", "remove", "export"])
+def test_help_shows_examples(run, command):
+    text = run("gallery", command, "--help").stdout
+    assert f"  fpmatch gallery {command} " in text

@@ -61,6 +61,7 @@ Examples:
   fpmatch evaluate fvc2002/DB*_B --matcher all --json
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --scores scores.csv
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
+  fpmatch evaluate fvc2002/DB*_B --report report
   fpmatch evaluate sample_data --minutiae
 """
 )
@@ -87,6 +88,13 @@ Examples:
     metavar="OUT.csv",
     type=click.Path(path_type=Path),
     help="Write every comparison to a CSV file.",
+)
+@click.option(
+    "--report",
+    "report_folder",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Write index.html there: tables, DET and other curves, and the worst pairs drawn.",
 )
 @click.option(
     "--baseline",
@@ -118,6 +126,7 @@ def evaluate(
     protocol: str,
     matchers: tuple[str, ...],
     scores: Path | None,
+    report_folder: Path | None,
     baseline: Path | None,
     resamples: int,
     seed: int,
@@ -137,12 +146,15 @@ def evaluate(
     from fpmatch.evaluation.minutiae_report import measure_minutiae
     from fpmatch.evaluation.minutiae_table import format_minutiae
     from fpmatch.evaluation.minutiae_truth import load_truth
+    from fpmatch.evaluation.page.write import prepare_page, write_page
     from fpmatch.evaluation.scores_file import write_scores
     from fpmatch.evaluation.scores_reader import read_scores
     from fpmatch.output import check_writable
 
     if scores is not None:
         check_writable(scores)
+    if report_folder is not None:
+        prepare_page(report_folder)
     earlier = None if baseline is None else read_scores(baseline)
     datasets = named_apart(run.load_datasets(folders, protocol))
     truths = [load_truth(dataset) for dataset in datasets] if minutiae else []
@@ -164,6 +176,9 @@ def evaluate(
         for report in reports
     ]
     comparisons = compare_matchers(analyses, **draws)
+    if report_folder is not None:
+        page = write_page(report_folder, analyses, comparisons)
+        click.echo(f"fpmatch: note: report: {page}", err=True)
     document, text = document_of(analyses, comparisons), text_of(analyses, comparisons)
     if minutiae:
         measured = measure_minutiae(reports[0], truths)

@@ -87,6 +87,30 @@ def test_scores_file_holds_every_comparison(fpmatch, database, tmp_path):
 
 
 @pytest.mark.usefixtures("known_answers")
+def test_report_is_one_page(fpmatch, database, tmp_path):
+    pytest.importorskip("matplotlib")
+    folder = tmp_path / "made" / "report"
+    result = fpmatch(database, "--report", folder, "--workers", 1, "--resamples", 50)
+    assert result.exit_code == 0
+    assert [path.name for path in folder.iterdir()] == ["index.html"]
+    assert f"fpmatch: note: report: {folder / 'index.html'}" in result.stderr
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    assert "Five fingers" in page
+    assert "3_3.tif: broken" in page
+
+
+def test_a_report_without_matplotlib_is_refused_before_any_work(fpmatch, database, monkeypatch):
+    svg = importlib.import_module("fpmatch.evaluation.page.svg")
+    monkeypatch.setattr(svg, "find_spec", lambda name: None)
+    result = fpmatch(database, "--report", database / "report")
+    assert result.exit_code == 2
+    assert result.stderr == (
+        "fpmatch: error: a report needs matplotlib: pip install 'fpmatch[plot]'\n"
+    )
+    assert not (database / "report").exists()
+
+
+@pytest.mark.usefixtures("known_answers")
 def test_a_baseline_is_compared_pair_by_pair(fpmatch, database, tmp_path):
     path = tmp_path / "scores.csv"
     fpmatch(database, "--scores", path, "--workers", 1)
@@ -159,6 +183,7 @@ def test_matchers_stand_side_by_side(fpmatch, database, tmp_path):
         (["{db}", "--matcher", "nobody"], "unknown matcher 'nobody'"),
         (["{db}", "--scores", "{root}/nowhere/s.csv"], "s.csv: cannot be written"),
         (["{db}", "--scores", "{root}"], "is a folder"),
+        (["{db}", "--report", "{root}/notes.txt"], "notes.txt: no folder can be made"),
         (["{db}", "--baseline", "{root}/nowhere.csv"], "nowhere.csv: cannot be read: no such file"),
         (["{db}", "--baseline", "{root}/notes.txt"], "notes.txt: not a file of fpmatch evaluate"),
     ],

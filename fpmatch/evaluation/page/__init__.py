@@ -1,0 +1,1 @@
+"""An evaluation as one page for a browser: tables, curves, and the pairs that went worst."""

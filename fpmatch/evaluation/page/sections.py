@@ -1,0 +1,290 @@
+"""The sections of the page, in their order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch._version import __version__
+from fpmatch.evaluation.page import svg
+from fpmatch.evaluation.page.curves import Curve, det_plot, rank_plot, roc_plot, score_plot
+from fpmatch.evaluation.page.markup import (
+    Html,
+    bullets,
+    element,
+    joined,
+    paragraph,
+    picture,
+    text,
+)
+from fpmatch.evaluation.page.tables import matchers_table, paired_table, rate_table
+from fpmatch.evaluation.page.worst import WorstPair, worst_genuine, worst_impostors
+from fpmatch.matching.calibration import calibrated_matchers, load_calibration
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fpmatch.evaluation.analysis import Analysis
+    from fpmatch.evaluation.paired_result import PairedComparison
+    from fpmatch.evaluation.report import EvaluationReport
+
+_PROTOCOLS: Final = {
+    "extended": "every two impressions of different fingers",
+    "fvc": "the first impressions of every two different fingers",
+}
+_MOST_FAILURES: Final = 50
+_DASHES: Final = {"-": "", "--": "6 3", "-.": "7 3 2 3", ":": "2 3"}
+_WORDS: Final = (
+    "FMR: false match rate, the share of impostor pairs that match. FNMR: false non-match rate, "
+    "the share of genuine pairs that do not.",
+    "EER: where both are equal. FMR100, FMR1000, FMR10000: the FNMR at the threshold where one "
+    "impostor pair in 100, 1,000, 10,000 matches. ZeroFMR: the same where none does. ZeroFNMR: the "
+    "FMR where no genuine pair is rejected. “-”: too few pairs.",
+    "rank-1: each print is searched among all other prints of its database; a finger counts by "
+    "its most similar impression, and a tie against the print’s own.",
+    "Small print below a rate: its 95 % interval, from drawing the fingers of each database anew, "
+    "with replacement. It says how far the rate would scatter with other fingers before the same "
+    "sensor; where no error was seen it cannot say how many there are.",
+    "failed: images that gave no template (failures to enrol). They score 0 in all their pairs.",
+)
+
+
+def heading(analyses: Sequence[Analysis]) -> Html:
+    """Return what was done: databases, prints, protocol."""
+    report = analyses[0].report
+    prints = sum(row.prints for row in report.sets)
+    fingers = sum(len({i.finger for i in r.extracted.dataset.impressions}) for r in report.sets)
+    genuine = sum(row.genuine for row in report.sets)
+    impostor = sum(row.impostor for row in report.sets)
+    names = ", ".join(one.report.matcher for one in analyses)
+    return joined(
+        [
+            element("h1", text("Fingerprint verification: error rates")),
+            paragraph(
+                f"{_counted(len(report.sets), 'database')}, {prints:,} prints of {fingers} "
+                f"fingers; matcher {names}. Compared were {genuine:,} genuine pairs, all there "
+                f"are, and {impostor:,} impostor pairs: {_PROTOCOLS[report.protocol]} "
+                f"(protocol {report.protocol})."
+            ),
+            paragraph(f"Made by fpmatch {__version__}.", class_="note"),
+        ]
+    )
+
+
+def side_by_side(analyses: Sequence[Analysis], comparisons: Sequence[PairedComparison]) -> Html:
+    """Return the matchers beside each other, and what sets the others off from the first."""
+    curves = [_pooled(one.report, one.report.matcher) for one in analyses]
+    first = analyses[0].report.matcher
+    parts = [
+        element("h2", text("Matchers side by side")),
+        matchers_table(analyses),
+        _legend([curve.label for curve in curves]),
+        element(
+            "div",
+            _figure(det_plot(curves, "det-all"), "DET, all scores pooled"),
+            _figure(roc_plot(curves, "roc-all"), "ROC, all scores pooled"),
+            class_="plots",
+        ),
+    ]
+    for comparison in comparisons:
+        parts.append(element("h3", text(f"{comparison.now} against {first}, pair by pair")))
+        parts.append(paired_table(comparison))
+    return joined(parts)
+
+
+def matcher_section(analysis: Analysis, number: int) -> Html:
+    """Return everything about one matcher; `number` tells its plots from another's."""
+    report = analysis.report
+    curves = [_curve(report, [k], row.name) for k, row in enumerate(report.sets)]
+    usable = [c for c in curves if c.genuine.size and c.impostor.size]
+    parts = [
+        element("h2", text(f"Matcher {report.matcher}")),
+        *_at_default_threshold(report),
+        rate_table(analysis),
+        *_plots(report, usable, number),
+    ]
+    if analysis.baseline is not None:
+        parts += [
+            element("h3", text(f"Compared with {analysis.baseline_name}")),
+            paired_table(analysis.baseline),
+            *_decisions(analysis.baseline),
+        ]
+    parts += _worst_pairs(report)
+    return joined(parts)
+
+
+def _plots(report: EvaluationReport, usable: Sequence[Curve], number: int) -> list[Html]:
+    if not usable:
+        return [paragraph("No curves: a database needs genuine and impostor pairs.", class_="note")]
+    several = len(usable) > 1
+    lines = [*usable, _pooled(report, "all pooled")] if several else list(usable)
+    found = [(row.name, row.identification) for row in report.sets]
+    ranks = [(name, one.match_characteristic()) for name, one in found if one is not None]
+    figures = [
+        _figure(
+            det_plot(lines, f"det-{number}"),
+            "DET on axes of normal deviates: FNMR against FMR; further to the lower left is "
+            "better. Shaded: fewer than 30 false matches are left, and rates are unsure.",
+        ),
+        _figure(roc_plot(lines, f"roc-{number}"), "ROC: genuine pairs that match, against FMR."),
+        _figure(_scores(report, number), "Scores of genuine pairs (green) and impostors (orange)."),
+    ]
+    if ranks:
+        figures.append(
+            _figure(
+                rank_plot(ranks, f"cmc-{number}"),
+                "CMC: how far down the list of all fingers a print’s own comes.",
+            )
+        )
+    labels = [curve.label for curve in usable]
+    return [
+        _legend(labels, strong="all pooled" if several else ""),
+        element("div", *figures, class_="plots"),
+    ]
+
+
+def _at_default_threshold(report: EvaluationReport) -> list[Html]:
+    """Return what a user of `verify` would have seen."""
+    if report.matcher not in calibrated_matchers():
+        return []
+    pooled, calibration = _pooled(report, ""), load_calibration(report.matcher)
+    missed = int((calibration.scores(pooled.genuine) < DEFAULT_THRESHOLD).sum())
+    matched = int((calibration.scores(pooled.impostor) >= DEFAULT_THRESHOLD).sum())
+    return [
+        paragraph(
+            f"At the default threshold of {DEFAULT_THRESHOLD:g}, {missed:,} of "
+            f"{pooled.genuine.size:,} genuine pairs do not match"
+            f"{_share(missed, pooled.genuine.size)}, and {matched:,} of "
+            f"{pooled.impostor.size:,} impostor pairs do{_share(matched, pooled.impostor.size)}."
+        )
+    ]
+
+
+def _share(count: int, total: int) -> str:
+    return f" ({100 * count / total:.3g} %)" if total else ""
+
+
+def _scores(report: EvaluationReport, number: int) -> str:
+    pooled = _pooled(report, "")
+    if report.matcher not in calibrated_matchers():
+        return score_plot(pooled, f"scores-{number}", "similarity")
+    calibration = load_calibration(report.matcher)
+    scored = Curve("", calibration.scores(pooled.genuine), calibration.scores(pooled.impostor))
+    return score_plot(scored, f"scores-{number}", "score", DEFAULT_THRESHOLD)
+
+
+def _decisions(comparison: PairedComparison) -> list[Html]:
+    d = comparison.decisions
+    if d is None:
+        return []
+    said = paragraph(
+        f"At a false match rate of {100 * d.fmr:g} %, of {d.genuine:,} genuine pairs "
+        f"{len(d.gained)} match now and did not, {len(d.lost)} did and do not "
+        f"(McNemar’s exact test: p = {d.p_value:.2g})."
+    )
+    named = [
+        f"{label}: {pair.set_name} {pair.probe} {pair.reference}"
+        for label, pairs in (("now matching", d.gained), ("no longer", d.lost))
+        for pair in pairs
+    ]
+    if not named:
+        return [said]
+    shown = element("summary", text("Which"))
+    return [said, element("details", shown, bullets(named))]
+
+
+def _worst_pairs(report: EvaluationReport) -> list[Html]:
+    return [
+        element("h3", text("Genuine pairs least alike")),
+        paragraph(
+            "The same finger twice, and yet low scores. Each print is shown once; the probe is "
+            "blue, the reference orange, ridges that agree are dark. A click enlarges a picture.",
+            class_="note",
+        ),
+        _cards(worst_genuine(report)),
+        element("h3", text("Impostor pairs most alike")),
+        paragraph("Different fingers, and yet high scores.", class_="note"),
+        _cards(worst_impostors(report)),
+    ]
+
+
+def failures(report: EvaluationReport) -> Html:
+    """Return the images that gave no template."""
+    failed = [reason for row in report.sets for _, reason in row.failures]
+    prints = sum(row.prints for row in report.sets)
+    title = element("h2", text("Failures to enrol"))
+    if not failed:
+        return joined([title, paragraph(f"None: all {prints:,} prints gave a template.")])
+    said = paragraph(f"{len(failed):,} of {prints:,} prints gave no template.")
+    rest = len(failed) - _MOST_FAILURES
+    listed = [*failed[:_MOST_FAILURES], *([f"and {rest:,} more"] if rest > 0 else [])]
+    return joined([title, said, bullets(listed)])
+
+
+def glossary() -> Html:
+    """Return what the words mean."""
+    return joined([element("h2", text("How to read this page")), bullets(_WORDS)])
+
+
+def _curve(report: EvaluationReport, sets: Sequence[int], label: str, bold: bool = False) -> Curve:
+    rows = [report.sets[k] for k in sets]
+    genuine = np.concatenate([row.pairs.genuine for row in rows])
+    similarity = np.concatenate([row.outcomes["similarity"] for row in rows])
+    return Curve(label, similarity[genuine], similarity[~genuine], bold)
+
+
+def _pooled(report: EvaluationReport, label: str) -> Curve:
+    return _curve(report, range(len(report.sets)), label, bold=label == "all pooled")
+
+
+def _figure(drawing: str, caption: str) -> Html:
+    return element("figure", Html(drawing), element("figcaption", text(caption)))
+
+
+def _legend(labels: Sequence[str], strong: str = "") -> Html:
+    items = [
+        (svg.colour_name(svg.series_colour(k)), _DASHES[svg.series_dashes(k)], 2.0, label)
+        for k, label in enumerate(labels)
+    ]
+    if strong:
+        items.append(("ink", "", 3.0, strong))
+    return element(
+        "ul",
+        *(
+            element(
+                "li",
+                Html(
+                    f'<svg viewBox="0 0 36 10" aria-hidden="true"><path d="M1 5H35" '
+                    f'stroke="var(--{colour})" stroke-width="{width}" '
+                    f'stroke-dasharray="{dashes}"/></svg>'
+                ),
+                text(label),
+            )
+            for colour, dashes, width, label in items
+        ),
+        class_="legend",
+    )
+
+
+def _cards(pairs: Sequence[WorstPair]) -> Html:
+    return element("div", *map(_card, pairs), class_="worst")
+
+
+def _card(pair: WorstPair) -> Html:
+    measured = (
+        f"similarity {pair.similarity:.3g}" if pair.score is None else f"score {pair.score:.1f}"
+    )
+    named = f"{pair.set_name}: {pair.probe} and {pair.reference}"
+    caption = element(
+        "figcaption",
+        element("b", text(f"{named}, {measured}")),
+        bullets(pair.causes),
+    )
+    shown = [picture(pair.picture, f"overlay of {named}")] if pair.picture else []
+    return element("figure", *shown, caption)
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"

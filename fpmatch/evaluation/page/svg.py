@@ -1,0 +1,144 @@
+"""Plots of matplotlib as SVG inside a page, in the page's colours, light or dark."""
+
+from __future__ import annotations
+
+import io
+import re
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from fpmatch.errors import OutputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from matplotlib.figure import Figure
+
+# Colours that stand for the page's own: matplotlib writes them out, the page's CSS names follow.
+INK: Final = "#000001"
+MUTED: Final = "#000002"
+GRID: Final = "#000003"
+SHADE: Final = "#000004"
+GENUINE: Final = "#000005"
+IMPOSTOR: Final = "#000006"
+_NAMES: Final = {
+    INK: "ink",
+    MUTED: "muted",
+    GRID: "grid",
+    SHADE: "shade",
+    GENUINE: "genuine",
+    IMPOSTOR: "impostor",
+}
+SERIES_COLOURS: Final = 8
+_FIRST_SERIES: Final = 0x10
+_COLOUR: Final = re.compile(r"#0000([0-9a-f]{2})")
+_IDENTIFIER: Final = re.compile(r'(\bid="|url\(#|href="#)')
+_SETTINGS: Final = {
+    "svg.fonttype": "none",
+    "font.family": "sans-serif",
+    "font.size": 11.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "text.color": INK,
+    "grid.color": GRID,
+    "axes.grid": True,
+    "lines.linewidth": 1.6,
+    "path.simplify_threshold": 0.3,
+}
+
+
+def check_matplotlib() -> None:
+    """Refuse to go on where matplotlib is not installed.
+
+    Raises
+    ------
+    OutputError
+        If it is not.
+    """
+    if find_spec("matplotlib") is None:
+        raise OutputError("a report needs matplotlib: pip install 'fpmatch[plot]'")
+
+
+def series_colour(index: int) -> str:
+    """Return the stand-in for the colour of a page's `index`-th series.
+
+    Examples
+    --------
+    >>> series_colour(0), series_colour(9)
+    ('#000010', '#000011')
+    """
+    return f"#0000{_FIRST_SERIES + index % SERIES_COLOURS:02x}"
+
+
+def series_dashes(index: int) -> str:
+    """Return the dashes of a page's `index`-th series, by which lines differ without colour."""
+    return ("-", "--", "-.", ":")[index // 2 % 4]
+
+
+@contextmanager
+def settings() -> Iterator[None]:
+    """Draw with matplotlib's own settings and ours, whatever the user's are."""
+    import matplotlib as mpl  # noqa: PLC0415
+
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(cast("Any", _SETTINGS))
+        yield
+
+
+def inline_svg(figure: Figure, name: str, label: str) -> str:
+    """Return a figure as an SVG element that takes the width and the colours of its page.
+
+    Parameters
+    ----------
+    figure : Figure
+        The plot, drawn with the colours of this module.
+    name : str
+        Different for each plot of a page; no identifier then occurs twice.
+    label : str
+        What is to be seen, for those who cannot.
+
+    Returns
+    -------
+    str
+        The element.
+    """
+    import matplotlib as mpl  # noqa: PLC0415
+
+    stream = io.StringIO()
+    with mpl.rc_context({"svg.hashsalt": name}):
+        figure.savefig(
+            stream, format="svg", transparent=True, metadata={"Date": None, "Creator": None}
+        )
+    text = stream.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = _COLOUR.sub(lambda found: f"var(--{colour_name(found[0])})", text)
+    text = _IDENTIFIER.sub(lambda found: f"{found[1]}{name}-", text)
+    head = re.compile(r'<svg[^>]*viewBox="([^"]*)"[^>]*>')
+    box = head.match(text)
+    if box is None:
+        raise OutputError("matplotlib wrote no SVG")
+    opened = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+        f'viewBox="{box[1]}" role="img" aria-label="{label}">'
+    )
+    return opened + text[box.end() :].strip()
+
+
+def colour_name(stand_in: str) -> str:
+    """Return the page's name of a stand-in colour.
+
+    Examples
+    --------
+    >>> colour_name(INK), colour_name(series_colour(2))
+    ('ink', 'series-2')
+    """
+    return _NAMES.get(stand_in) or f"series-{int(stand_in[5:], 16) - _FIRST_SERIES}"

@@ -1,1 +1,1 @@
-"""Where the work of whole batches is done: in this process, or on all cores."""
+"""Where the work of whole batches is done: in this process, on all cores, or on a cluster."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 
-from fpmatch.engine.workers import available_cores, run_chunks
+from fpmatch.engine.local import available_cores
+from fpmatch.engine.workers import run_chunks
 
 
 def add(shared, chunk):

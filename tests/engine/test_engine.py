@@ -1,0 +1,160 @@
+"""`fpmatch.engine`: the same results in the same order, wherever the work is done."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import closing
+from itertools import count, islice
+from pathlib import Path
+
+import pytest
+
+from fpmatch.engine import cluster
+from fpmatch.engine.engine import cores, make_engine
+from fpmatch.engine.local import CHUNKS_IN_FLIGHT, Here
+from fpmatch.errors import EngineError, ImageError
+
+FOLDER = Path(__file__).parent
+sys.path.insert(0, str(FOLDER))
+
+import chunk_work  # noqa: E402  (spawned workers must find it by this name)
+
+needs_dask = pytest.mark.skipif(
+    importlib.util.find_spec("distributed") is None, reason="Dask (extra dask) is not installed"
+)
+
+
+@pytest.fixture(scope="module")
+def workers_find_the_work():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(FOLDER))
+        yield
+
+
+@pytest.fixture(scope="module")
+def scheduler(workers_find_the_work):
+    """Return the address of a cluster of two workers on this machine."""
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=2,
+        host="127.0.0.1",
+        dashboard_address=":0",
+        silence_logs=60,
+    ) as started:
+        yield started.scheduler_address
+
+
+@pytest.fixture(params=["here", "cores", pytest.param("dask", marks=needs_dask)])
+def engine(request, workers_find_the_work):
+    scheduler = request.getfixturevalue("scheduler") if request.param == "dask" else None
+    workers = {"here": 1, "cores": 2, "dask": None}[request.param]
+    with make_engine(workers, scheduler) as made:
+        yield made
+
+
+def test_results_come_in_order(engine):
+    with closing(engine.map(chunk_work.add, 10, iter(range(40)))) as results:
+        assert list(results) == list(range(10, 50))
+
+
+def test_nothing_to_do(engine):
+    assert list(engine.map(chunk_work.add, 10, [])) == []
+
+
+def test_chunks_are_drawn_as_they_are_needed(engine):
+    drawn = count()
+    with closing(engine.map(chunk_work.add, 0, drawn)) as results:
+        assert list(islice(results, 5)) == [0, 1, 2, 3, 4]
+    assert next(drawn) <= 5 + 2 * CHUNKS_IN_FLIGHT
+
+
+def test_a_worker_keeps_its_copy_of_what_is_shared(engine):
+    seen = {}
+    for worker, before in engine.map(chunk_work.count, [], range(30)):
+        seen.setdefault(worker, []).append(before)
+    assert all(sorted(order) == list(range(len(order))) for order in seen.values())
+    assert 1 <= len(seen) <= 2
+
+
+def test_an_error_of_the_work_comes_through(engine):
+    with pytest.raises(ImageError, match="too small"):
+        list(engine.map(chunk_work.fail, ImageError("too small"), range(3)))
+    with pytest.raises(TimeoutError, match="late"):
+        list(engine.map(chunk_work.fail, TimeoutError("late"), range(3)))
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_a_dead_process_is_said(tmp_path):
+    with pytest.raises(EngineError, match="a worker process ended before its work was done"):
+        list(cores(2).map(chunk_work.die_once, tmp_path, range(8)))
+
+
+def test_workers_end_with_the_process_that_started_them(tmp_path):
+    code = (
+        "from pathlib import Path; import chunk_work; from fpmatch.engine.engine import cores\n"
+        "if __name__ == '__main__':\n"
+        f"    list(cores(2).map(chunk_work.sleep_long, Path({str(tmp_path)!r}), range(2)))"
+    )
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    environment = {**os.environ, "PYTHONPATH": str(FOLDER)}
+    with subprocess.Popen([sys.executable, script], env=environment) as main:
+        while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
+            assert main.poll() is None
+            time.sleep(0.01)
+        main.send_signal(signal.SIGKILL)
+    while any(Path(f"/proc/{worker}").exists() for worker in workers):
+        time.sleep(0.01)
+
+
+@needs_dask
+def test_what_a_dead_worker_had_is_done_again(scheduler, tmp_path):
+    with make_engine(scheduler=scheduler) as engine:
+        done = list(engine.map(chunk_work.die_once, tmp_path, range(30)))
+    assert done == list(range(30))
+    assert (tmp_path / "died").exists()
+
+
+@needs_dask
+@pytest.mark.parametrize("mute", [False, True], ids=["nobody", "somebody else"])
+def test_no_scheduler_is_one_line(monkeypatch, mute):
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        if not mute:
+            server.close()
+        with pytest.raises(EngineError) as raised, make_engine(scheduler=address):
+            pass
+    assert str(raised.value).startswith(f"{address}: no Dask scheduler answers: ")
+    assert "\n" not in str(raised.value)
+
+
+@needs_dask
+def test_a_malformed_address_is_one_line():
+    with (
+        pytest.raises(EngineError, match=r"^nonsense: no Dask scheduler answers: missing port"),
+        make_engine(scheduler="nonsense"),
+    ):
+        pass
+
+
+def test_without_dask_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(EngineError, match=r"pip install 'fpmatch\[dask\]'"):
+        make_engine(scheduler="tcp://127.0.0.1:8786")
+
+
+def test_workers_and_scheduler_exclude_each_other():
+    with pytest.raises(ValueError, match="one or the other"):
+        make_engine(workers=2, scheduler="tcp://127.0.0.1:8786")
+    with pytest.raises(ValueError, match="at least 1"):
+        make_engine(workers=0)
+    assert isinstance(make_engine(workers=1), Here)

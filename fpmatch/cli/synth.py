@@ -157,13 +157,17 @@ def _sensors(
 
 
 def _in_words(made: DatabaseMade, seconds: float) -> str:
-    there = f"{made.fingers} fingers x {made.impressions} impressions"
+    there = f"{_counted(made.fingers, 'finger')} x {_counted(made.impressions, 'impression')}"
     place = f"{made.folder}, {made.size / 1e6:.1f} MB"
     if not made.made:
-        return f"nothing to do: {there} are all there in {place}"
+        return f"nothing to do: {there}, all there in {place}"
     pictures = made.made * made.impressions
-    rate = f"{pictures} pictures in {seconds:.1f} s, {pictures / seconds:.1f} a second"
+    rate = f"{_counted(pictures, 'picture')} in {seconds:.1f} s, {pictures / seconds:.1f} a second"
     return f"{there} in {place}: {rate}"
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def _as_json(made: DatabaseMade, seconds: float) -> str:

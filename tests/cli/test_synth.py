@@ -36,11 +36,11 @@ def test_a_small_database_is_made_and_then_left_alone(run: Any, tmp_path: Path) 
     first = run("synth", out, *SMALL)
     assert first.exit_code == 0
     assert first.stderr == ""
-    assert first.stdout.startswith(f"1 fingers x 1 impressions in {out}, 0.0 MB: 1 pictures in ")
+    assert first.stdout.startswith(f"1 finger x 1 impression in {out}, 0.0 MB: 1 picture in ")
     assert sorted(p.name for p in out.iterdir()) == ["101_1.tif", "dataset.toml", "truth"]
     again = run("synth", out, *SMALL)
     assert again.exit_code == 0
-    assert again.stdout.startswith("nothing to do: 1 fingers x 1 impressions are all there in ")
+    assert again.stdout.startswith(f"nothing to do: 1 finger x 1 impression, all there in {out}, ")
     document = json.loads(run("synth", out, *SMALL, "--json").stdout)
     assert (document["folder"], document["made"]) == (str(out), 0)
     size = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())

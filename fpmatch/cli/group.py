@@ -19,6 +19,7 @@ SUMMARIES: Final = {
     "overlay": "Draw one print, moved, over another.",
     "extract": "Write the templates of images as files.",
     "stages": "Write every stage of an extraction as a picture.",
+    "enrol": "Enrol prints in a gallery, a database of templates.",
     "gallery": "Look after a gallery: info, list, remove, export.",
     "evaluate": "Measure error rates on FVC-style databases.",
     "synth": "Make databases of synthetic prints whose truth is known.",

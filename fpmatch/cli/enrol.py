@@ -1,0 +1,148 @@
+"""`fpmatch enrol`: pictures become entries of a gallery."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.cli.progress import ProgressBars
+from fpmatch.cli.reading import read
+from fpmatch.cli.words import count
+from fpmatch.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    from fpmatch.gallery.enrol import Enrolment
+    from fpmatch.gallery.summary import GallerySummary
+
+FAILURES_SHOWN: Final = 20
+_STAGES: Final = {"enrol": "enrolling"}
+
+
+@click.command(
+    epilog="""\b
+Patterns:
+  A regular expression with the group subject and, where names tell them, the groups finger and
+  impression. It must match the end of the path without its extension, from the beginning of a
+  name on. FVC's names, as in 101_3.tif, are the default: (?P<subject>\\d+)_(?P<impression>\\d+)
+
+\b
+Resolution:
+  That of --dpi, else of the dataset.toml beside the file, else the file's own, else 500 dpi.
+
+\b
+Examples:
+  fpmatch enrol prints.db prints
+  fpmatch enrol postgresql://me@host/prints /scans/monday /scans/tuesday
+  fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
+
+Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery list GALLERY
+--failures` tells which and why), 2 when the run could not be done.
+"""
+)
+@click.argument("gallery")
+@click.argument(
+    "places",
+    metavar="IMAGE|DIR...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+)
+@click.option("--pattern", metavar="REGEX", help="How names tell subject, finger and impression.")
+@click.option("--dpi", type=float, help="Resolution of all the pictures, in dots per inch.")
+@click.option(
+    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.pass_context
+def enrol(
+    ctx: click.Context,
+    /,
+    gallery: str,
+    places: tuple[Path, ...],
+    pattern: str | None,
+    dpi: float | None,
+    workers: int | None,
+    as_json: bool,
+) -> None:
+    """Enrol prints in GALLERY: a file, or the URL of a PostgreSQL database.
+
+    It is made where it is missing. Each picture is enrolled once, whatever its name: a run that
+    was interrupted goes on when it is started again, and two may enrol at once.
+    """
+    from fpmatch.engine.engine import cores
+    from fpmatch.gallery import enrol as work
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.names import FVC_PATTERN, NamePattern
+    from fpmatch.gallery.prints import extract_print, find_prints
+    from fpmatch.gallery.summary import summarise
+
+    names = NamePattern(FVC_PATTERN if pattern is None else pattern)
+    prints = find_prints(places, dpi)
+    start = time.perf_counter()
+    with open_gallery(gallery, create=True) as opened, ProgressBars(_STAGES) as bars:
+        done = work.enrol(
+            opened,
+            prints,
+            pattern=names,
+            engine=cores(workers),
+            extractor=partial(extract_print, reader=read),
+            progress=bars.show,
+        )
+        summary, name = summarise(opened), opened.name
+    seconds = time.perf_counter() - start
+    _note(done, gallery)
+    if as_json:
+        click.echo(json.dumps(_as_dict(name, done, summary, seconds), indent=2))
+    else:
+        click.echo(_in_words(name, done, summary, seconds))
+    ctx.exit(1 if done.failures else 0)
+
+
+def _note(done: Enrolment, gallery: str) -> None:
+    """Say on stderr what was assumed and what failed."""
+    if done.assumed:
+        others = f" and {count(len(done.assumed) - 1, 'other')}" if len(done.assumed) > 1 else ""
+        click.echo(
+            f"fpmatch: note: {done.assumed[0]}{others} enrolled at {STANDARD_DPI:g} dpi, assumed: "
+            "nothing tells the resolution (--dpi does)",
+            err=True,
+        )
+    for failure in done.failures[:FAILURES_SHOWN]:
+        click.echo(f"fpmatch: failed: {failure.source}: {failure.reason}", err=True)
+    if len(done.failures) > FAILURES_SHOWN:
+        click.echo(
+            f"fpmatch: failed: {len(done.failures) - FAILURES_SHOWN} more; "
+            f"`fpmatch gallery list {gallery} --failures` shows all",
+            err=True,
+        )
+
+
+def _in_words(name: str, done: Enrolment, summary: GallerySummary, seconds: float) -> str:
+    total = done.enrolled + done.known + len(done.failures)
+    counts = [f"enrolled {done.enrolled} of {count(total, 'picture')}"]
+    counts += [f"{done.known} were enrolled before"] if done.known else []
+    counts += [f"{len(done.failures)} failed"] if done.failures else []
+    impressions = count(summary.impressions, "impression")
+    subjects = count(summary.subjects, "subject")
+    rate = f" ({done.enrolled / seconds:.1f} a second)" if done.enrolled else ""
+    return f"{', '.join(counts)}: {seconds:.1f} s{rate}\n{name}: {impressions} of {subjects}"
+
+
+def _as_dict(name: str, done: Enrolment, summary: GallerySummary, seconds: float) -> dict[str, Any]:
+    return {
+        "gallery": name,
+        "enrolled": done.enrolled,
+        "known": done.known,
+        "failed": len(done.failures),
+        "failures": [asdict(failure) for failure in done.failures],
+        "dpi_assumed": len(done.assumed),
+        "seconds": round(seconds, 3),
+        "impressions": summary.impressions,
+        "subjects": summary.subjects,
+    }

@@ -1,0 +1,222 @@
+"""Enrol pictures: find out which are new, extract their templates, keep them."""
+
+from __future__ import annotations
+
+import hashlib
+from contextlib import closing
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.engine.engine import cores
+from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.errors import FpmatchError
+from fpmatch.gallery.duplicates import Claim
+from fpmatch.gallery.entry import Candidate, Failure, Label
+from fpmatch.gallery.names import NamePattern, as_text
+from fpmatch.gallery.prints import extract_print
+from fpmatch.output import reason
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from pathlib import Path
+
+    from fpmatch.engine.engine import Engine
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.prints import ExtractedPrint, PrintFile
+
+    Extractor = Callable[[PrintFile], ExtractedPrint]
+
+IMAGES_PER_CHUNK: Final = 4
+IMAGES_PER_LOOK: Final = 32  # of which it is asked at once whether they are enrolled
+
+
+@dataclass(frozen=True, slots=True)
+class Enrolment:
+    """Hold what became of some pictures.
+
+    Parameters
+    ----------
+    enrolled, known : int
+        How many are enrolled now, and how many were before.
+    failures : tuple of Failure
+        The others, and why.
+    assumed : tuple of Path
+        Pictures enrolled now that do not tell their resolution; 500 dpi was assumed.
+    """
+
+    enrolled: int
+    known: int
+    failures: tuple[Failure, ...]
+    assumed: tuple[Path, ...]
+
+
+def enrol(
+    gallery: Gallery,
+    prints: Sequence[PrintFile],
+    *,
+    pattern: NamePattern | None = None,
+    engine: Engine | None = None,
+    extractor: Extractor = extract_print,
+    progress: Progress = no_progress,
+) -> Enrolment:
+    """Enrol pictures in a gallery, those that are not in it.
+
+    What is done is committed every few pictures: a run that was killed goes on where it stopped
+    when it is started again, and two runs may enrol at once.
+
+    Parameters
+    ----------
+    gallery : Gallery
+        An open gallery.
+    prints : sequence of PrintFile
+        From `find_prints`.
+    pattern : NamePattern, optional
+        Reads subject, finger and impression from paths (default: FVC's names).
+    engine : Engine, optional
+        Where pictures are worked on (default: all cores); its workers must see the files.
+    extractor : callable
+        Makes the template of a picture (default: `extract_print`); a function at the top of a
+        module.
+    progress : callable
+        Told of stage "enrol", in pictures.
+
+    Returns
+    -------
+    Enrolment
+        What became of them. A picture that cannot be enrolled stops nothing; it is listed there,
+        and in the gallery until it can.
+
+    Raises
+    ------
+    GalleryError
+        If the gallery cannot be read or written.
+    EngineError
+        If the engine broke down.
+    """
+    run = _Run(gallery, pattern or NamePattern(), len(prints), progress)
+    progress("enrol", 0, len(prints))
+    with (
+        engine or cores() as place,
+        closing(place.map(_extract, extractor, run.new(prints))) as results,
+    ):
+        for chunk in results:
+            run.take(chunk)
+    run.take([])
+    return Enrolment(run.enrolled, run.known, tuple(run.failures), tuple(run.assumed))
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """One picture that is new."""
+
+    file: PrintFile
+    label: Label
+    content: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class _Extracted:
+    """What came of it, or the reason why nothing did."""
+
+    job: _Job
+    extracted: ExtractedPrint | None = None
+    reason: str = ""
+
+
+@dataclass(slots=True)
+class _Run:
+    """One run of `enrol`, and how far it has come."""
+
+    gallery: Gallery
+    pattern: NamePattern
+    total: int
+    progress: Progress
+    enrolled: int = 0
+    known: int = 0
+    failures: list[Failure] = field(default_factory=list)
+    assumed: list[Path] = field(default_factory=list)
+    unsaved: list[Failure] = field(default_factory=list)
+
+    def new(self, prints: Sequence[PrintFile]) -> Iterator[list[_Job]]:
+        """Yield the pictures that are not enrolled, in chunks of work."""
+        waiting: list[_Job] = []
+        for k in range(0, len(prints), IMAGES_PER_LOOK):
+            waiting += self._wanted(prints[k : k + IMAGES_PER_LOOK])
+            while len(waiting) >= IMAGES_PER_CHUNK:
+                yield waiting[:IMAGES_PER_CHUNK]
+                del waiting[:IMAGES_PER_CHUNK]
+        if waiting:
+            yield waiting
+
+    def _wanted(self, prints: Sequence[PrintFile]) -> Iterator[_Job]:
+        """Yield those pictures against which nothing speaks."""
+        jobs = []
+        for file in prints:
+            job = self._read(file)
+            if isinstance(job, Failure):
+                self.unsaved.append(job)
+            else:
+                jobs.append(job)
+        claims = [Claim(job.label, job.content, job.file.dpi) for job in jobs]
+        for job, objection in zip(jobs, self.gallery.objections(claims), strict=True):
+            if objection is None:
+                yield job
+            elif objection:
+                self.unsaved.append(_failure(job.file, objection))
+            else:
+                self.known += 1
+        self._tell()
+
+    def _read(self, file: PrintFile) -> _Job | Failure:
+        """Return what is to be enrolled of a file, or why it cannot be."""
+        label = self.pattern.label(file.path)
+        if label is None:
+            return _failure(file, f"its name does not fit the pattern {self.pattern.text}")
+        try:
+            content = hashlib.sha256(file.path.read_bytes()).digest()
+        except OSError as error:
+            return _failure(file, reason(error))
+        return _Job(file, label, content)
+
+    def take(self, results: Sequence[_Extracted]) -> None:
+        """Keep what came of some pictures, and what has failed since."""
+        candidates = []
+        for result in results:
+            job, extracted = result.job, result.extracted
+            if extracted is None:
+                self.unsaved.append(_failure(job.file, result.reason))
+                continue
+            source = as_text(job.file.path.absolute())
+            candidates.append(Candidate(job.label, source, job.content, extracted.template))
+            if extracted.dpi_assumed:
+                self.assumed.append(job.file.path)
+        if candidates or self.unsaved:
+            failures, self.unsaved = self.unsaved, []
+            objections = self.gallery.add(candidates, failures)
+            self.failures += failures
+            for candidate, objection in zip(candidates, objections, strict=True):
+                self.enrolled += objection is None
+                self.known += objection == ""
+                if objection:
+                    self.failures.append(Failure(candidate.source, objection))
+        self._tell()
+
+    def _tell(self) -> None:
+        done = self.enrolled + self.known + len(self.failures) + len(self.unsaved)
+        self.progress("enrol", done, self.total)
+
+
+def _failure(file: PrintFile, why: str) -> Failure:
+    """Return the failure of a file; its path is not said twice."""
+    return Failure(as_text(file.path.absolute()), why.removeprefix(f"{file.path}: "))
+
+
+def _extract(extractor: Extractor, jobs: Sequence[_Job]) -> list[_Extracted]:
+    return [_extract_one(extractor, job) for job in jobs]
+
+
+def _extract_one(extractor: Extractor, job: _Job) -> _Extracted:
+    try:
+        return _Extracted(job, extractor(job.file))
+    except FpmatchError as error:
+        return _Extracted(job, reason=str(error))

@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import importlib
+import json
+import shutil
+
+import pytest
+
+from fpmatch.gallery.gallery import open_gallery
+
+
+@pytest.fixture
+def folder(tmp_path, prints):
+    """Return a folder with three prints, one of them without a resolution, and two failures."""
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    shutil.copy(prints / "1_1.png", folder / "1_1.png")
+    shutil.copy(prints / "2_1.png", folder / "2_1.png")
+    shutil.copy(prints / "untagged.tif", folder / "3_1.tif")
+    shutil.copy(prints / "truncated.png", folder / "4_1.png")
+    shutil.copy(prints / "blank.png", folder / "5_1.png")
+    (folder / "README.md").touch()
+    return folder
+
+
+def test_enrol_and_again(run, tmp_path, folder):
+    place = tmp_path / "prints.db"
+    result = run("enrol", place, folder, "--workers", 1)
+    assert result.exit_code == 1
+    first, second = result.stdout.splitlines()
+    assert first.startswith("enrolled 3 of 5 pictures, 2 failed: ")
+    assert second == f"{place}: 3 impressions of 3 subjects"
+    note, truncated, blank = result.stderr.splitlines()
+    assert note.startswith(f"fpmatch: note: {folder}/3_1.tif enrolled at 500 dpi, assumed")
+    assert truncated.startswith(f"fpmatch: failed: {folder}/4_1.png: damaged PNG image")
+    assert blank == f"fpmatch: failed: {folder}/5_1.png: no minutiae found"
+    (folder / "4_1.png").unlink()
+    (folder / "5_1.png").unlink()
+    result = run("enrol", place, folder, "--workers", 1, "--json")
+    assert (result.exit_code, result.stderr) == (0, "")
+    document = json.loads(result.stdout)
+    assert document.pop("seconds") > 0
+    assert document == {
+        "gallery": str(place),
+        "enrolled": 0,
+        "known": 3,
+        "failed": 0,
+        "failures": [],
+        "dpi_assumed": 0,
+        "impressions": 3,
+        "subjects": 3,
+    }
+
+
+def test_options_reach_the_work(run, tmp_path, folder):
+    place = tmp_path / "prints.db"
+    pattern = r"(?P<finger>[a-z]+)/(?P<subject>\d+)_\d+"
+    result = run(
+        "enrol", place, folder / "1_1.png", "--pattern", pattern, "--dpi", 450, "--workers", 1
+    )
+    assert (result.exit_code, result.stderr) == (0, "")
+    with open_gallery(place) as gallery:
+        (entry,) = gallery.entries()
+    assert (str(entry.label), entry.dpi) == ("1_folder", 450.0)
+
+
+def test_many_failures_are_counted(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(importlib.import_module("fpmatch.cli.enrol"), "FAILURES_SHOWN", 2)
+    for k in range(5):
+        (tmp_path / f"x{k}.png").touch()
+    place = tmp_path / "prints.db"
+    result = run("enrol", place, tmp_path, "--workers", 1)
+    assert result.exit_code == 1
+    assert len(result.stderr.splitlines()) == 3
+    assert f"3 more; `fpmatch gallery list {place} --failures`" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["{db}", "{root}/nowhere"], "nowhere: no such file or folder"),
+        (["{db}", "{root}/empty"], "empty: the folder holds no images"),
+        (["{db}", "{print}", "--dpi", "3"], "3 dpi is outside"),
+        (["{db}", "{print}", "--pattern", "("], "pattern '(': not a regular expression"),
+        (["{db}", "{print}", "--pattern", "x"], "must have a group (?P<subject>...)"),
+        (["{root}/no/g.db", "{print}"], "g.db: cannot be made: no such folder"),
+        (["{root}/text", "{print}"], "text: not a gallery"),
+        (["mysql://host/x", "{print}"], "galleries are SQLite files or PostgreSQL databases"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(run, tmp_path, prints, words, reason):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "text").write_text("something else entirely\n")
+    names = {"db": tmp_path / "g.db", "root": tmp_path, "print": prints / "1_1.png"}
+    result = run("enrol", *(word.format(**names) for word in words))
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("fpmatch: error: ")
+    assert reason in line
+
+
+def test_help_shows_examples_and_status(run):
+    text = run("enrol", "--help").stdout
+    assert "  fpmatch enrol prints.db prints\n" in text
+    assert r"(?P<subject>\d+)_(?P<impression>\d+)" in text
+    assert "Exit status: 0 when all are enrolled, 1 when" in text

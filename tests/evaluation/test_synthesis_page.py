@@ -72,7 +72,7 @@ def test_tables_show_what_was_measured(results):
     page = format_synthesis_markdown(results)
     assert "| ours | 8 | 3.00 (1.00–5.00) |" in page
     assert "| theirs | 9 |" in page
-    assert "| 25% | 25% |" in page
+    assert "| 25 % | 25 % |" in page
     assert "| easy | 8 | 0.900 | 0.800 | 0.847 | 10 | 99.0 % | 97.5 % | 1.25 % |" in page
     assert "| many | 79,600 | 1.230 % | 1.23 | 0.123 % | 1.23 |" in page
 

@@ -153,14 +153,11 @@ def format_reach(reach: CalibrationReach) -> str:
             ("", f"so is the default threshold, {DEFAULT_THRESHOLD:g}: to reach it takes some")
         )
         rows.append(("", f"{needed:,} comparisons of different fingers"))
-    rows.append(("Highest", f"of these comparisons scores {r.highest:.1f}"))
+    rows.append(("Highest", f"the highest of these comparisons scores {r.highest:.1f}"))
     for at, share in r.package:
-        found = odds(share) if share > 0 else "none"
+        reached = f"{odds(share)} reach" if share > 0 else "none reaches"
         meant = odds(score_to_fmr(at))
         rows.append(
-            (
-                f"Before, {at:g}",
-                f"reached by {found} on the package's calibration; {meant} is meant",
-            )
+            ("As supplied", f"{reached} {at:g} on the package's calibration; {meant} is meant")
         )
     return "\n".join(f"  {label:<{_LABEL_WIDTH}}{text}" for label, text in rows)

@@ -99,6 +99,10 @@ def compare_runs(
         now=now[0].matcher,
         only_before=sum(one.probe.size for one in before) - shared,
         only_now=sum(one.probe.size for one in now) - shared,
+        alike=sum(
+            int(np.count_nonzero(c.trials_now.similarity == c.trials_before.similarity))
+            for c in common
+        ),
         sets=sets,
         mean=_mean(sets, are.mean - were.mean, all(enough)),
         pooled=_paired_set("pooled", common, are.pooled - were.pooled, all(enough)),

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Final
 
-if TYPE_CHECKING:
-    from fpmatch.evaluation.intervals import Interval
+from fpmatch.evaluation.intervals import Interval
+
+LEAST_P: Final = 0.0001
+"""Of a chance under this nothing is said but that it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,8 @@ class RateChange:
     @property
     def verdict(self) -> str:
         """What the interval says of the difference, in words."""
+        if self.now == self.before and self.interval == Interval(0.0, 0.0):
+            return "no change"
         if self.interval is None:
             return "too few fingers to tell"
         if not self.interval.excludes_zero:
@@ -69,6 +73,17 @@ class DecisionChange:
     lost: tuple[ChangedPair, ...]
     p_value: float
 
+    def in_words(self) -> str:
+        """Return one sentence that tells how many decisions changed, and by what chance."""
+        told = (
+            f"at a false match rate of {100 * self.fmr:g} %, of {self.genuine:,} genuine pairs "
+            f"{len(self.gained):,} match now and did not, {len(self.lost):,} did and do not"
+        )
+        if not self.gained and not self.lost:
+            return told
+        p = f"= {self.p_value:.2g}" if self.p_value >= LEAST_P else f"< {LEAST_P:g}"
+        return f"{told} (McNemar's exact test: p {p})"
+
 
 @dataclass(frozen=True, slots=True)
 class PairedSet:
@@ -89,6 +104,8 @@ class PairedComparison:
         The two matchers.
     only_before, only_now : int
         Pairs that just one of them compared; they are left out.
+    alike : int
+        Pairs whose similarity is the same in both, to the last bit.
     sets : tuple of PairedSet
         A database each.
     mean, pooled : PairedSet
@@ -101,10 +118,17 @@ class PairedComparison:
     now: str
     only_before: int
     only_now: int
+    alike: int
     sets: tuple[PairedSet, ...]
     mean: PairedSet
     pooled: PairedSet
     decisions: DecisionChange | None
+
+    def titles(self) -> tuple[str, str]:
+        """Return what the two runs are called in a table: their matchers, where these differ."""
+        if self.before in {"", self.now}:
+            return "before", "now"
+        return self.before, self.now
 
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as JSON values; rates as fractions."""
@@ -114,6 +138,7 @@ class PairedComparison:
             "now": self.now,
             "only_before": self.only_before,
             "only_now": self.only_now,
+            "alike": self.alike,
             "sets": [_set_as_json(one) for one in self.sets],
             "mean": _set_as_json(self.mean),
             "pooled": _set_as_json(self.pooled),

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     )
 
 _MOST_NAMED: Final = 5
-_HEAD: Final = ("pairs", "before", "now", "change", "95 % interval", "")
+_HEAD: Final = ("points", "95 % interval", "")
 
 
 def format_paired(comparison: PairedComparison, name: str) -> str:
@@ -38,10 +38,12 @@ def format_paired(comparison: PairedComparison, name: str) -> str:
         decisions on genuine pairs.
     """
     c = comparison
+    by = f", by matcher {c.before}" if c.before not in {"", c.now, name} else ""
     lines = [
-        f"compared with {name} ({c.before or 'matcher not named'}; now {c.now}), change in points"
+        f"{c.now} compared with {name}{by}: {c.pooled.pairs:,} pairs in both, "
+        f"{c.alike:,} with the same similarity"
     ]
-    cells: list[Sequence[str]] = [(" ", *_HEAD)]
+    cells: list[Sequence[str]] = [(" ", "pairs", *c.titles(), *_HEAD)]
     for one in c.sets:
         cells += _rows(one, one.changes[:1])
     for one in (c.mean, c.pooled):
@@ -90,17 +92,10 @@ def _interval(change: RateChange) -> str:
 
 
 def _decision_lines(decisions: DecisionChange) -> list[str]:
-    d = decisions
-    head = (
-        f"at a false match rate of {100 * d.fmr:g} %, of {d.genuine:,} genuine pairs "
-        f"{len(d.gained)} match now and did not, {len(d.lost)} did and do not"
-    )
-    if not d.gained and not d.lost:
-        return [head]
     return [
-        f"{head} (McNemar's exact test: p = {d.p_value:.2g})",
-        *_named("now matching", d.gained),
-        *_named("no longer", d.lost),
+        decisions.in_words(),
+        *_named("now matching", decisions.gained),
+        *_named("no longer", decisions.lost),
     ]
 
 

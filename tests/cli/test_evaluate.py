@@ -117,8 +117,8 @@ def test_a_baseline_is_compared_pair_by_pair(fpmatch, database, tmp_path):
     result = fpmatch(database, "--baseline", path, "--workers", 1, "--resamples", 100)
     assert result.exit_code == 0
     _, _, paired = result.stdout.split("\n\n")
-    assert paired.startswith(f"compared with {path} (fake; now fake)")
-    assert "within chance" in paired
+    assert paired.startswith(f"fake compared with {path}: 190 pairs in both, 190 with the same")
+    assert "no change" in paired
     as_json = fpmatch(database, "--baseline", path, "--workers", 1, "--json")
     assert json.loads(as_json.stdout)["baseline"]["pooled"]["pairs"] == 190
 
@@ -161,7 +161,7 @@ def test_matchers_stand_side_by_side(fpmatch, database, tmp_path):
     assert fake.startswith("matcher fake\ndatabase ")
     assert blind.startswith("matcher blind\ndatabase ")
     assert [line.split()[0] for line in both.splitlines()] == ["side", "fake", "blind"]
-    assert against.startswith("compared with fake (fake; now blind)")
+    assert against.startswith("blind compared with fake: 190 pairs in both")
     assert "worse" in against
     with path.open(newline="") as stream:
         assert [row["matcher"] for row in csv.DictReader(stream)] == ["fake"] * 190 + [

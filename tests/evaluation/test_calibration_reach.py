@@ -44,7 +44,7 @@ def test_share_that_reached_a_score_by_the_packages_own_calibration(sets, monkey
     found = measure_reach(calibrate_on(sets, "fake"), sets, resamples=20)
     pooled = np.concatenate([one.trials.similarity for one in sets])
     assert found.package == ((20.0, np.mean(pooled >= 2.0)), (30.0, np.mean(pooled >= 3.0)))
-    assert "Before, 20  reached by 1 in 7.6 on the package" in format_reach(found)
+    assert "As supplied 1 in 7.6 reach 20 on the package" in format_reach(found)
 
 
 def test_words_say_where_extrapolation_begins(sets):

@@ -51,7 +51,8 @@ def test_the_same_run_is_no_change():
     found = compare_runs(run, run, resamples=50)
     assert change(found.pooled).before == change(found.pooled).now
     assert (change(found.pooled).interval.low, change(found.pooled).interval.high) == (0, 0)
-    assert change(found.pooled).verdict == "within chance"
+    assert change(found.pooled).verdict == "no change"
+    assert found.alike == found.pooled.pairs == 1128
     assert (found.only_before, found.only_now) == (0, 0)
     assert (found.decisions.gained, found.decisions.lost) == ((), ())
     assert found.decisions.p_value == 1.0
@@ -140,12 +141,13 @@ def test_text_and_json():
     found = compare_runs(before, [scored(similarities(1, 4.0))], resamples=100)
     text = format_paired(found, "old.csv")
     head, columns, row, *_ = text.splitlines()
-    assert head == "compared with old.csv (paper; now fake), change in points"
-    assert columns.split()[:4] == ["pairs", "before", "now", "change"]
+    assert head.startswith("fake compared with old.csv, by matcher paper: 1,128 pairs in both, 0 ")
+    assert columns.split()[:4] == ["pairs", "paper", "fake", "points"]
     assert row.startswith("db EER ")
     assert row.endswith(" better")
     assert "genuine pairs" in text
     assert "now matching: db " in text
+    assert "(McNemar's exact test: p < 0.0001)" in text
     document = json.loads(json.dumps(found.as_json()))
     assert document["pooled"]["eer"]["verdict"] == "better"
     assert document["decisions"]["genuine"] == 72

@@ -59,12 +59,13 @@ def heading(analyses: Sequence[Analysis]) -> Html:
     genuine = sum(row.genuine for row in report.sets)
     impostor = sum(row.impostor for row in report.sets)
     names = ", ".join(one.report.matcher for one in analyses)
+    matchers = "matcher" if len(analyses) == 1 else "matchers"
     return joined(
         [
             element("h1", text("Fingerprint verification: error rates")),
             paragraph(
                 f"{_counted(len(report.sets), 'database')}, {prints:,} prints of {fingers} "
-                f"fingers; matcher {names}. Compared were {genuine:,} genuine pairs, all there "
+                f"fingers; {matchers} {names}. Compared were {genuine:,} genuine pairs, all there "
                 f"are, and {impostor:,} impostor pairs: {_PROTOCOLS[report.protocol]} "
                 f"(protocol {report.protocol})."
             ),
@@ -108,6 +109,11 @@ def matcher_section(analysis: Analysis, number: int) -> Html:
     if analysis.baseline is not None:
         parts += [
             element("h3", text(f"Compared with {analysis.baseline_name}")),
+            paragraph(
+                f"{analysis.baseline.pooled.pairs:,} pairs are in both, "
+                f"{analysis.baseline.alike:,} of them with the same similarity.",
+                class_="note",
+            ),
             paired_table(analysis.baseline),
             *_decisions(analysis.baseline),
         ]
@@ -179,11 +185,8 @@ def _decisions(comparison: PairedComparison) -> list[Html]:
     d = comparison.decisions
     if d is None:
         return []
-    said = paragraph(
-        f"At a false match rate of {100 * d.fmr:g} %, of {d.genuine:,} genuine pairs "
-        f"{len(d.gained)} match now and did not, {len(d.lost)} did and do not "
-        f"(McNemar’s exact test: p = {d.p_value:.2g})."
-    )
+    words = d.in_words()
+    said = paragraph(f"{words[0].upper()}{words[1:]}.")
     named = [
         f"{label}: {pair.set_name} {pair.probe} {pair.reference}"
         for label, pairs in (("now matching", d.gained), ("no longer", d.lost))

@@ -89,7 +89,7 @@ def paired_table(comparison: PairedComparison) -> Html:
         *_paired_rows(comparison.pooled, comparison.pooled.changes),
     ]
     strong = len(comparison.mean.changes) + len(comparison.pooled.changes)
-    head = ["rate", "pairs", "before", "now", "change in points", "95 % interval", "verdict"]
+    head = ["rate", "pairs", *comparison.titles(), "change in points", "95 % interval", "verdict"]
     return table(head, rows, strong=strong)
 
 

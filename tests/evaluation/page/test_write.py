@@ -73,7 +73,7 @@ def test_a_page_closes_what_it_opens_and_loads_nothing(options, database, tmp_pa
     assert "A & <b>" in words
     assert "2_2.tif: broken" in words
     assert "Compared with the baseline" in words
-    assert "within chance" in words
+    assert "no change" in words
 
 
 def test_two_matchers_stand_side_by_side_and_share_no_identifier(bench, options, database):

@@ -109,7 +109,8 @@ def _prints_table(prints: dict[str, Any]) -> str:
     mean = [
         sum(s["outside"][figure] for s in prints["sets"]) / len(prints["sets"]) for figure in TITLES
     ]
-    rows.append(["*synthetic ones outside the others' span*", "", *(f"{100 * m:.0f} %" for m in mean)])
+    outside = [f"{100 * share:.0f} %" for share in mean]
+    rows.append(["*synthetic ones outside the others' span*", "", *outside])
     return _table([head, *rows])
 
 

@@ -38,7 +38,7 @@ def as_text(verification: Verification) -> str:
                 f"{v.agreement:.0%} of the minutiae where the prints overlap are paired",
             ),
             ("Overlap", f"{v.overlap:.0%} of the smaller print"),
-            ("Transform", _in_words(v.transform)),
+            ("Transform", transform_in_words(v.transform)),
             ("Residual", f"{v.rms_px:.1f} px rms"),
         ]
     if v.reason:
@@ -81,7 +81,7 @@ def as_dict(verification: Verification, probe: Path, reference: Path) -> dict[st
     }
 
 
-def _in_words(transform: Similarity) -> str:
+def transform_in_words(transform: Similarity) -> str:
     """Return how the probe moves onto the reference; on screen y points down."""
     degrees = transform.rotation_deg
     sense = "clockwise" if degrees >= 0 else "counter-clockwise"

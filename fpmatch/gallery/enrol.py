@@ -11,7 +11,7 @@ from fpmatch.engine.engine import cores
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import FpmatchError
 from fpmatch.gallery.duplicates import Claim
-from fpmatch.gallery.entry import Candidate, Failure, Label
+from fpmatch.gallery.entry import Failure, Label, NewEntry
 from fpmatch.gallery.names import NamePattern, as_text
 from fpmatch.gallery.prints import extract_print
 from fpmatch.output import reason
@@ -180,25 +180,25 @@ class _Run:
 
     def take(self, results: Sequence[_Extracted]) -> None:
         """Keep what came of some pictures, and what has failed since."""
-        candidates = []
+        new = []
         for result in results:
             job, extracted = result.job, result.extracted
             if extracted is None:
                 self.unsaved.append(_failure(job.file, result.reason))
                 continue
             source = as_text(job.file.path.absolute())
-            candidates.append(Candidate(job.label, source, job.content, extracted.template))
+            new.append(NewEntry(job.label, source, job.content, extracted.template))
             if extracted.dpi_assumed:
                 self.assumed.append(job.file.path)
-        if candidates or self.unsaved:
+        if new or self.unsaved:
             failures, self.unsaved = self.unsaved, []
-            objections = self.gallery.add(candidates, failures)
+            objections = self.gallery.add(new, failures)
             self.failures += failures
-            for candidate, objection in zip(candidates, objections, strict=True):
+            for entry, objection in zip(new, objections, strict=True):
                 self.enrolled += objection is None
                 self.known += objection == ""
                 if objection:
-                    self.failures.append(Failure(candidate.source, objection))
+                    self.failures.append(Failure(entry.source, objection))
         self._tell()
 
     def _tell(self) -> None:

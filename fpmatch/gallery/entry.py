@@ -35,7 +35,7 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class NewEntry:
     """Hold one impression that is to be enrolled.
 
     Parameters

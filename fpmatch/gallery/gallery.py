@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
-    from fpmatch.gallery.entry import Candidate
+    from fpmatch.gallery.entry import NewEntry
     from fpmatch.minutiae import Template
 
 Converted = TypeVar("Converted")
@@ -127,14 +127,12 @@ class Gallery:
             enrolled = Enrolled.among(connection, claims)
         return [enrolled.objection(claim) for claim in claims]
 
-    def add(
-        self, candidates: Sequence[Candidate], failures: Sequence[Failure] = ()
-    ) -> list[str | None]:
+    def add(self, new: Sequence[NewEntry], failures: Sequence[Failure] = ()) -> list[str | None]:
         """Enrol impressions, and keep what failed, all at once.
 
         Parameters
         ----------
-        candidates : sequence of Candidate
+        new : sequence of NewEntry
             What to enrol. One that is refused is kept as a failure; one that is enrolled, or was
             before, is a failure no longer.
         failures : sequence of Failure
@@ -143,20 +141,20 @@ class Gallery:
         Returns
         -------
         list of str or None
-            For each candidate what `objections` says of it: None where it is enrolled now.
+            For each what `objections` says of it: None where it is enrolled now.
 
         Raises
         ------
         GalleryError
             If the gallery cannot be written; then nothing of it all is.
         """
-        packed = [_pack(candidate) for candidate in candidates]
+        packed = [_pack(entry) for entry in new]
         with self._changing() as connection:
-            objections = _judge(connection, candidates, packed)
-            judged = list(zip(candidates, packed, objections, strict=True))
+            objections = _judge(connection, new, packed)
+            judged = list(zip(new, packed, objections, strict=True))
             rows = [{**_row(c), "template": template} for c, template, no in judged if no is None]
             refused = [Failure(c.source, reason) for c, _, reason in judged if reason]
-            sources = [*(c.source for c in candidates), *(f.source for f in failures)]
+            sources = [*(c.source for c in new), *(f.source for f in failures)]
             for k in range(0, len(sources), ROWS_PER_READ):
                 part = sources[k : k + ROWS_PER_READ]
                 connection.execute(FAILURE.delete().where(FAILURE.c.source.in_(part)))
@@ -309,16 +307,16 @@ def _mark_changed(connection: sa.Connection) -> None:
 
 
 def _judge(
-    connection: sa.Connection, candidates: Sequence[Candidate], packed: Sequence[bytes | str]
+    connection: sa.Connection, new: Sequence[NewEntry], packed: Sequence[bytes | str]
 ) -> list[str | None]:
-    """Return what speaks against each candidate, one after the other."""
-    claims = [Claim(c.label, c.content, c.template.dpi) for c in candidates]
+    """Return what speaks against each, one after the other."""
+    claims = [Claim(c.label, c.content, c.template.dpi) for c in new]
     enrolled = Enrolled.among(connection, claims)
     objections = []
-    for candidate, template, claim in zip(candidates, packed, claims, strict=True):
+    for entry, template, claim in zip(new, packed, claims, strict=True):
         objection = template if isinstance(template, str) else enrolled.objection(claim)
         if objection is None:
-            enrolled.note(Entry(id=0, **_described(candidate)))
+            enrolled.note(Entry(id=0, **_described(entry)))
         objections.append(objection)
     return objections
 
@@ -330,28 +328,28 @@ def _packed(row: Any) -> tuple[int, bytes]:
     return row.id, row.template
 
 
-def _pack(candidate: Candidate) -> bytes | str:
+def _pack(entry: NewEntry) -> bytes | str:
     """Return the packed template, or why there is none."""
     try:
-        return pack_template(candidate.template)
+        return pack_template(entry.template)
     except TemplateError as error:
         return str(error)
 
 
-def _described(candidate: Candidate) -> dict[str, Any]:
-    """Return what an entry says of a candidate, but for its number."""
+def _described(entry: NewEntry) -> dict[str, Any]:
+    """Return what an entry says of a new entry, but for its number."""
     return {
-        "label": candidate.label,
-        "source": candidate.source,
-        "content": candidate.content,
-        "dpi": candidate.template.dpi,
-        "minutiae": len(candidate.template.minutiae),
+        "label": entry.label,
+        "source": entry.source,
+        "content": entry.content,
+        "dpi": entry.template.dpi,
+        "minutiae": len(entry.template.minutiae),
     }
 
 
-def _row(candidate: Candidate) -> dict[str, Any]:
-    """Return a candidate as a row, but for its template."""
-    described = _described(candidate)
+def _row(entry: NewEntry) -> dict[str, Any]:
+    """Return a new entry as a row, but for its template."""
+    described = _described(entry)
     label = described.pop("label")
     return {
         **described,

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from fpmatch.formats.files import load_template
-from fpmatch.gallery.entry import Candidate, Failure, Label
+from fpmatch.gallery.entry import Failure, Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.minutiae import Minutiae, Template
 
@@ -14,8 +14,8 @@ from fpmatch.minutiae import Minutiae, Template
 def place(tmp_path):
     """Return a gallery of three impressions of two subjects, one of them strangely named."""
     labels = [Label("1", "", "1"), Label("1", "", "2"), Label("a/b", "thumb", "1")]
-    candidates = [
-        Candidate(
+    new = [
+        NewEntry(
             label,
             f"/prints/{k}.tif",
             k.to_bytes(32, "big"),
@@ -24,7 +24,7 @@ def place(tmp_path):
         for k, label in enumerate(labels)
     ]
     with open_gallery(tmp_path / "prints.db", create=True) as gallery:
-        gallery.add(candidates, [Failure("/prints/9.tif", "no minutiae found")])
+        gallery.add(new, [Failure("/prints/9.tif", "no minutiae found")])
     return tmp_path / "prints.db"
 
 
@@ -104,7 +104,7 @@ def test_export(run, place, tmp_path):
 def test_export_does_not_mix_up_names(run, place, tmp_path):
     with open_gallery(place) as gallery:
         template = Template(Minutiae([1], [1], [0]), 300, 300)
-        gallery.add([Candidate(Label("A/B_thumb_1"), "x", b"x" * 32, template)])
+        gallery.add([NewEntry(Label("A/B_thumb_1"), "x", b"x" * 32, template)])
     result = run("gallery", "export", place, "-o", tmp_path / "out")
     assert result.exit_code == 2
     assert "entries 3 and 4 would both be written as A%2FB_thumb_1" in result.stderr

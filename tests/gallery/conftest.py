@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fpmatch.gallery.entry import Candidate, Label
+from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.minutiae import Minutiae, Template
 
 POSTGRES_PROGRAMS = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
@@ -76,10 +76,10 @@ def where(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 
 @pytest.fixture
-def make_candidate() -> Callable[..., Candidate]:
+def make_entry() -> Callable[..., NewEntry]:
     """Return a function that makes a print to enrol, all of whose contents follow its number."""
 
-    def make(number: int, *, label: Label | None = None, **changes: object) -> Candidate:
+    def make(number: int, *, label: Label | None = None, **changes: object) -> NewEntry:
         rng = np.random.default_rng(number)
         minutiae = Minutiae(
             x=rng.integers(0, 300, 5), y=rng.integers(0, 300, 5), angle=rng.integers(0, 6, 5)
@@ -90,6 +90,6 @@ def make_candidate() -> Callable[..., Candidate]:
             "content": number.to_bytes(32, "big"),
             "template": Template(minutiae, 300, 300),
         }
-        return Candidate(**{**fields, **changes})
+        return NewEntry(**{**fields, **changes})
 
     return make

@@ -19,33 +19,31 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.minutiae import Minutiae, Template
 
 
-def test_what_is_enrolled_is_there_when_opened_again(where, make_candidate):
-    candidates = [make_candidate(k) for k in (7, 3, 5)]
+def test_what_is_enrolled_is_there_when_opened_again(where, make_entry):
+    new = [make_entry(k) for k in (7, 3, 5)]
     with open_gallery(where, create=True) as gallery:
         assert len(gallery) == 0
-        assert gallery.add(candidates) == [None, None, None]
+        assert gallery.add(new) == [None, None, None]
     with open_gallery(where) as gallery:
         assert len(gallery) == 3
         entries = list(gallery.entries())
         assert [e.id for e in entries] == sorted(e.id for e in entries)
-        for entry, candidate in zip(entries, candidates, strict=True):
-            assert entry.label == candidate.label
-            assert entry.source == candidate.source
-            assert entry.content == candidate.content
+        for entry, one in zip(entries, new, strict=True):
+            assert entry.label == one.label
+            assert entry.source == one.source
+            assert entry.content == one.content
             assert entry.dpi == 500.0
             assert entry.minutiae == 5
             assert gallery.entry(entry.id) == entry
-        for (number, template), entry, candidate in zip(
-            gallery.templates(), entries, candidates, strict=True
-        ):
+        for (number, template), entry, one in zip(gallery.templates(), entries, new, strict=True):
             assert number == entry.id
-            assert template == unpack_template(pack_template(candidate.template))
+            assert template == unpack_template(pack_template(one.template))
 
 
-def test_rows_come_in_batches(where, make_candidate, monkeypatch):
+def test_rows_come_in_batches(where, make_entry, monkeypatch):
     monkeypatch.setattr(gallery_module, "ROWS_PER_READ", 3)
     with open_gallery(where, create=True) as gallery:
-        gallery.add([make_candidate(k) for k in range(7)])
+        gallery.add([make_entry(k) for k in range(7)])
         numbers = [entry.id for entry in gallery.entries()]
         assert len(numbers) == 7
         assert [number for number, _ in gallery.templates()] == numbers
@@ -53,21 +51,21 @@ def test_rows_come_in_batches(where, make_candidate, monkeypatch):
         assert [str(e.label) for e in gallery.entries(subject="4")] == ["4_1"]
 
 
-def test_the_same_again_changes_nothing(where, make_candidate):
+def test_the_same_again_changes_nothing(where, make_entry):
     with open_gallery(where, create=True) as gallery:
-        gallery.add([make_candidate(1), make_candidate(2)])
+        gallery.add([make_entry(1), make_entry(2)])
         before = gallery.fingerprint_of_content()
-        moved = make_candidate(1, source="/elsewhere/1_1.tif")
-        assert gallery.add([moved, make_candidate(2)]) == ["", ""]
+        moved = make_entry(1, source="/elsewhere/1_1.tif")
+        assert gallery.add([moved, make_entry(2)]) == ["", ""]
         assert gallery.fingerprint_of_content() == before
         assert [e.source for e in gallery.entries()] == ["/prints/1_1.tif", "/prints/2_1.tif"]
         assert gallery.failures() == []
 
 
-def test_duplicates_are_failures_that_say_of_what(where, make_candidate):
-    same_picture = make_candidate(1, label=Label("9"), source="/prints/9.tif")
-    same_name = make_candidate(2, label=Label("1", impression="1"))
-    other_dpi = make_candidate(1)
+def test_duplicates_are_failures_that_say_of_what(where, make_entry):
+    same_picture = make_entry(1, label=Label("9"), source="/prints/9.tif")
+    same_name = make_entry(2, label=Label("1", impression="1"))
+    other_dpi = make_entry(1)
     other_dpi = dataclasses.replace(
         other_dpi, source="/b.tif", template=dataclasses.replace(other_dpi.template, dpi=569.0)
     )
@@ -78,7 +76,7 @@ def test_duplicates_are_failures_that_say_of_what(where, make_candidate):
     ]
     with open_gallery(where, create=True) as gallery:
         # the first within the same batch, too
-        assert gallery.add([make_candidate(1), same_picture]) == [None, reasons[0]]
+        assert gallery.add([make_entry(1), same_picture]) == [None, reasons[0]]
         assert gallery.add([same_name, other_dpi]) == reasons[1:]
         assert len(gallery) == 1
         assert gallery.failures() == [
@@ -86,7 +84,7 @@ def test_duplicates_are_failures_that_say_of_what(where, make_candidate):
             Failure("/prints/2_1.tif", reasons[1]),
             Failure("/prints/9.tif", reasons[0]),
         ]
-        content, label = make_candidate(1).content, Label("1", impression="1")
+        content, label = make_entry(1).content, Label("1", impression="1")
         claims = [
             Claim(label, content),
             Claim(label, content, 500.0),
@@ -97,28 +95,28 @@ def test_duplicates_are_failures_that_say_of_what(where, make_candidate):
         assert gallery.objections(claims) == ["", "", reasons[2], reasons[1], None]
 
 
-def test_failures_are_kept_until_the_source_is_enrolled(where, make_candidate):
+def test_failures_are_kept_until_the_source_is_enrolled(where, make_entry):
     with open_gallery(where, create=True) as gallery:
         gallery.add([], [Failure("/prints/1_1.tif", "blank"), Failure("/prints/x.tif", "torn")])
         gallery.add([], [Failure("/prints/x.tif", "still torn")])
         assert [f.reason for f in gallery.failures()] == ["blank", "still torn"]
-        gallery.add([make_candidate(1)])
+        gallery.add([make_entry(1)])
         assert gallery.failures() == [Failure("/prints/x.tif", "still torn")]
         assert (gallery.forget_failures(), gallery.forget_failures()) == (1, 0)
         assert gallery.failures() == []
 
 
-def test_a_template_that_does_not_fit_is_a_failure(where, make_candidate):
+def test_a_template_that_does_not_fit_is_a_failure(where, make_entry):
     far = Template(Minutiae([1e6], [0], [0]), 300, 300)
     with open_gallery(where, create=True) as gallery:
-        objections = gallery.add([make_candidate(1, template=far), make_candidate(2)])
+        objections = gallery.add([make_entry(1, template=far), make_entry(2)])
         assert objections == ["template too large to be kept in a gallery", None]
         assert [f.source for f in gallery.failures()] == ["/prints/1_1.tif"]
 
 
-def test_removed_numbers_are_not_given_again(where, make_candidate):
+def test_removed_numbers_are_not_given_again(where, make_entry):
     with open_gallery(where, create=True) as gallery:
-        gallery.add([make_candidate(1), make_candidate(2)])
+        gallery.add([make_entry(1), make_entry(2)])
         first, last = (entry.id for entry in gallery.entries())
         before = gallery.fingerprint_of_content()
         with pytest.raises(GalleryError, match="no entry has the number 999"):
@@ -128,46 +126,46 @@ def test_removed_numbers_are_not_given_again(where, make_candidate):
         assert gallery.fingerprint_of_content() != before
         with pytest.raises(GalleryError, match=f"no entry has the number {last}"):
             gallery.entry(last)
-        gallery.add([make_candidate(2)])
+        gallery.add([make_entry(2)])
         kept, again = (entry.id for entry in gallery.entries())
         assert kept == first
         assert again > last
 
 
-def test_the_fingerprint_changes_with_the_contents_only(where, make_candidate):
+def test_the_fingerprint_changes_with_the_contents_only(where, make_entry):
     with open_gallery(where, create=True) as gallery:
         seen = [gallery.fingerprint_of_content()]
         gallery.add([], [Failure("x", "y")])
         assert gallery.fingerprint_of_content() == seen[0]
         for k in range(3):
-            gallery.add([make_candidate(k)])
+            gallery.add([make_entry(k)])
             seen.append(gallery.fingerprint_of_content())
         gallery.remove([list(gallery.entries())[-1].id])
-        gallery.add([make_candidate(2)])
+        gallery.add([make_entry(2)])
         seen.append(gallery.fingerprint_of_content())
         assert len(set(seen)) == 5
 
 
-def test_an_error_in_the_middle_leaves_nothing(where, make_candidate, monkeypatch):
+def test_an_error_in_the_middle_leaves_nothing(where, make_entry, monkeypatch):
     def stop(_: object) -> None:
         raise RuntimeError("stop")
 
     with open_gallery(where, create=True) as gallery:
-        gallery.add([make_candidate(1)])
+        gallery.add([make_entry(1)])
         with monkeypatch.context() as patch:
             patch.setattr(gallery_module, "_mark_changed", stop)
             with pytest.raises(RuntimeError, match="stop"):
-                gallery.add([make_candidate(2)], [Failure("x", "y")])
+                gallery.add([make_entry(2)], [Failure("x", "y")])
         assert [str(entry.label) for entry in gallery.entries()] == ["1_1"]
         assert gallery.failures() == []
-        gallery.add([make_candidate(2)])
+        gallery.add([make_entry(2)])
         assert len(gallery) == 2
 
 
-def test_names_may_be_of_any_script(where, make_candidate):
+def test_names_may_be_of_any_script(where, make_entry):
     label = Label("Ødegård '; drop table", "右人差し指", "1")
     with open_gallery(where, create=True) as gallery:
-        gallery.add([make_candidate(1, label=label, source="/Bücher/ñ.tif")])
+        gallery.add([make_entry(1, label=label, source="/Bücher/ñ.tif")])
         (entry,) = gallery.entries(subject=label.subject)
         assert (entry.label, entry.source) == (label, "/Bücher/ñ.tif")
 
@@ -175,13 +173,13 @@ def test_names_may_be_of_any_script(where, make_candidate):
 ENROL = """
 import sys
 from fpmatch.gallery.duplicates import Claim
-from fpmatch.gallery.entry import Candidate, Label
+from fpmatch.gallery.entry import NewEntry, Label
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.minutiae import Minutiae, Template
 template = Template(Minutiae([1], [2], [3]), 300, 300)
 with open_gallery(sys.argv[1], create=True) as gallery:
     for k in range(*map(int, sys.argv[2:])):
-        gallery.add([Candidate(Label(str(k)), str(k), k.to_bytes(32, "big"), template)])
+        gallery.add([NewEntry(Label(str(k)), str(k), k.to_bytes(32, "big"), template)])
 """
 
 
@@ -198,7 +196,7 @@ def test_two_processes_make_and_fill_one_gallery_at_once(where):
     assert len({entry.id for entry in entries}) == 30
 
 
-def test_a_gallery_of_another_version_is_refused(where, make_candidate, monkeypatch):
+def test_a_gallery_of_another_version_is_refused(where, make_entry, monkeypatch):
     open_gallery(where, create=True).close()
     monkeypatch.setattr(gallery_module, "VERSION", 2)
     for create in (False, True):
@@ -219,16 +217,16 @@ class TestSqlite:
     """What can be wrong with a file."""
 
     @pytest.fixture
-    def path(self, tmp_path, make_candidate):
+    def path(self, tmp_path, make_entry):
         path = tmp_path / "gallery.db"
         with open_gallery(path, create=True) as gallery:
-            gallery.add([make_candidate(k) for k in range(60)])
+            gallery.add([make_entry(k) for k in range(60)])
         return path
 
-    def test_path_may_hold_what_urls_may_not(self, tmp_path, make_candidate):
+    def test_path_may_hold_what_urls_may_not(self, tmp_path, make_entry):
         path = tmp_path / "what? 100% #1.db"
         with open_gallery(path, create=True) as gallery:
-            gallery.add([make_candidate(1)])
+            gallery.add([make_entry(1)])
         assert [file.name for file in tmp_path.iterdir()] == [path.name]
         with open_gallery(f"sqlite:///{tmp_path / 'x.db'}", create=True) as gallery:
             assert len(gallery) == 0
@@ -289,7 +287,7 @@ class TestSqlite:
             assert reason.startswith(f"{path}: ")
             assert "\n" not in reason
 
-    def test_a_full_disk_is_said_and_loses_nothing(self, path, make_candidate, monkeypatch):
+    def test_a_full_disk_is_said_and_loses_nothing(self, path, make_entry, monkeypatch):
         pages = path.stat().st_size // 4096 + 1
         connect = sqlite3.connect
 
@@ -301,12 +299,12 @@ class TestSqlite:
         monkeypatch.setattr(sqlite3, "connect", small)
         with open_gallery(path) as gallery:
             with pytest.raises(GalleryError, match=r"gallery\.db: the disk is full$"):
-                list(map(gallery.add, ([make_candidate(k)] for k in range(100, 200))))
+                list(map(gallery.add, ([make_entry(k)] for k in range(100, 200))))
             count = len(gallery)
             assert 60 <= count < 160
             assert sum(1 for _ in gallery.templates()) == count
 
-    def test_a_file_that_may_only_be_read_is_read(self, path, make_candidate, monkeypatch):
+    def test_a_file_that_may_only_be_read_is_read(self, path, make_entry, monkeypatch):
         connect = sqlite3.connect
         monkeypatch.setattr(
             sqlite3, "connect", lambda name, **rest: connect(name.replace("=rw", "=ro"), **rest)
@@ -314,10 +312,10 @@ class TestSqlite:
         with open_gallery(path) as gallery:
             assert sum(1 for _ in gallery.templates()) == 60
             with pytest.raises(GalleryError, match="cannot be written: it, or its folder, is read"):
-                gallery.add([make_candidate(100)])
+                gallery.add([make_entry(100)])
 
     def test_a_file_that_another_keeps_is_waited_for_but_not_for_ever(
-        self, path, make_candidate, monkeypatch
+        self, path, make_entry, monkeypatch
     ):
         connect = sqlite3.connect
         monkeypatch.setattr(
@@ -328,9 +326,9 @@ class TestSqlite:
         with open_gallery(path) as gallery:
             assert len(gallery) == 60
             with pytest.raises(GalleryError, match="another program has kept it to itself"):
-                gallery.add([make_candidate(100)])
+                gallery.add([make_entry(100)])
             other.execute("ROLLBACK")
-            assert gallery.add([make_candidate(100)]) == [None]
+            assert gallery.add([make_entry(100)]) == [None]
         other.close()
 
     def test_half_of_a_gallery_is_damaged(self, path):
@@ -370,11 +368,11 @@ def test_a_database_that_is_not_there_is_one_line(postgresql):
     assert "\n" not in str(caught.value)
 
 
-def test_more_prints_at_once_than_a_query_takes(where, make_candidate, monkeypatch):
+def test_more_prints_at_once_than_a_query_takes(where, make_entry, monkeypatch):
     monkeypatch.setattr(duplicates, "PRINTS_PER_QUERY", 7)
     monkeypatch.setattr(gallery_module, "ROWS_PER_READ", 5)
     with open_gallery(where, create=True) as gallery:
-        assert gallery.add([make_candidate(k) for k in range(20)]) == [None] * 20
-        mixed = [make_candidate(k) for k in range(10, 30)]
+        assert gallery.add([make_entry(k) for k in range(20)]) == [None] * 20
+        mixed = [make_entry(k) for k in range(10, 30)]
         assert gallery.add(mixed) == [""] * 10 + [None] * 10
         assert len(gallery) == 30

@@ -1,0 +1,249 @@
+"""`fpmatch identify`: the enrolled prints that are most like a probe."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.cli.progress import ProgressBars
+from fpmatch.cli.reading import read
+from fpmatch.cli.words import count
+from fpmatch.errors import FpmatchError
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.identify import Candidate, Identification
+
+_STAGES: Final = {"prepare": "preparing prints"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """What was found for one probe, the entries of its candidates, and the time it took."""
+
+    probe: Path
+    result: Identification
+    entries: list[Entry]
+    seconds: float
+
+
+@click.command(
+    epilog="""\b
+Columns:
+  score      -10 log10 of the FMR, 0 to 100
+  FMR        share of single comparisons of different fingers that score as high
+  by chance  so many of the prints compared would score as high if the finger were not enrolled
+  print      subject, finger and impression
+  number     of the entry, as `fpmatch gallery list` shows it
+  picture    that was enrolled
+
+\b
+Examples:
+  fpmatch identify prints.db probe.tif
+  fpmatch identify prints.db probes -k 3 --threshold 40 --json
+  fpmatch identify postgresql://me@host/prints probe.tif --transform
+
+Exit status: 0 when every probe was searched for, 1 when some could not be read, 2 when none could.
+"""
+)
+@click.argument("gallery")
+@click.argument(
+    "probes", metavar="PROBE...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+@click.option(
+    "-k",
+    "candidates",
+    metavar="N",
+    type=click.IntRange(min=1),
+    default=10,
+    show_default=True,
+    help="List so many candidates, at most.",
+)
+@click.option(
+    "--threshold",
+    type=float,
+    metavar="SCORE",
+    default=0.0,
+    help="Leave out candidates that score less, 0 to 100.",
+)
+@click.option("--transform", "transforms", is_flag=True, help="Tell how the probe lies on each.")
+@click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
+@click.option("--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use.")
+@click.option(
+    "--calibration",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Scores as `fpmatch calibrate` has fitted them to prints of your own.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    help="Processes that prepare the gallery.  [default: all cores]",
+)
+@click.pass_context
+def identify(
+    ctx: click.Context,
+    /,
+    gallery: str,
+    probes: tuple[Path, ...],
+    candidates: int,
+    threshold: float,
+    transforms: bool,
+    dpi: float | None,
+    matcher: str,
+    calibration: Path | None,
+    as_json: bool,
+    workers: int | None,
+) -> None:
+    """Rank the prints of GALLERY by how well they match each PROBE, an image or a folder of them.
+
+    GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. It is
+    prepared when it is searched for the first time, and when it has changed.
+    """
+    from fpmatch.engine.engine import cores
+    from fpmatch.gallery import identify as work
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.prints import extract_print, find_prints
+    from fpmatch.gallery.search import open_search
+    from fpmatch.matching.calibration import load_calibration
+
+    curve = load_calibration(matcher, calibration)
+    files = find_prints(probes, dpi)
+    done: list[_Found] = []
+    failures: list[FpmatchError] = []
+    assumed: list[Path] = []
+    with open_gallery(gallery) as opened:
+        with ProgressBars(_STAGES) as bars:
+            search = open_search(opened, matcher, engine=cores(workers), progress=bars.show)
+        for file in files:
+            try:
+                probe = extract_print(file, reader=read)
+            except FpmatchError as error:
+                failures.append(error)
+                continue
+            if probe.dpi_assumed:
+                assumed.append(file.path)
+            start = time.perf_counter()
+            result = work.identify(
+                search,
+                probe.template,
+                count=candidates,
+                threshold=threshold,
+                transforms=transforms,
+                calibration=curve,
+            )
+            seconds = time.perf_counter() - start
+            entries = [opened.entry(candidate.number) for candidate in result.candidates]
+            done.append(_Found(file.path, result, entries, seconds))
+            if not as_json:
+                click.echo(_in_words(done[-1]))
+        name = opened.name
+    _note(assumed, failures)
+    if not done:
+        ctx.exit(2)
+    if as_json:
+        document = {
+            "gallery": name,
+            "matcher": matcher,
+            "compared": len(search),
+            "probes": [_as_dict(found) for found in done],
+            "failures": [str(failure) for failure in failures],
+        }
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
+    ctx.exit(1 if failures else 0)
+
+
+def _note(assumed: list[Path], failures: list[FpmatchError]) -> None:
+    """Say on stderr what was assumed and what failed."""
+    if assumed:
+        others = f" and {count(len(assumed) - 1, 'other')}" if len(assumed) > 1 else ""
+        click.echo(
+            f"fpmatch: note: {assumed[0]}{others} taken for {STANDARD_DPI:g} dpi: nothing tells "
+            "the resolution (--dpi does)",
+            err=True,
+        )
+    for failure in failures:
+        click.echo(f"fpmatch: error: {failure}", err=True)
+
+
+def _in_words(found: _Found) -> str:
+    from fpmatch.drawing.caption import odds
+
+    result = found.result
+    compared = f"{count(result.compared, 'print')} compared in {found.seconds:.2f} s"
+    if not result.candidates:
+        return f"{found.probe}: {compared}, no candidate"
+    lines = [
+        f"{found.probe}: {compared}",
+        f"  rank  score  {'FMR':<18}  by chance  {'print':<12}  number  picture",
+    ]
+    extrapolated = False
+    for candidate, entry in zip(result.candidates, found.entries, strict=True):
+        beyond = candidate.fmr < result.fmr_reach
+        extrapolated |= beyond
+        rate = f"{odds(candidate.fmr)}{' *' if beyond else ''}"
+        lines.append(
+            f"  {candidate.rank:>4}  {candidate.score:>5.1f}  {rate:<18}  "
+            f"{candidate.expected_false:>9.2g}  {entry.label!s:<12}  {entry.id:>6}  {entry.source}"
+        )
+        lines += [f"        {line}" for line in _transform_lines(candidate)]
+    if extrapolated:
+        lines.append(f"  * extrapolated: measured up to {odds(result.fmr_reach)}")
+    return "\n".join(lines)
+
+
+def _transform_lines(candidate: Candidate) -> list[str]:
+    from fpmatch.cli.report import transform_in_words
+
+    comparison = candidate.comparison
+    if comparison is None:
+        return []
+    if comparison.transform is None:
+        return [f"no transform: {comparison.reason}"]
+    pairs = count(len(comparison.pairs), "pair")
+    return [f"{transform_in_words(comparison.transform)}; {pairs}, {comparison.rms_px:.1f} px rms"]
+
+
+def _as_dict(found: _Found) -> dict[str, Any]:
+    return {
+        "probe": str(found.probe),
+        "seconds": round(found.seconds, 4),
+        "candidates": [
+            _candidate(candidate, entry, found.result.fmr_reach)
+            for candidate, entry in zip(found.result.candidates, found.entries, strict=True)
+        ],
+    }
+
+
+def _candidate(candidate: Candidate, entry: Entry, reach: float) -> dict[str, Any]:
+    document: dict[str, Any] = {
+        "rank": candidate.rank,
+        "id": entry.id,
+        "subject": entry.label.subject,
+        "finger": entry.label.finger,
+        "impression": entry.label.impression,
+        "source": entry.source,
+        "score": candidate.score,
+        "fmr": candidate.fmr,
+        "extrapolated": candidate.fmr < reach,
+        "expected_false_matches": candidate.expected_false,
+    }
+    comparison = candidate.comparison
+    if comparison is not None:
+        t = comparison.transform
+        document["transform"] = (
+            None
+            if t is None
+            else {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty}
+        )
+        document["pairs"] = len(comparison.pairs)
+        document["rms_px"] = comparison.rms_px if t is not None else None
+    return document

@@ -1,0 +1,114 @@
+"""The ranks of an identification are those of comparing one by one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fpmatch.errors import GalleryError, MatcherError
+from fpmatch.gallery.entry import Label, NewEntry
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.identify import identify
+from fpmatch.gallery.search import open_search
+from fpmatch.matching.calibration import Calibration
+from fpmatch.matching.verify import verify
+
+TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
+
+
+@pytest.fixture
+def fake(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    import fake_matcher
+
+    return fake_matcher
+
+
+@pytest.fixture
+def fill(tmp_path, fake):
+    """Return a function that makes a gallery of the prints that a fake matcher knows by numbers."""
+    opened = []
+
+    def made(numbers):
+        gallery = open_gallery(tmp_path / f"{len(opened)}.db", create=True)
+        opened.append(gallery)
+        gallery.add(
+            [
+                NewEntry(Label(str(k)), f"{k}", k.to_bytes(32, "big"), fake.template_at(x))
+                for k, x in enumerate(numbers, start=1)
+            ]
+        )
+        return gallery
+
+    yield made
+    for gallery in opened:
+        gallery.close()
+
+
+def test_the_most_similar_come_first_with_their_rates(fill, fake):
+    search = open_search(fill([10, 50, 200, 52, 45]), fake.MATCHER)
+    result = identify(search, fake.template_at(50), count=3, calibration=TEN_PER_TEN)
+    assert result.compared == 5
+    assert result.matcher == "fake"
+    assert [(c.rank, c.number, c.similarity) for c in result.candidates] == [
+        (1, 2, 100.0),
+        (2, 4, 98.0),
+        (3, 5, 95.0),
+    ]
+    third = result.candidates[2]
+    assert third.score == pytest.approx(95.0)
+    assert third.fmr == pytest.approx(10**-9.5)
+    assert third.expected_false == pytest.approx(5 * 10**-9.5)
+    assert third.comparison is None
+
+
+def test_of_equals_the_first_enrolled_comes_first(fill, fake):
+    search = open_search(fill([7, 3, 7, 3, 7, 3]), fake.MATCHER)
+    result = identify(search, fake.template_at(5), count=4, calibration=TEN_PER_TEN)
+    assert [c.number for c in result.candidates] == [1, 2, 3, 4]
+
+
+def test_a_threshold_leaves_out_what_scores_less(fill, fake):
+    search = open_search(fill([10, 50, 200, 52, 45]), fake.MATCHER)
+    result = identify(search, fake.template_at(50), threshold=98.0, calibration=TEN_PER_TEN)
+    assert [c.number for c in result.candidates] == [2, 4]
+    assert len(identify(search, fake.template_at(50), calibration=TEN_PER_TEN).candidates) == 5
+
+
+def test_an_empty_gallery_has_no_candidate(fill, fake):
+    search = open_search(fill([]), fake.MATCHER)
+    result = identify(search, fake.template_at(50), calibration=TEN_PER_TEN)
+    assert (result.compared, result.candidates) == (0, ())
+
+
+@pytest.mark.parametrize("wrong", [{"count": 0}, {"threshold": -1.0}, {"threshold": 101.0}])
+def test_what_is_out_of_range_is_refused(fill, fake, wrong):
+    search = open_search(fill([1]), fake.MATCHER)
+    with pytest.raises(MatcherError):
+        identify(search, fake.template_at(50), calibration=TEN_PER_TEN, **wrong)
+
+
+def test_unknown_matchers_and_damaged_templates_are_refused(fill, fake, monkeypatch):
+    gallery = fill([1])
+    with pytest.raises(MatcherError, match="unknown matcher"):
+        open_search(gallery, "nobody")
+    monkeypatch.setattr(
+        gallery, "packed_templates", lambda **_: [(1, b"fm, but no template at all")]
+    )
+    with pytest.raises(GalleryError, match="damaged: entry 1: "):
+        open_search(gallery, fake.MATCHER)
+
+
+def test_scores_are_those_of_verify_on_the_enrolled_templates(tmp_path, template):
+    new = [NewEntry(Label("1"), "1.tif", bytes(32), template)]
+    with open_gallery(tmp_path / "g.db", create=True) as gallery:
+        gallery.add(new)
+        ((_, enrolled),) = gallery.templates()
+        search = open_search(gallery)
+    result = identify(search, template, transforms=True)
+    expected = verify(template, enrolled)
+    (candidate,) = result.candidates
+    assert (candidate.score, candidate.fmr) == (expected.score, expected.fmr)
+    assert candidate.comparison.transform == expected.transform
+    assert result.fmr_reach == expected.fmr_reach

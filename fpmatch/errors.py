@@ -53,3 +53,7 @@ class EngineError(FpmatchError):
 
 class GalleryError(FpmatchError):
     """A gallery could not be opened, read or written, or something could not be found in it."""
+
+
+class ScoringError(FpmatchError):
+    """Pairs could not be scored: a malformed list, or an unfinished run of something else."""

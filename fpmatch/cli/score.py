@@ -1,0 +1,187 @@
+"""`fpmatch score`: every comparison of two batches, in a file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.cli.progress import ProgressBars
+from fpmatch.cli.reading import read
+from fpmatch.cli.words import count
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    from fpmatch.evaluation.scoring import Scoring
+
+FAILURES_SHOWN: Final = 20
+_STAGES: Final = {"references": "references", "probes": "probes", "compare": "comparing pairs"}
+_SIDE: Final = "DIR|GALLERY"
+
+
+@click.command(
+    epilog="""\b
+Columns:
+  probe, reference  the prints: file names of a folder, labels of a gallery
+  similarity        the matcher's own, to the last bit
+  score             -10 log10 of the false match rate, 0 to 100; empty without a calibration
+  reason            where there is no similarity: which print has no template, and why
+
+\b
+Order of the rows:
+  That of the list; without one, every probe with the first 128 references, one probe after the
+  other, then every probe with the next 128.
+
+\b
+Interrupted:
+  The same command goes on where it was ended, and writes the same file. Until it is whole, what
+  is done lies in OUT.unfinished.
+
+\b
+Examples:
+  fpmatch score --references enrolled --probes seized -o scores.csv
+  fpmatch score --references prints.db --probes seized -o hits.csv --threshold 40
+  fpmatch score --references prints --probes prints --pairs list.csv -o scores.parquet
+  fpmatch score --references prints.db --probes seized -o scores.csv --scheduler tcp://host:8786
+
+Exit status: 0 when every pair has a similarity, 1 when some prints have no template (their pairs
+are rows with the reason), 2 when the run could not be done.
+"""
+)
+@click.option(
+    "--references", metavar=_SIDE, required=True, help="Folder of prints, or gallery (file or URL)."
+)
+@click.option("--probes", metavar=_SIDE, required=True, help="The same for the other side.")
+@click.option(
+    "-o",
+    "--output",
+    metavar="OUT.csv|.parquet",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="File of scores; Parquet needs fpmatch[parquet].",
+)
+@click.option(
+    "--pairs",
+    metavar="LIST.csv",
+    type=click.Path(path_type=Path),
+    help="Score these pairs only: columns probe and reference.  [default: all]",
+)
+@click.option(
+    "--threshold", type=float, metavar="SCORE", help="Keep only rows of this score or more."
+)
+@click.option("--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use.")
+@click.option(
+    "--calibration",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Score as fitted by fpmatch calibrate.  [default: the matcher's own]",
+)
+@click.option("--dpi", type=float, help="Resolution of all images of folders, in dots per inch.")
+@click.option(
+    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
+)
+@click.option(
+    "--scheduler",
+    metavar="URL",
+    help="Work on the Dask cluster of this scheduler, tcp://host:8786; needs fpmatch[dask].",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.pass_context
+def score(
+    ctx: click.Context,
+    /,
+    references: str,
+    probes: str,
+    output: Path,
+    pairs: Path | None,
+    threshold: float | None,
+    matcher: str,
+    calibration: Path | None,
+    dpi: float | None,
+    workers: int | None,
+    scheduler: str | None,
+    as_json: bool,
+) -> None:
+    """Score probes against references, each with each, and write a row a pair.
+
+    A side is a folder of images, whose templates are extracted, or a gallery. The rows are the
+    same whichever engine works: processes of this machine, or a Dask cluster, whose workers may
+    join and die meanwhile.
+    """
+    from fpmatch.engine.engine import make_engine
+    from fpmatch.evaluation import scoring
+    from fpmatch.evaluation.scoring_sides import open_side
+    from fpmatch.matching.calibration import load_calibration
+
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers and --scheduler exclude each other")
+    opened = partial(open_side, dpi=dpi, reader=read)
+    fitted = load_calibration(matcher, calibration) if calibration else None
+    try:
+        with ProgressBars(_STAGES) as bars:
+            done = scoring.score(
+                opened(references),
+                opened(probes),
+                output,
+                pairs=pairs,
+                matcher=matcher,
+                calibration=fitted,
+                threshold=threshold,
+                engine=make_engine(workers, scheduler),
+                progress=bars.show,
+            )
+    except KeyboardInterrupt:
+        click.echo("fpmatch: note: the same command goes on from here", err=True)
+        raise
+    _note(done)
+    click.echo(json.dumps(_as_dict(done), indent=2) if as_json else _in_words(done))
+    ctx.exit(1 if done.failures else 0)
+
+
+def _note(done: Scoring) -> None:
+    """Say on stderr what was assumed and what failed."""
+    if done.dpi_assumed:
+        others = len(done.dpi_assumed) - 1
+        also = f" and {count(others, 'other')}" if others else ""
+        click.echo(
+            f"fpmatch: note: {done.dpi_assumed[0]}{also}: {STANDARD_DPI:g} dpi assumed; nothing "
+            "tells the resolution (--dpi sets it)",
+            err=True,
+        )
+    for failure in done.failures[:FAILURES_SHOWN]:
+        click.echo(f"fpmatch: failed: {failure.side}: {failure.name}: {failure.reason}", err=True)
+    if len(done.failures) > FAILURES_SHOWN:
+        click.echo(f"fpmatch: failed: {len(done.failures) - FAILURES_SHOWN} more", err=True)
+
+
+def _in_words(done: Scoring) -> str:
+    sides = f"{count(done.probes, 'probe')} against {count(done.references, 'reference')}"
+    pairs = [f"{count(done.pairs, 'pair')}"]
+    pairs += [f"{done.resumed} of them before"] if done.resumed else []
+    pairs += [f"{done.failed_pairs} without a score"] if done.failed_pairs else []
+    rate = f" ({done.rate:.0f} a second)" if done.rate else ""
+    return (
+        f"{sides}: {', '.join(pairs)}: {done.seconds:.1f} s{rate}\n"
+        f"{done.output}: {count(done.rows, 'row')}"
+    )
+
+
+def _as_dict(done: Scoring) -> dict[str, Any]:
+    return {
+        "output": str(done.output),
+        "references": done.references,
+        "probes": done.probes,
+        "pairs": done.pairs,
+        "rows": done.rows,
+        "resumed": done.resumed,
+        "failed_pairs": done.failed_pairs,
+        "failures": [asdict(failure) for failure in done.failures],
+        "dpi_assumed": len(done.dpi_assumed),
+        "seconds": round(done.seconds, 3),
+        "pairs_per_second": round(done.rate, 1),
+    }

@@ -1,0 +1,247 @@
+"""Score whole batches: references against probes, streamed to a file, resumed after a kill."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fpmatch._version import __version__
+from fpmatch.engine.engine import here
+from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.errors import MatcherError
+from fpmatch.evaluation.scoring_plan import AllPairs, ListedPairs
+from fpmatch.evaluation.scoring_rows import RowWriter, check_format
+from fpmatch.evaluation.scoring_run import Comparing, collect
+from fpmatch.evaluation.scoring_sides import open_side
+from fpmatch.evaluation.scoring_store import Store
+from fpmatch.matching.calibration import MAX_SCORE, calibrated_matchers, load_calibration
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+
+if TYPE_CHECKING:
+    from fpmatch.engine.engine import Engine
+    from fpmatch.evaluation.scoring_plan import Plan
+    from fpmatch.evaluation.scoring_sides import Side
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.result import Matcher
+
+    AnySide = Side | str | os.PathLike[str]
+
+SAVE_EVERY_S: Final = 0.5
+REFERENCES: Final = "references"
+PROBES: Final = "probes"
+_FORMAT: Final = "1"  # of what an unfinished run keeps
+
+
+@dataclass(frozen=True, slots=True)
+class ImageFailure:
+    """Hold which print of which side has no template, and why."""
+
+    side: str
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Scoring:
+    """Hold what a scoring did.
+
+    Parameters
+    ----------
+    output : Path
+        The file of scores.
+    references, probes : int
+        Prints of the two sides.
+    pairs, rows : int
+        Pairs compared, and rows written of them.
+    resumed : int
+        Pairs among them that were there from a run before.
+    failed_pairs : int
+        Rows without a score, because a print has no template.
+    failures : tuple of ImageFailure
+        Those prints.
+    dpi_assumed : tuple of str
+        Names of the prints whose resolution was assumed.
+    seconds : float
+        Wall time of the comparisons, without extraction.
+    """
+
+    output: Path
+    references: int
+    probes: int
+    pairs: int
+    rows: int
+    resumed: int
+    failed_pairs: int
+    failures: tuple[ImageFailure, ...]
+    dpi_assumed: tuple[str, ...]
+    seconds: float
+
+    @property
+    def rate(self) -> float:
+        """Comparisons a second of this run; 0 where it made none."""
+        made = self.pairs - self.resumed
+        return made / self.seconds if made and self.seconds else 0.0
+
+
+def score(
+    references: AnySide,
+    probes: AnySide,
+    output: str | os.PathLike[str],
+    *,
+    pairs: str | os.PathLike[str] | Plan | None = None,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    calibration: Calibration | None = None,
+    threshold: float | None = None,
+    dpi: float | None = None,
+    engine: Engine | None = None,
+    progress: Progress = no_progress,
+    save_every_s: float = SAVE_EVERY_S,
+) -> Scoring:
+    """Score references against probes and write a row a pair.
+
+    The rows are the same, byte by byte, whichever engine works and however often the run was
+    ended and started again; what is done is kept beside the output until it is whole.
+
+    Parameters
+    ----------
+    references, probes : Side or path-like or str
+        Folders of prints or galleries; see `open_side`.
+    output : path-like
+        The file to write or replace, ``.csv`` or ``.parquet``; see `scoring_rows.COLUMNS`.
+    pairs : path-like or Plan, optional
+        A list of the pairs to score (see `ListedPairs`); by default all (see `AllPairs`).
+    matcher : str or Matcher
+        The matcher, or its name.
+    calibration : Calibration, optional
+        Turns similarities into scores; by default the one that the package has for the matcher.
+    threshold : float, optional
+        Keep only rows whose score is at least this, and those without a score.
+    dpi : float, optional
+        Resolution of all images of folders, in dots per inch.
+    engine : Engine, optional
+        Where the work is done, entered here (default: in this process).
+    progress : callable
+        Told of the stages "references", "probes" (in prints) and "compare" (in pairs).
+    save_every_s : float
+        Seconds of work that a kill may cost, about.
+
+    Returns
+    -------
+    Scoring
+        Counts, failures and times.
+
+    Raises
+    ------
+    ScoringError
+        If the list of pairs is malformed, or another run of this output is unfinished.
+    MatcherError
+        If the matcher is unknown, or there is a threshold but no calibration, or it is not in
+        0..100.
+    OutputError
+        If the output cannot be written.
+    FpmatchError
+        If a side cannot be opened or the engine broke down.
+
+    Examples
+    --------
+    >>> score("enrolled", "seized", "scores.csv", threshold=40).rows  # doctest: +SKIP
+    12
+    """
+    target = Path(output)
+    check_format(target)
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    if calibration is None and chosen.name in calibrated_matchers():
+        calibration = load_calibration(chosen.name)
+    _check_threshold(threshold, calibration, chosen.name)
+    sides = {REFERENCES: _opened(references, dpi), PROBES: _opened(probes, dpi)}
+    plan = _planned(pairs, sides)
+    run = {
+        "format": _FORMAT,
+        "version of fpmatch": __version__,
+        "matcher": chosen.name,
+        "calibration": calibration.as_json() if calibration else "",
+        "threshold": repr(threshold),
+        "set of references": sides[REFERENCES].fingerprint,
+        "set of probes": sides[PROBES].fingerprint,
+        "list of pairs": plan.identity,
+    }
+    key = {side: side for side in sides}
+    if _same(*sides.values()):
+        key[PROBES] = key[REFERENCES]
+    with engine or here() as place, Store(target, run) as store:
+        for name in dict.fromkeys(key.values()):
+            collect(store, name, sides[name], place, progress)
+        failed = {side: store.failures(key[side]) for side in sides}
+        assumed = {
+            f"{sides[k].place}: {sides[k].names[n]}" for k in key.values() for n in store.assumed(k)
+        }
+        comparing = Comparing(
+            store=store,
+            plan=plan,
+            probes=key[PROBES],
+            references=key[REFERENCES],
+            matcher=chosen,
+            writer=RowWriter(
+                probes=sides[PROBES].names,
+                references=sides[REFERENCES].names,
+                probe_failures=failed[PROBES],
+                reference_failures=failed[REFERENCES],
+                calibration=calibration,
+                threshold=threshold,
+            ),
+            save_every_s=save_every_s,
+        )
+        begun = time.perf_counter()
+        start, end = comparing.run(place, progress)
+    return Scoring(
+        output=target,
+        references=len(sides[REFERENCES].names),
+        probes=len(sides[PROBES].names),
+        pairs=end.pairs,
+        rows=end.rows,
+        resumed=start.pairs,
+        failed_pairs=end.failed,
+        failures=tuple(
+            ImageFailure(side, sides[side].names[number], reason)
+            for side in dict.fromkeys(key.values())
+            for number, reason in failed[side].items()
+        ),
+        dpi_assumed=tuple(sorted(assumed)),
+        seconds=time.perf_counter() - begun,
+    )
+
+
+def _opened(side: AnySide, dpi: float | None) -> Side:
+    if isinstance(side, str | os.PathLike):
+        return open_side(side, dpi=dpi)
+    return side
+
+
+def _same(one: Side, other: Side) -> bool:
+    return (one.place, one.fingerprint) == (other.place, other.fingerprint)
+
+
+def _planned(pairs: str | os.PathLike[str] | Plan | None, sides: dict[str, Side]) -> Plan:
+    probes, references = sides[PROBES].names, sides[REFERENCES].names
+    if pairs is None:
+        return AllPairs(len(probes), len(references))
+    if isinstance(pairs, str | os.PathLike):
+        return ListedPairs(pairs, probes, references)
+    return pairs
+
+
+def _check_threshold(
+    threshold: float | None, calibration: Calibration | None, matcher: str
+) -> None:
+    if threshold is None:
+        return
+    if not 0 <= threshold <= MAX_SCORE:
+        raise MatcherError(f"threshold must lie in 0..{MAX_SCORE:g}, not {threshold:g}")
+    if calibration is None:
+        raise MatcherError(
+            f"matcher {matcher!r} has no calibration, so its scores cannot be held against a "
+            "threshold; see fpmatch calibrate"
+        )

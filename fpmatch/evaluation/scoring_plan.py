@@ -1,0 +1,198 @@
+"""Which pairs are scored, in which order, and in what chunks of work."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+from array import array
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Protocol
+
+import numpy as np
+
+from fpmatch.errors import ScoringError
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+REFERENCES_PER_BAND: Final = 128
+PAIRS_PER_CHUNK: Final = 2048
+LISTED_PAIRS_PER_CHUNK: Final = 512
+PROBE: Final = "probe"
+REFERENCE: Final = "reference"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PairChunk:
+    """Hold some pairs, as numbers of prints of the two sides.
+
+    Parameters
+    ----------
+    probe, reference : ndarray of int32, shape (N,)
+        The prints of each pair.
+    """
+
+    probe: NDArray[np.int32]
+    reference: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        return int(self.probe.size)
+
+
+class Plan(Protocol):
+    """Say which pairs are scored, in so many chunks; other pairs have another `identity`."""
+
+    identity: str
+    number_of_chunks: int
+
+    def __len__(self) -> int:
+        """Return the number of pairs."""
+
+    def chunks(self, start: int = 0) -> Iterator[PairChunk]:
+        """Yield the pairs in their order, from chunk number `start` on."""
+
+
+class AllPairs:
+    """Score each probe with each reference.
+
+    The references come in bands: every probe with the first band, one probe after the other, then
+    every probe with the next. So each reference is prepared for comparison once, and only the
+    templates of a band and of some probes are in memory.
+
+    Parameters
+    ----------
+    probes, references : int
+        How many there are.
+    band : int
+        References in a band.
+    pairs_per_chunk : int
+        Pairs in a chunk, about.
+
+    Examples
+    --------
+    >>> chunk, = AllPairs(2, 2).chunks()
+    >>> chunk.probe.tolist(), chunk.reference.tolist()
+    ([0, 0, 1, 1], [0, 1, 0, 1])
+    """
+
+    def __init__(
+        self,
+        probes: int,
+        references: int,
+        *,
+        band: int = REFERENCES_PER_BAND,
+        pairs_per_chunk: int = PAIRS_PER_CHUNK,
+    ) -> None:
+        self._probes, self._references = probes, references
+        self._band = max(1, min(band, references))
+        self._block = -(-pairs_per_chunk // self._band)
+        self._blocks = -(-probes // self._block)
+        self.number_of_chunks = self._blocks * -(-references // self._band)
+        self.identity = f"all of {probes} x {references} in {self._band} x {self._block}"
+
+    def __len__(self) -> int:
+        return self._probes * self._references
+
+    def chunks(self, start: int = 0) -> Iterator[PairChunk]:
+        """Yield the pairs in their order, from chunk number `start` on."""
+        for number in range(start, self.number_of_chunks):
+            band, block = divmod(number, self._blocks)
+            reference = _span(band, self._band, self._references)
+            probe = _span(block, self._block, self._probes)
+            yield PairChunk(np.repeat(probe, reference.size), np.tile(reference, probe.size))
+
+
+class ListedPairs:
+    """Score the pairs of a list, in its order.
+
+    Parameters
+    ----------
+    path : path-like
+        A CSV file with the columns ``probe`` and ``reference``, others being passed over; or,
+        without a first line that names these, with probe and reference as the first two. Prints
+        go by their names, or by these without extension where that is one print's alone.
+    probes, references : sequence of str
+        Names of the prints of the two sides.
+    pairs_per_chunk : int
+        Pairs in a chunk.
+
+    Raises
+    ------
+    ScoringError
+        If the list cannot be read, is empty, or names a print that is not there.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        probes: Sequence[str],
+        references: Sequence[str],
+        *,
+        pairs_per_chunk: int = LISTED_PAIRS_PER_CHUNK,
+    ) -> None:
+        self._size = pairs_per_chunk
+        # 8 bytes a pair: a list of a hundred million takes less than the rows it asks for.
+        numbers = array("i")
+        known = _numbers_by_name(probes), _numbers_by_name(references)
+        for line, names in _read_pairs(Path(path)):
+            for side, name, number_of in zip((PROBE, REFERENCE), names, known, strict=True):
+                if name not in number_of:
+                    raise ScoringError(f"{path}: line {line}: there is no {side} {name!r}")
+                numbers.append(number_of[name])
+        if not numbers:
+            raise ScoringError(f"{path}: the list holds no pairs")
+        self._pairs = np.array(numbers, dtype=np.int32).reshape(-1, 2)
+        self.number_of_chunks = -(-len(self._pairs) // pairs_per_chunk)
+        digest = hashlib.sha256(self._pairs.tobytes()).hexdigest()
+        self.identity = f"listed {digest} by {pairs_per_chunk}"
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def chunks(self, start: int = 0) -> Iterator[PairChunk]:
+        """Yield the pairs in their order, from chunk number `start` on."""
+        for k in range(start * self._size, len(self._pairs), self._size):
+            probe, reference = self._pairs[k : k + self._size].T
+            yield PairChunk(probe, reference)
+
+
+def _span(number: int, size: int, end: int) -> NDArray[np.int32]:
+    return np.arange(number * size, min((number + 1) * size, end), dtype=np.int32)
+
+
+def _numbers_by_name(names: Sequence[str]) -> dict[str, int]:
+    """Return the numbers of prints by name, and by name without extension where that is one's."""
+    stems = [Path(name).stem for name in names]
+    times = Counter(stems)
+    by_stem = {stem: n for n, stem in enumerate(stems) if times[stem] == 1}
+    return by_stem | {name: n for n, name in enumerate(names)}
+
+
+def _read_pairs(path: Path) -> Iterator[tuple[int, tuple[str, str]]]:
+    """Yield number of line, and names of probe and reference, of each pair of a list."""
+    columns = (0, 1)
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            reader = csv.reader(stream)
+            for first, row in enumerate(reader):
+                cells = [cell.strip() for cell in row]
+                if not any(cells):
+                    continue
+                if first == 0 and {PROBE, REFERENCE} <= set(cells):
+                    columns = (cells.index(PROBE), cells.index(REFERENCE))
+                    continue
+                if len(cells) <= max(columns):
+                    raise ScoringError(
+                        f"{path}: line {reader.line_num}: expected a probe and a reference"
+                    )
+                yield reader.line_num, (cells[columns[0]], cells[columns[1]])
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise ScoringError(f"{path}: cannot be read: {reason}") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ScoringError(f"{path}: not a CSV file of pairs") from error

@@ -1,0 +1,208 @@
+"""The two sides of a scoring: a folder of prints or a gallery, as names and templates in bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections import Counter
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice, zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Protocol
+
+import numpy as np
+
+from fpmatch.errors import FpmatchError, ScoringError
+from fpmatch.gallery.compact import unpack_template
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.prints import PrintFile, extract_print, find_prints
+from fpmatch.image.read import GreyImage, read_image
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Generator, Iterable
+
+    from fpmatch.engine.engine import Engine
+
+    Reader = Callable[[Path], GreyImage]
+
+IMAGES_PER_CHUNK: Final = 2
+_ZIP: Final = b"PK"  # how what `pack` returns begins
+_COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """Hold what a side has of one print.
+
+    Parameters
+    ----------
+    data : bytes or None
+        Its template, for `unpack`; None where there is none.
+    reason : str
+        Why there is none; else "".
+    dpi_assumed : bool
+        Whether its resolution had to be assumed.
+    """
+
+    data: bytes | None
+    reason: str = ""
+    dpi_assumed: bool = False
+
+
+class Side(Protocol):
+    """Give the prints of one side, in an order that stays.
+
+    `names` are those of its prints, each once; `fingerprint` is a word that is another one
+    whenever they have changed; `place` says where they are, in words.
+    """
+
+    place: str
+    names: list[str]
+    fingerprint: str
+
+    def items(self, engine: Engine, start: int) -> Generator[Item, None, None]:
+        """Yield the prints from number `start` on, extracted by `engine` where that is needed."""
+
+
+def open_side(
+    place: str | os.PathLike[str], *, dpi: float | None = None, reader: Reader = read_image
+) -> Side:
+    """Open one side of a scoring.
+
+    Parameters
+    ----------
+    place : path-like or str
+        A folder of prints, or a gallery: a file or the URL of a database.
+    dpi : float, optional
+        Resolution of all prints of a folder; by default what its ``dataset.toml`` says, else each
+        file's own.
+    reader : callable
+        Reads an image file (default: `read_image`).
+
+    Returns
+    -------
+    Side
+        Its prints, none of them read yet.
+
+    Raises
+    ------
+    FpmatchError
+        If there is no such folder or gallery, or nothing in it.
+    """
+    if "://" in str(place) or Path(place).is_file():
+        return GallerySide(place)
+    return FolderSide(Path(place), dpi, reader)
+
+
+class FolderSide:
+    """The images of a folder, by name; templates are extracted."""
+
+    def __init__(self, folder: Path, dpi: float | None, reader: Reader) -> None:
+        self._files = find_prints([folder], dpi)
+        self._reader = reader
+        self.place = str(folder)
+        self.names = [file.path.name for file in self._files]
+        self.fingerprint = _digest(map(_state, self._files))
+
+    def items(self, engine: Engine, start: int) -> Generator[Item, None, None]:
+        """Yield the prints from number `start` on."""
+        starts = range(start, len(self._files), IMAGES_PER_CHUNK)
+        # Read here, so that workers elsewhere need not see the files.
+        chunks = ([self._read(f) for f in self._files[k : k + IMAGES_PER_CHUNK]] for k in starts)
+        with closing(engine.map(_extract_chunk, None, chunks)) as results:
+            for items in results:
+                yield from items
+
+    def _read(self, file: PrintFile) -> tuple[PrintFile, GreyImage] | Item:
+        try:
+            return file, self._reader(file.path)
+        except FpmatchError as error:
+            return _failed(file, error)
+
+
+class GallerySide:
+    """The entries of a gallery, by their numbers; templates are those it keeps."""
+
+    def __init__(self, place: str | os.PathLike[str]) -> None:
+        self._open = partial(open_gallery, place)
+        with self._open() as gallery:
+            self.place = gallery.name
+            self.fingerprint = gallery.fingerprint_of_content()
+            entries = list(gallery.entries())
+        if not entries:
+            raise ScoringError(f"{self.place}: the gallery is empty")
+        self._numbers = [entry.id for entry in entries]
+        times = Counter(str(entry.label) for entry in entries)
+        # Labels differ, but not always once they are written as one word.
+        self.names = [
+            str(e.label) if times[str(e.label)] == 1 else f"{e.label}#{e.id}" for e in entries
+        ]
+
+    def items(self, engine: Engine, start: int) -> Generator[Item, None, None]:
+        """Yield the prints from number `start` on."""
+        numbers = self._numbers[start:]
+        after = self._numbers[start - 1] if start else 0
+        with self._open() as gallery:
+            packed = islice(gallery.packed_templates(after=after), len(numbers))
+            for expected, found in zip_longest(numbers, packed):
+                if found is None or found[0] != expected:
+                    raise ScoringError(f"{self.place}: changed while it was read; start again")
+                yield Item(found[1])
+
+
+def pack(template: Template) -> bytes:
+    """Return a template as bytes, exactly as it is."""
+    minutiae, field = template.minutiae, template.field
+    arrays = {name: getattr(minutiae, name) for name in _COLUMNS}
+    arrays["frame"] = np.array([template.width, template.height, template.dpi])
+    if field is not None:
+        arrays |= {"orientation": field.orientation, "mask": field.mask}
+        arrays["step"] = np.array(field.step)
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def unpack(data: bytes) -> Template:
+    """Return the template that an `Item` holds as bytes, packed here or by a gallery."""
+    if not data.startswith(_ZIP):
+        return unpack_template(data)
+    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+        width, height, dpi = arrays["frame"].tolist()
+        field = None
+        if "step" in arrays:
+            field = RidgeField(float(arrays["step"]), arrays["orientation"], arrays["mask"])
+        minutiae = Minutiae(*(arrays[name] for name in _COLUMNS))
+    return Template(minutiae, int(width), int(height), dpi, field)
+
+
+def _extract_chunk(_: None, chunk: list[tuple[PrintFile, GreyImage] | Item]) -> list[Item]:
+    return [part if isinstance(part, Item) else _extract(*part) for part in chunk]
+
+
+def _extract(file: PrintFile, image: GreyImage) -> Item:
+    try:
+        extracted = extract_print(file, reader=lambda _: image)
+    except FpmatchError as error:
+        return _failed(file, error)
+    return Item(pack(extracted.template), dpi_assumed=extracted.dpi_assumed)
+
+
+def _failed(file: PrintFile, error: FpmatchError) -> Item:
+    return Item(None, str(error).removeprefix(f"{file.path}: "))
+
+
+def _state(file: PrintFile) -> tuple[str, int, int, float | None]:
+    try:
+        status = file.path.stat()
+    except OSError:  # a file that is gone fails when it is read, as a row
+        return file.path.name, -1, -1, file.dpi
+    return file.path.name, status.st_size, status.st_mtime_ns, file.dpi
+
+
+def _digest(parts: Iterable[object]) -> str:
+    return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()

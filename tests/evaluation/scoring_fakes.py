@@ -1,0 +1,43 @@
+"""Sides and a matcher whose scores are known; a module, so that workers can import it."""
+
+import time
+
+import numpy as np
+
+from fpmatch.evaluation.scoring_sides import Item, pack
+from fpmatch.matching.result import Comparison
+from fpmatch.minutiae import Minutiae, Template
+
+
+class Line:
+    """Prints of one minutia each, at places along a line; those at None have no template."""
+
+    def __init__(self, places, place="line"):
+        self.places = places
+        self.place = place
+        self.names = [f"{place}_{n}" for n in range(len(places))]
+        self.fingerprint = repr((place, places))
+
+    def items(self, engine, start):
+        for x in self.places[start:]:
+            if x is None:
+                yield Item(None, "no image, but text")
+            else:
+                yield Item(pack(Template(Minutiae([x], [0], [0]), 300, 300)), dpi_assumed=x == 7)
+
+
+class Near:
+    """Call prints alike that lie near each other, after a moment's thought."""
+
+    name = "near"
+
+    def __init__(self, seconds=0.0):
+        self.seconds = seconds
+
+    def prepare(self, template):
+        return float(template.minutiae.x[0])
+
+    def compare(self, probe, reference):
+        time.sleep(self.seconds)
+        similarity = 1 / (1 + abs(probe - reference))
+        return Comparison(similarity, None, np.zeros((0, 2), np.int32), 0.0, 0.0, 0.0)

@@ -133,7 +133,10 @@ def resample_rates(trials: Sequence[Trials], resamples: int, seed: int) -> Repli
         weights = [_pair_weights(t, c[rows]) for t, c in zip(trials, counts, strict=True)]
         for k, w in enumerate(weights):
             result.sets[k, rows] = ranked[k].rates(w)
-        result.pooled[rows] = pooled.rates(np.concatenate(weights, axis=1))
+        alone = len(weights) == 1
+        result.pooled[rows] = (
+            result.sets[0, rows] if alone else pooled.rates(np.concatenate(weights, axis=1))
+        )
     return result
 
 

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.errors import FpmatchError, GalleryError, TemplateError
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -124,6 +124,14 @@ def unpack_template(data: bytes) -> Template:
         return _unpack(_Reader(data[: -_CRC.size]))
     except (ValueError, struct.error, FpmatchError) as error:
         raise TemplateError(f"packed template is damaged: {error}") from error
+
+
+def unpack_entry(data: bytes, number: int, gallery: str) -> Template:
+    """Unpack the template of an entry; what is wrong with it is a GalleryError that names both."""
+    try:
+        return unpack_template(data)
+    except TemplateError as error:
+        raise GalleryError(f"{gallery}: damaged: entry {number}: {error}") from error
 
 
 class _Reader:

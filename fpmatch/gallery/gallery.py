@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError, TemplateError
-from fpmatch.gallery.compact import pack_template, unpack_template
+from fpmatch.gallery.compact import pack_template, unpack_entry
 from fpmatch.gallery.duplicates import Claim, Enrolled, as_entry
 from fpmatch.gallery.entry import Entry, Failure
 from fpmatch.gallery.place import DamagedRowError, Place
@@ -203,14 +203,7 @@ class Gallery:
             If a template is damaged.
         """
         for number, data in self.packed_templates(after=after):
-            yield number, self.unpack(number, data)
-
-    def unpack(self, number: int, data: bytes) -> Template:
-        """Return the template that was packed for the entry `number`, or raise GalleryError."""
-        try:
-            return unpack_template(data)
-        except TemplateError as error:
-            raise GalleryError(f"{self.name}: damaged: entry {number}: {error}") from error
+            yield number, unpack_entry(data, number, self.name)
 
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -11,13 +11,21 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from fpmatch.engine.engine import Engine
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.matching.result import Matcher
+
+
+class References(Protocol):
+    """Be a list of prepared templates, or many of them packed."""
+
+    def __getitem__(self, k: int, /) -> Any:
+        """Return one as the matcher's `prepare` made it."""
+
+    def __len__(self) -> int:
+        """Return how many they are."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,20 +38,21 @@ class Search:
         The matcher.
     numbers : ndarray of int64, shape (N,)
         Numbers of the entries.
-    references : sequence
+    references : References
         Their prepared templates, in the same order.
     """
 
     matcher: Matcher
     numbers: NDArray[np.int64]
-    references: Sequence[Any]
+    references: References
 
     def __len__(self) -> int:
         return len(self.numbers)
 
     def similarities(self, probe: Any) -> NDArray[np.float64]:
         """Return the similarity of a prepared probe to each print, as `compare` finds it."""
-        return np.array([self.matcher.compare(probe, r).similarity for r in self.references])
+        compared = (self.references[k] for k in range(len(self)))
+        return np.array([self.matcher.compare(probe, r).similarity for r in compared])
 
 
 def open_search(

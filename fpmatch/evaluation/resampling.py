@@ -14,16 +14,16 @@ analysis of pattern recognition systems: the subsets bootstrap", CVIU 93 (2004),
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.rates import FMR_LIMITS, ROUNDING
+from fpmatch.evaluation.rates import FMR_LIMITS, error_rates
+from fpmatch.evaluation.weighted_rates import RankedScores
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -31,6 +31,8 @@ RESAMPLED: Final = ("eer", *FMR_LIMITS)
 """The rates that are resampled; those of a single extreme score cannot be."""
 
 _WEIGHTS_AT_A_TIME: Final = 4_000_000
+_EERS_KEPT: Final = 4  # impostors are kept down to where FMR is so many times the EER, and a bit
+_SHARE_KEPT: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,22 +124,113 @@ def resample_rates(trials: Sequence[Trials], resamples: int, seed: int) -> Repli
         Their rates.
     """
     counts = [draw_fingers(t.fingers, resamples, seed, k) for k, t in enumerate(trials)]
-    genuine = np.concatenate([t.genuine for t in trials])
-    pooled = _Ranked.of(np.concatenate([t.similarity for t in trials]), genuine)
-    ranked = [_Ranked.of(t.similarity, t.genuine) for t in trials]
     result = Replicates(
         sets=np.empty((len(trials), resamples, len(RESAMPLED))),
         pooled=np.empty((resamples, len(RESAMPLED))),
     )
-    for rows in _slices(resamples, genuine.size):
-        weights = [_pair_weights(t, c[rows]) for t, c in zip(trials, counts, strict=True)]
-        for k, w in enumerate(weights):
-            result.sets[k, rows] = ranked[k].rates(w)
-        alone = len(weights) == 1
-        result.pooled[rows] = (
-            result.sets[0, rows] if alone else pooled.rates(np.concatenate(weights, axis=1))
-        )
+    together = _together(trials)
+    lowest = [_lowest_needed(t) for t in (*trials, together)]
+    left = _replicate(trials, counts, lowest, np.arange(resamples), result)
+    everything = [-np.inf] * len(lowest)
+    _replicate(trials, counts, everything, left, result)
     return result
+
+
+def _together(trials: Sequence[Trials]) -> Trials:
+    """Return all databases' comparisons as one, the fingers of each numbered on."""
+    first = np.cumsum([0, *(t.fingers for t in trials)])
+    return Trials(
+        similarity=np.concatenate([t.similarity for t in trials]),
+        probe=np.concatenate([t.probe + n for t, n in zip(trials, first, strict=False)]),
+        reference=np.concatenate([t.reference + n for t, n in zip(trials, first, strict=False)]),
+        fingers=int(first[-1]),
+    )
+
+
+def _lowest_needed(trials: Trials) -> float:
+    """Return a similarity below which no draw's rates are likely to lie."""
+    genuine = trials.genuine
+    impostor = trials.similarity[~genuine]
+    eer = error_rates(trials.similarity[genuine], impostor).eer
+    share = 1.0 if eer is None else _SHARE_KEPT + _EERS_KEPT * eer
+    if share >= 1.0:
+        return float("-inf")
+    return float(np.quantile(impostor, 1.0 - share))
+
+
+def _replicate(
+    trials: Sequence[Trials],
+    counts: Sequence[NDArray[np.int64]],
+    lowest: Sequence[float],
+    draws: NDArray[np.intp],
+    result: Replicates,
+) -> NDArray[np.intp]:
+    """Fill in the rates of some draws from the scores above `lowest`.
+
+    Parameters
+    ----------
+    trials, counts
+        The databases, and how often each finger was drawn.
+    lowest : sequence of float
+        The lowest similarity of impostors looked at: of each database, then of all pooled.
+    draws : ndarray of intp
+        Which draws.
+    result : Replicates
+        Where to write.
+
+    Returns
+    -------
+    ndarray of intp
+        The draws for which these scores do not reach low enough.
+    """
+    kept = [_kept(t, min(low, lowest[-1])) for t, low in zip(trials, lowest, strict=False)]
+    ranked = [
+        RankedScores.of(t.similarity, t.genuine, low)
+        for t, low in zip((*kept, _together(kept)), lowest, strict=True)
+    ]
+    between = [_impostors_between(t) for t in trials]
+    complete = np.ones(draws.size, bool)
+    pairs = sum(t.similarity.size for t in kept)
+    for part in _slices(draws.size, pairs):
+        rows = draws[part]
+        drawn = [c[rows] for c in counts]
+        totals = [_impostor_weight(b, c) for b, c in zip(between, drawn, strict=True)]
+        weights = [_pair_weights(t, c) for t, c in zip(kept, drawn, strict=True)]
+        for k, (w, total) in enumerate(zip(weights, totals, strict=True)):
+            result.sets[k, rows], told = ranked[k].rates(w, total)
+            complete[part] &= told
+        if len(trials) == 1:
+            result.pooled[rows] = result.sets[0, rows]
+            continue
+        everything = np.concatenate(weights, axis=1)
+        result.pooled[rows], told = ranked[-1].rates(everything, np.sum(totals, axis=0))
+        complete[part] &= told
+    return draws[~complete]
+
+
+def _kept(trials: Trials, lowest: float) -> Trials:
+    chosen = trials.genuine | (trials.similarity >= lowest)
+    return replace(
+        trials,
+        similarity=trials.similarity[chosen],
+        probe=trials.probe[chosen],
+        reference=trials.reference[chosen],
+    )
+
+
+def _impostors_between(trials: Trials) -> NDArray[np.float64]:
+    """Return how many impostor pairs each two fingers have, of shape (fingers, fingers)."""
+    impostor = ~trials.genuine
+    flat = trials.probe[impostor] * trials.fingers + trials.reference[impostor]
+    counted = np.bincount(flat, minlength=trials.fingers**2).astype(np.float64)
+    return counted.reshape(trials.fingers, trials.fingers)
+
+
+def _impostor_weight(between: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the weight of all impostor pairs in each draw."""
+    drawn = counts.astype(np.float64)
+    weight: NDArray[np.int64] = np.einsum("bi,bi->b", drawn @ between, drawn).astype(np.int64)
+    return weight
 
 
 def resample_fmr(
@@ -184,96 +277,3 @@ def _pair_weights(trials: Trials, counts: NDArray[np.int64]) -> NDArray[np.int64
     probe = np.take(counts, trials.probe, axis=1)
     other = np.where(trials.genuine, 1, np.take(counts, trials.reference, axis=1))
     return probe * other
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Ranked:
-    """Hold the order of some scores, so that rates need only the pairs' weights.
-
-    Parameters
-    ----------
-    genuine, impostor : ndarray of intp
-        Indices of the pairs, by increasing score.
-    genuine_below, impostor_below : ndarray of intp, shape (T,)
-        How many of them lie below each threshold: every distinct score, then infinity.
-    genuine_up_to : ndarray of intp
-        How many genuine scores are at most as high as each impostor score.
-    """
-
-    genuine: NDArray[np.intp]
-    impostor: NDArray[np.intp]
-    genuine_below: NDArray[np.intp]
-    impostor_below: NDArray[np.intp]
-    genuine_up_to: NDArray[np.intp]
-
-    @classmethod
-    def of(cls, similarity: NDArray[np.float64], genuine: NDArray[np.bool_]) -> _Ranked:
-        ours, theirs = np.flatnonzero(genuine), np.flatnonzero(~genuine)
-        ours = ours[np.argsort(similarity[ours], kind="stable")]
-        theirs = theirs[np.argsort(similarity[theirs], kind="stable")]
-        threshold = np.append(np.unique(similarity), np.inf)
-        return cls(
-            genuine=ours,
-            impostor=theirs,
-            genuine_below=np.searchsorted(similarity[ours], threshold, side="left"),
-            impostor_below=np.searchsorted(similarity[theirs], threshold, side="left"),
-            genuine_up_to=np.searchsorted(similarity[ours], similarity[theirs], side="right"),
-        )
-
-    def rates(self, weights: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the rates of `RESAMPLED` of each row of pair weights."""
-        below_g, below_i = _cumulated(weights, self.genuine), _cumulated(weights, self.impostor)
-        total_g, total_i = below_g[:, -1], below_i[:, -1]
-        rows = np.arange(len(weights))
-        rates = np.full((len(weights), len(RESAMPLED)), np.nan)
-        usable = (total_g > 0) & (total_i > 0)
-        if not usable.any():
-            return rates
-        nonzero_g, nonzero_i = np.maximum(total_g, 1), np.maximum(total_i, 1)
-
-        def fmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
-            return (total_i - below_i[rows, self.impostor_below[t]]) / nonzero_i
-
-        def fnmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
-            return below_g[rows, self.genuine_below[t]] / nonzero_g
-
-        after = _first(lambda t: fmr(t) <= fnmr(t), self.genuine_below.size - 1, rows.size)
-        before = np.maximum(after - 1, 0)
-        fall, rise = fmr(before) - fnmr(before), fnmr(after) - fmr(after)
-        way = fall / np.maximum(fall + rise, np.finfo(np.float64).tiny)
-        rates[:, 0] = fmr(before) + way * (fmr(after) - fmr(before))
-        for column, limit in enumerate(FMR_LIMITS.values(), start=1):
-            needed = total_i - np.floor(limit * total_i + ROUNDING)
-            kept = _first(partial(_reaches, below_i, needed), self.impostor.size, rows.size)
-            rejected = self.genuine_up_to[np.maximum(kept - 1, 0)]
-            rates[:, column] = below_g[rows, rejected] / nonzero_g
-        rates[~usable] = np.nan
-        return rates
-
-
-def _cumulated(weights: NDArray[np.int64], order: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Return the weight of the first 0, 1, 2, … pairs of an order, of shape (rows, pairs + 1)."""
-    sums = np.zeros((len(weights), order.size + 1), np.int64)
-    np.cumsum(np.take(weights, order, axis=1), axis=1, out=sums[:, 1:])
-    return sums
-
-
-def _reaches(
-    below: NDArray[np.int64], needed: NDArray[np.float64], k: NDArray[np.intp]
-) -> NDArray[np.bool_]:
-    """Return of each row whether the weight below its k-th impostor is what must be rejected."""
-    enough: NDArray[np.bool_] = below[np.arange(k.size), k] >= needed
-    return enough
-
-
-def _first(
-    holds: Callable[[NDArray[np.intp]], NDArray[np.bool_]], last: int, rows: int
-) -> NDArray[np.intp]:
-    """Return for each row the first index of 0..last from which on `holds`; at `last` it does."""
-    low, high = np.full(rows, -1, np.intp), np.full(rows, last, np.intp)
-    while (high - low > 1).any():
-        middle = np.maximum((low + high) // 2, 0)
-        found = holds(middle)
-        high = np.where(found, middle, high)
-        low = np.where(found, low, middle)
-    return high

@@ -67,6 +67,17 @@ def test_does_not_depend_on_how_many_draws_are_weighed_at_a_time(monkeypatch):
     np.testing.assert_array_equal(whole.pooled, parts.pooled)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.01, 1.0])
+def test_does_not_depend_on_how_many_impostors_are_looked_at_first(monkeypatch, share):
+    given_trials = [trials(8, 4, 1), trials(7, 3, 2, levels=2)]
+    plain = resample_rates(given_trials, 30, 7)
+    monkeypatch.setattr("fpmatch.evaluation.resampling._SHARE_KEPT", share)
+    monkeypatch.setattr("fpmatch.evaluation.resampling._EERS_KEPT", 0)
+    other = resample_rates(given_trials, 30, 7)
+    np.testing.assert_array_equal(plain.sets, other.sets)
+    np.testing.assert_array_equal(plain.pooled, other.pooled)
+
+
 def test_a_larger_database_with_fmr1000_and_fmr10000():
     many = trials(60, 3, 3)
     drawn = draw_fingers(60, 3, 5)

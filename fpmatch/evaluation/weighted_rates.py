@@ -1,0 +1,139 @@
+"""Error rates of scores that count more than once or not at all, for many weightings at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.evaluation.rates import FMR_LIMITS, ROUNDING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RankedScores:
+    """Hold the order of some scores, so that rates need only the pairs' weights.
+
+    Impostors below a lowest score may be left out, which are nearly all where few score high; of
+    them only the weight must be known.
+
+    Parameters
+    ----------
+    genuine, impostor : ndarray of intp
+        Indices of the pairs, by increasing score; impostors from the lowest score on.
+    genuine_below, impostor_below : ndarray of intp, shape (T,)
+        How many of them lie below each threshold: every distinct score from the lowest on, then
+        infinity.
+    genuine_up_to : ndarray of intp
+        How many genuine scores are at most as high as each impostor score.
+    """
+
+    genuine: NDArray[np.intp]
+    impostor: NDArray[np.intp]
+    genuine_below: NDArray[np.intp]
+    impostor_below: NDArray[np.intp]
+    genuine_up_to: NDArray[np.intp]
+
+    @classmethod
+    def of(
+        cls, similarity: NDArray[np.float64], genuine: NDArray[np.bool_], lowest: float
+    ) -> RankedScores:
+        """Rank scores; impostors below `lowest` are left out."""
+        ours, theirs = np.flatnonzero(genuine), np.flatnonzero(~genuine & (similarity >= lowest))
+        ours = ours[np.argsort(similarity[ours], kind="stable")]
+        theirs = theirs[np.argsort(similarity[theirs], kind="stable")]
+        threshold = np.append(np.unique(similarity[similarity >= lowest]), np.inf)
+        return cls(
+            genuine=ours,
+            impostor=theirs,
+            genuine_below=np.searchsorted(similarity[ours], threshold, side="left"),
+            impostor_below=np.searchsorted(similarity[theirs], threshold, side="left"),
+            genuine_up_to=np.searchsorted(similarity[ours], similarity[theirs], side="right"),
+        )
+
+    def rates(
+        self, weights: NDArray[np.int64], total_impostor: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the rates of draws, and whether the scores reach low enough to tell them.
+
+        Parameters
+        ----------
+        weights : ndarray of int64, shape (B, number of pairs)
+            How often each pair counts in each draw.
+        total_impostor : ndarray of int64, shape (B,)
+            Weight of all impostors of each draw, those left out included.
+
+        Returns
+        -------
+        rates : ndarray of float64, shape (B, 1 + number of `FMR_LIMITS`)
+            EER and the FNMR at each limit; NaN where a draw has no pairs of a kind.
+        complete : ndarray of bool, shape (B,)
+            False where a rate hangs on impostors that were left out.
+        """
+        below_g = _cumulated(weights, self.genuine)
+        below_i = _cumulated(weights, self.impostor)
+        below_i += (total_impostor - below_i[:, -1])[:, np.newaxis]
+        total_g, total_i = below_g[:, -1], total_impostor
+        rows = np.arange(len(weights))
+        rates = np.full((rows.size, 1 + len(FMR_LIMITS)), np.nan)
+        usable = (total_g > 0) & (total_i > 0)
+        if not usable.any():
+            return rates, np.ones(rows.size, bool)
+        if not self.impostor.size:
+            return rates, ~usable
+        nonzero_g, nonzero_i = np.maximum(total_g, 1), np.maximum(total_i, 1)
+
+        def fmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
+            return (total_i - below_i[rows, self.impostor_below[t]]) / nonzero_i
+
+        def fnmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
+            return below_g[rows, self.genuine_below[t]] / nonzero_g
+
+        after = _first(lambda t: fmr(t) <= fnmr(t), self.genuine_below.size - 1, rows.size)
+        complete = after > 0
+        before = np.maximum(after - 1, 0)
+        fall, rise = fmr(before) - fnmr(before), fnmr(after) - fmr(after)
+        way = fall / np.maximum(fall + rise, np.finfo(np.float64).tiny)
+        rates[:, 0] = fmr(before) + way * (fmr(after) - fmr(before))
+        for column, limit in enumerate(FMR_LIMITS.values(), start=1):
+            needed = total_i - np.floor(limit * total_i + ROUNDING)
+            kept = _first(partial(_reaches, below_i, needed), self.impostor.size, rows.size)
+            complete &= kept > 0
+            rejected = self.genuine_up_to[np.maximum(kept - 1, 0)]
+            rates[:, column] = below_g[rows, rejected] / nonzero_g
+        rates[~usable] = np.nan
+        return rates, complete | ~usable
+
+
+def _cumulated(weights: NDArray[np.int64], order: NDArray[np.intp]) -> NDArray[np.int64]:
+    """Return the weight of the first 0, 1, 2, … pairs of an order, of shape (rows, pairs + 1)."""
+    sums = np.zeros((len(weights), order.size + 1), np.int64)
+    np.cumsum(np.take(weights, order, axis=1), axis=1, out=sums[:, 1:])
+    return sums
+
+
+def _reaches(
+    below: NDArray[np.int64], needed: NDArray[np.float64], k: NDArray[np.intp]
+) -> NDArray[np.bool_]:
+    """Return of each row whether the weight below its k-th impostor is what must be rejected."""
+    enough: NDArray[np.bool_] = below[np.arange(k.size), k] >= needed
+    return enough
+
+
+def _first(
+    holds: Callable[[NDArray[np.intp]], NDArray[np.bool_]], last: int, rows: int
+) -> NDArray[np.intp]:
+    """Return for each row the first index of 0..last from which on `holds`; at `last` it does."""
+    low, high = np.full(rows, -1, np.intp), np.full(rows, last, np.intp)
+    while (high - low > 1).any():
+        middle = np.maximum((low + high) // 2, 0)
+        found = holds(middle)
+        high = np.where(found, middle, high)
+        low = np.where(found, low, middle)
+    return high

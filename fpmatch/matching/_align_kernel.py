@@ -1,11 +1,12 @@
 """Kernel: lay one print over the other and pair their minutiae, one to one.
 
 Minutiae are columns of an array (4, N): x, y in pixels at 500 dpi with y pointing up, and the unit
-vector (c, s) of the direction. A transform is (s·cos θ, s·sin θ, tx, ty). Interpreted, the
-functions run as they stand and give the same pairs.
+vector (c, s) of the direction. A transform is (c, s, x, y): the scale times cosine and sine of the
+rotation, and the shift. Interpreted, the class runs as it stands and gives the same pairs.
 """
 
 import cython
+import numpy as np
 
 if cython.compiled:
     from cython.cimports.libc.math import exp, sqrt
@@ -14,309 +15,598 @@ else:
 
 COMPILED = cython.compiled
 
+# Of the grid in which minutiae near a place are looked up:
+CELL_PX = cython.declare(cython.double, 16.0)
+MOST_CELLS = cython.declare(cython.int, 32)  # along what the minutiae take up; if need be larger
+MOST_REACHED = cython.declare(cython.int, 6)  # cells in a line within the reach of one minutia
+MARGIN = cython.declare(cython.double, 0.01)  # px, more than rounding does to a cell's border
+STILLNESS = cython.declare(cython.double, 0.3)  # the weight of the belief that skin has not bent
+DIRECTION_ARM2 = cython.declare(cython.double, 900.0)  # px²: see `LightTable.fit`
+LEAST_SCALE = cython.declare(cython.double, 0.94)
+MOST_SCALE = cython.declare(cython.double, 1.06)
+FEWEST_FOR_SCALE = cython.declare(cython.int, 4)
+FAR_AWAY = cython.declare(cython.double, 1e12)  # px², farther than any other minutia
 
-@cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-def support_of_seeds(
-    a: cython.double[:, ::1],
-    b: cython.double[:, ::1],
-    seeds: cython.int[:, ::1],
-    near: cython.double,
-    spread: cython.double,
-    far: cython.double,
-    min_cosine: cython.double,
-    transforms: cython.double[:, ::1],
-    support: cython.double[::1],
-    moved: cython.double[:, ::1],
-    reach: cython.double[::1],
-    partner: cython.int[::1],
-    weight: cython.double[::1],
-    rival: cython.int[::1],
-    rival_weight: cython.double[::1],
-) -> cython.int:
-    """Let each seed, a pair of minutiae (i, j), propose a transform; refine it once, and weigh it.
 
-    The seed's own directions give the rotation, its positions the shift. Minutiae are paired
-    within a reach that grows from `near` by `spread` a pixel of distance from the seed up to
-    `far`; the similarity transform fitted to these pairs goes to ``transforms[k]`` and the sum of
-    the pairs' weights to ``support[k]``.
+@cython.final
+@cython.cclass
+class LightTable:
+    """A table on which print A is laid over print B.
+
+    There is room for `size_a` and `size_b` minutiae and for `seeds` seeds; `parameters` are an
+    `fpmatch.matching.align.AlignmentParameters`. ``laid[:4]`` are the minutiae of A as moved by
+    the transform at hand, ``laid[4:]`` their places once bent with the skin; ``partner[i]`` the
+    index in B of what minutia i of A is paired with, or -1, and ``weight[i]`` how well it fits.
     """
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    q: cython.Py_ssize_t
-    cosine: cython.double
-    sine: cython.double
-    dx: cython.double
-    dy: cython.double
-    r: cython.double
-    for k in range(seeds.shape[0]):
-        p = seeds[k, 0]
-        q = seeds[k, 1]
-        cosine = a[2, p] * b[2, q] + a[3, p] * b[3, q]
-        sine = a[2, p] * b[3, q] - a[3, p] * b[2, q]
-        transforms[k, 0] = cosine
-        transforms[k, 1] = sine
-        transforms[k, 2] = b[0, q] - cosine * a[0, p] + sine * a[1, p]
-        transforms[k, 3] = b[1, q] - sine * a[0, p] - cosine * a[1, p]
-        for i in range(a.shape[1]):
-            dx = a[0, i] - a[0, p]
-            dy = a[1, i] - a[1, p]
-            r = near + spread * sqrt(dx * dx + dy * dy)
-            reach[i] = r if r < far else far
-        move(a, transforms[k], moved)
-        support[k] = pair(moved, b, reach, min_cosine, partner, weight, rival, rival_weight)
-        fit(a, b, partner, weight, transforms[k])
-    return 0
 
+    def __init__(self, size_a, size_b, seeds, parameters) -> None:
+        p = parameters
+        self.size_a = 0
+        self.size_b = 0
+        self.a = np.empty((4, size_a))
+        self.b = np.empty((4, size_b))
+        self.laid = np.empty((6, size_a))
+        self.apart = np.empty((size_a, size_a))
+        self.pull = np.empty((size_a, size_a))
+        self.known = np.zeros(size_a, np.int32)
+        self.reach = np.empty(size_a)
+        self.mass = np.empty(size_a)
+        self.drift_x = np.empty(size_a)
+        self.drift_y = np.empty(size_a)
+        self.nearest = np.empty(size_a)
+        self.partner = np.full(size_a, -1, np.int32)
+        self.weight = np.zeros(size_a)
+        self.rival = np.empty(size_b, np.int32)
+        self.rival_weight = np.empty(size_b)
+        self.best_partner = np.full(size_a, -1, np.int32)
+        self.best_weight = np.zeros(size_a)
+        self.best_bent = np.empty((4, size_a))
+        self.transforms = np.empty((seeds, 4))
+        self.support = np.empty(seeds)
+        self.chosen = np.empty(seeds, np.int32)
+        self.min_cosine = p.min_cosine
+        self.candidates = p.candidates
+        self.seed_near = p.seed_reach_px
+        self.seed_spread = p.seed_reach_per_px
+        self.seed_far = p.seed_reach_limit_px
+        self.rigid_rounds = p.rigid_rounds
+        self.rigid_reach = p.rigid_reach_px
+        self.bend_rounds = p.bend_rounds
+        self.bend_scale = -0.5 / (p.bend_sigma_px * p.bend_sigma_px)
+        self.bend_near = p.bend_reach_px
+        self.bend_spread = p.bend_reach_per_px
+        self.bend_far = p.bend_reach_limit_px
+        self.farthest = max(self.seed_far, self.rigid_reach, self.bend_far)
+        self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 1, np.int32)
+        self.item = np.empty(MOST_REACHED * MOST_REACHED * size_b, np.int32)
+        self.columns = 0
+        self.rows = 0
+        self.x0 = 0.0
+        self.y0 = 0.0
+        self.per_px = 0.0
 
-@cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-def move(
-    a: cython.double[:, ::1], transform: cython.double[::1], moved: cython.double[:, ::1]
-) -> cython.int:
-    """Apply a transform to minutiae; directions turn, their length stays one."""
-    i: cython.Py_ssize_t
-    c: cython.double = transform[0]
-    s: cython.double = transform[1]
-    scale: cython.double = sqrt(c * c + s * s)
-    for i in range(a.shape[1]):
-        moved[0, i] = transform[2] + c * a[0, i] - s * a[1, i]
-        moved[1, i] = transform[3] + s * a[0, i] + c * a[1, i]
-        moved[2, i] = (c * a[2, i] - s * a[3, i]) / scale
-        moved[3, i] = (s * a[2, i] + c * a[3, i]) / scale
-    return 0
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def put_a(self, points: cython.double[:, ::1], size: cython.Py_ssize_t) -> cython.int:
+        """Take the first `size` columns of `points` as print A."""
+        row: cython.Py_ssize_t
+        i: cython.Py_ssize_t
+        self.size_a = size
+        for row in range(4):
+            for i in range(size):
+                self.a[row, i] = points[row, i]
+        return 0
 
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def put_b(self, points: cython.double[:, ::1], size: cython.Py_ssize_t) -> cython.int:
+        """Take the first `size` columns of `points` as print B, and note where they are near.
 
-@cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def pair(
-    moved: cython.double[:, ::1],
-    b: cython.double[:, ::1],
-    reach: cython.double[::1],
-    min_cosine: cython.double,
-    partner: cython.int[::1],
-    weight: cython.double[::1],
-    rival: cython.int[::1],
-    rival_weight: cython.double[::1],
-) -> cython.double:
-    """Pair moved minutiae with those of B, each with the one it fits best, where that is mutual.
+        Each cell of a grid lists, in their order, all minutiae within any reach of it.
+        """
+        j: cython.Py_ssize_t
+        cell: cython.Py_ssize_t
+        cells: cython.Py_ssize_t
+        filling: cython.int
+        row: cython.int
+        column: cython.int
+        first_column: cython.int
+        last_column: cython.int
+        first_row: cython.int
+        last_row: cython.int
+        count: cython.int
+        behind: cython.int
+        x1: cython.double
+        y1: cython.double
+        side: cython.double
+        reach: cython.double = self.farthest + MARGIN
+        self.size_b = size
+        self.columns = 0
+        self.rows = 0
+        if size == 0:
+            return 0
+        self.x0 = x1 = points[0, 0]
+        self.y0 = y1 = points[1, 0]
+        for j in range(size):
+            self.b[0, j] = points[0, j]
+            self.b[1, j] = points[1, j]
+            self.b[2, j] = points[2, j]
+            self.b[3, j] = points[3, j]
+            self.x0 = points[0, j] if points[0, j] < self.x0 else self.x0
+            self.y0 = points[1, j] if points[1, j] < self.y0 else self.y0
+            x1 = points[0, j] if points[0, j] > x1 else x1
+            y1 = points[1, j] if points[1, j] > y1 else y1
+        side = x1 - self.x0 if x1 - self.x0 > y1 - self.y0 else y1 - self.y0
+        side = side / MOST_CELLS
+        side = side if side > CELL_PX else CELL_PX
+        side = side if side > 0.5 * reach else 0.5 * reach
+        self.per_px = 1.0 / side
+        self.x0 -= reach
+        self.y0 -= reach
+        self.columns = self._line(x1 + reach - self.x0) + 1
+        self.rows = self._line(y1 + reach - self.y0) + 1
+        cells = self.columns * self.rows
+        for cell in range(cells + 1):
+            self.start[cell] = 0
+        for filling in range(2):
+            for j in range(size):
+                first_column = self._line(points[0, j] - reach - self.x0)
+                last_column = self._line(points[0, j] + reach - self.x0)
+                first_row = self._line(points[1, j] - reach - self.y0)
+                last_row = self._line(points[1, j] + reach - self.y0)
+                for row in range(first_row, last_row + 1):
+                    for column in range(first_column, last_column + 1):
+                        cell = row * self.columns + column
+                        if filling:
+                            self.item[self.start[cell]] = cython.cast(cython.int, j)
+                        self.start[cell] += 1
+            if not filling:
+                # to the starts of the cells, from which on they run ahead while the cells fill
+                behind = 0
+                for cell in range(cells):
+                    count = self.start[cell]
+                    self.start[cell] = behind
+                    behind += count
+                self.start[cells] = behind
+        for cell in range(cells - 1, 0, -1):
+            self.start[cell] = self.start[cell - 1]
+        self.start[0] = 0
+        return 0
 
-    A pair at distance d within the reach r of its minutia, with directions at cosine t, weighs
-    ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``. ``partner[i]`` receives the index in B or
-    -1, ``weight[i]`` the weight; the sum of the weights is returned. `rival` and `rival_weight`
-    are scratch as long as B.
-    """
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    best_j: cython.Py_ssize_t
-    dx: cython.double
-    dy: cython.double
-    d2: cython.double
-    r2: cython.double
-    cosine: cython.double
-    value: cython.double
-    best: cython.double
-    total: cython.double = 0.0
-    scale: cython.double = 1.0 / (1.0 - min_cosine)
-    for j in range(b.shape[1]):
-        rival[j] = -1
-        rival_weight[j] = 0.0
-    for i in range(moved.shape[1]):
-        best = 0.0
-        best_j = -1
-        r2 = reach[i] * reach[i]
-        for j in range(b.shape[1]):
-            dx = b[0, j] - moved[0, i]
-            dy = b[1, j] - moved[1, i]
-            d2 = dx * dx + dy * dy
-            if d2 >= r2:
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _line(self, place: cython.double) -> cython.int:
+        """Return the row or column of the grid at a distance from its first."""
+        return cython.cast(cython.int, place * self.per_px)
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def align(self, seeds: cython.int[:, ::1], count: cython.Py_ssize_t) -> cython.int:
+        """Keep the best alignment that the first `count` seeds lead to; return its pairs.
+
+        Without seeds there is none, and nothing is kept.
+        """
+        k: cython.Py_ssize_t
+        found: cython.Py_ssize_t
+        total: cython.double
+        most: cython.double = -1.0
+        pairs: cython.int = 0
+        if count == 0:
+            return 0
+        self.support_of_seeds(seeds, count)
+        found = self.choose(count)
+        for k in range(found):
+            self.c = self.transforms[self.chosen[k], 0]
+            self.s = self.transforms[self.chosen[k], 1]
+            self.x = self.transforms[self.chosen[k], 2]
+            self.y = self.transforms[self.chosen[k], 3]
+            total = self.refine()
+            if total > most:
+                most = total
+                pairs = self._keep()
+        return pairs
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def support_of_seeds(self, seeds: cython.int[:, ::1], count: cython.Py_ssize_t) -> cython.int:
+        """Let each seed, a pair of minutiae (i, j), propose a transform; refine it once; weigh it.
+
+        The seed's own directions give the rotation, its positions the shift. Minutiae are paired
+        within a reach that grows with the distance from the seed; the transform fitted to these
+        pairs goes to ``transforms[k]``, the sum of the pairs' weights to ``support[k]``.
+        """
+        k: cython.Py_ssize_t
+        i: cython.Py_ssize_t
+        p: cython.Py_ssize_t
+        q: cython.Py_ssize_t
+        r: cython.double
+        px: cython.double
+        py: cython.double
+        a: cython.double[:, ::1] = self.a
+        b: cython.double[:, ::1] = self.b
+        reach: cython.double[::1] = self.reach
+        near: cython.double = self.seed_near
+        spread: cython.double = self.seed_spread
+        far: cython.double = self.seed_far
+        for k in range(count):
+            p = seeds[k, 0]
+            q = seeds[k, 1]
+            self.c = a[2, p] * b[2, q] + a[3, p] * b[3, q]
+            self.s = a[2, p] * b[3, q] - a[3, p] * b[2, q]
+            self.x = b[0, q] - self.c * a[0, p] + self.s * a[1, p]
+            self.y = b[1, q] - self.s * a[0, p] - self.c * a[1, p]
+            px = a[0, p]
+            py = a[1, p]
+            for i in range(self.size_a):
+                r = (a[0, i] - px) * (a[0, i] - px) + (a[1, i] - py) * (a[1, i] - py)
+                r = near + spread * sqrt(r)
+                reach[i] = r if r < far else far
+            self.move()
+            self.support[k] = self.pair(0)
+            self.fit()
+            self.transforms[k, 0] = self.c
+            self.transforms[k, 1] = self.s
+            self.transforms[k, 2] = self.x
+            self.transforms[k, 3] = self.y
+        return 0
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def choose(self, count: cython.Py_ssize_t) -> cython.int:
+        """List up to `candidates` seeds of most support in `chosen`; return their number.
+
+        Of those that led to the same transform, and of those of equal support, the first comes.
+        """
+        k: cython.Py_ssize_t
+        n: cython.Py_ssize_t
+        best: cython.Py_ssize_t
+        found: cython.int = 0
+        same: cython.int
+        most: cython.double
+        while found < self.candidates:
+            best = -1
+            most = -1.0
+            for k in range(count):
+                if self.support[k] > most:
+                    most = self.support[k]
+                    best = k
+            if best < 0:
+                break
+            self.support[best] = -1.0  # taken
+            same = 0
+            for k in range(found):
+                n = self.chosen[k]
+                if (
+                    self.transforms[n, 0] == self.transforms[best, 0]
+                    and self.transforms[n, 1] == self.transforms[best, 1]
+                    and self.transforms[n, 2] == self.transforms[best, 2]
+                    and self.transforms[n, 3] == self.transforms[best, 3]
+                ):
+                    same = 1
+            if not same:
+                self.chosen[found] = cython.cast(cython.int, best)
+                found += 1
+        return found
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def refine(self) -> cython.double:
+        """Refit and re-pair in turn, first rigidly, then bending with the skin; return the weight.
+
+        The transform at hand is where it begins.
+        """
+        i: cython.Py_ssize_t
+        r: cython.int
+        total: cython.double = 0.0
+        for i in range(self.size_a):
+            self.reach[i] = self.rigid_reach
+        for r in range(self.rigid_rounds):
+            self.move()
+            total = self.pair(0)
+            self.fit()
+        self.move()
+        for i in range(self.size_a):
+            self.known[i] = 0
+            self.laid[4, i] = self.laid[0, i]
+            self.laid[5, i] = self.laid[1, i]
+        for r in range(self.bend_rounds):
+            self.bend()
+            total = self.pair(4)
+        return total
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def bend(self) -> cython.int:
+        """Bend print A with the skin, and set the reach of its minutiae.
+
+        Every minutia is displaced by the Gaussian mean of the other pairs' residuals; its reach
+        grows with the distance from the nearest other pair.
+        """
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        w: cython.double
+        g: cython.double
+        rx: cython.double
+        ry: cython.double
+        n: cython.Py_ssize_t = self.size_a
+        near: cython.double = self.bend_near
+        spread: cython.double = self.bend_spread
+        far: cython.double = self.bend_far
+        laid: cython.double[:, ::1] = self.laid
+        pull: cython.double[:, ::1] = self.pull
+        apart: cython.double[:, ::1] = self.apart
+        mass: cython.double[::1] = self.mass
+        drift_x: cython.double[::1] = self.drift_x
+        drift_y: cython.double[::1] = self.drift_y
+        nearest: cython.double[::1] = self.nearest
+        reach: cython.double[::1] = self.reach
+        for i in range(n):
+            mass[i] = STILLNESS
+            drift_x[i] = 0.0
+            drift_y[i] = 0.0
+            nearest[i] = FAR_AWAY
+        for k in range(n):
+            if self.partner[k] < 0:
                 continue
-            cosine = moved[2, i] * b[2, j] + moved[3, i] * b[3, j]
-            if cosine <= min_cosine:
-                continue
-            value = (1.0 - 0.5 * d2 / r2) * (cosine - min_cosine) * scale
-            if value > best:
-                best = value
-                best_j = j
-            if value > rival_weight[j]:
-                rival_weight[j] = value
-                rival[j] = cython.cast(cython.int, i)
-        partner[i] = cython.cast(cython.int, best_j)
-        weight[i] = best
-    for i in range(moved.shape[1]):
-        if partner[i] >= 0 and rival[partner[i]] == i:
-            total += weight[i]
-        else:
-            partner[i] = -1
-            weight[i] = 0.0
-    return total
-
-
-@cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-def fit(
-    a: cython.double[:, ::1],
-    b: cython.double[:, ::1],
-    partner: cython.int[::1],
-    weight: cython.double[::1],
-    transform: cython.double[::1],
-) -> cython.int:
-    """Fit the similarity transform to the pairs by weighted least squares; return their number.
-
-    The directions of the pairs count as well as their positions do at 30 px from the middle, so
-    that few pairs, or pairs close together, leave the rotation no freedom. With fewer than two
-    pairs the transform stays as it is. The scale is held within 6 % of one.
-    """
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    n: cython.int = 0
-    w: cython.double
-    total: cython.double = 0.0
-    amx: cython.double = 0.0
-    amy: cython.double = 0.0
-    bmx: cython.double = 0.0
-    bmy: cython.double = 0.0
-    cosine: cython.double = 0.0
-    sine: cython.double = 0.0
-    spread: cython.double = 0.0
-    turn_c: cython.double = 0.0
-    turn_s: cython.double = 0.0
-    dx: cython.double
-    dy: cython.double
-    ex: cython.double
-    ey: cython.double
-    length: cython.double
-    scale: cython.double
-    for i in range(a.shape[1]):
-        j = partner[i]
-        if j >= 0:
-            w = weight[i]
-            n += 1
-            total += w
-            amx += w * a[0, i]
-            amy += w * a[1, i]
-            bmx += w * b[0, j]
-            bmy += w * b[1, j]
-    if n < 2 or total <= 0.0:
-        return n
-    amx /= total
-    amy /= total
-    bmx /= total
-    bmy /= total
-    for i in range(a.shape[1]):
-        j = partner[i]
-        if j >= 0:
-            w = weight[i]
-            dx = a[0, i] - amx
-            dy = a[1, i] - amy
-            ex = b[0, j] - bmx
-            ey = b[1, j] - bmy
-            cosine += w * (dx * ex + dy * ey)
-            sine += w * (dx * ey - dy * ex)
-            spread += w * (dx * dx + dy * dy)
-            turn_c += w * (a[2, i] * b[2, j] + a[3, i] * b[3, j])
-            turn_s += w * (a[2, i] * b[3, j] - a[3, i] * b[2, j])
-    scale = sqrt(cosine * cosine + sine * sine) / spread if spread > 0.0 else 1.0
-    if n < 4:
-        scale = 1.0
-    scale = 0.94 if scale < 0.94 else (1.06 if scale > 1.06 else scale)
-    cosine += 900.0 * turn_c
-    sine += 900.0 * turn_s
-    length = sqrt(cosine * cosine + sine * sine)
-    if length <= 0.0:
-        return n
-    transform[0] = scale * cosine / length
-    transform[1] = scale * sine / length
-    transform[2] = bmx - transform[0] * amx + transform[1] * amy
-    transform[3] = bmy - transform[1] * amx - transform[0] * amy
-    return n
-
-
-@cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def refine(
-    a: cython.double[:, ::1],
-    b: cython.double[:, ::1],
-    transform: cython.double[::1],
-    rigid_rounds: cython.int,
-    rigid_reach: cython.double,
-    bend_rounds: cython.int,
-    bend_sigma: cython.double,
-    near: cython.double,
-    spread: cython.double,
-    far: cython.double,
-    min_cosine: cython.double,
-    moved: cython.double[:, ::1],
-    bent: cython.double[:, ::1],
-    reach: cython.double[::1],
-    partner: cython.int[::1],
-    weight: cython.double[::1],
-    rival: cython.int[::1],
-    rival_weight: cython.double[::1],
-) -> cython.double:
-    """Refit and re-pair in turn, first rigidly, then bending with the skin; return the weight.
-
-    In each bending round every minutia is displaced by the Gaussian mean (`bend_sigma`) of the
-    other pairs' residuals, and paired within a reach that grows from `near` by `spread` a pixel of
-    distance from the nearest other pair, up to `far`.
-    """
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    r: cython.int
-    dx: cython.double
-    dy: cython.double
-    d2: cython.double
-    nearest: cython.double
-    g: cython.double
-    mass: cython.double
-    mx: cython.double
-    my: cython.double
-    total: cython.double = 0.0
-    scale: cython.double = -0.5 / (bend_sigma * bend_sigma)
-    for i in range(a.shape[1]):
-        reach[i] = rigid_reach
-    for r in range(rigid_rounds):
-        move(a, transform, moved)
-        total = pair(moved, b, reach, min_cosine, partner, weight, rival, rival_weight)
-        fit(a, b, partner, weight, transform)
-    move(a, transform, moved)
-    for r in range(bend_rounds):
-        for i in range(a.shape[1]):
-            mass = 0.3
-            mx = 0.0
-            my = 0.0
-            nearest = 1e12
-            for k in range(a.shape[1]):
-                j = partner[k]
-                if j < 0 or k == i:
-                    continue
-                dx = moved[0, k] - moved[0, i]
-                dy = moved[1, k] - moved[1, i]
-                d2 = dx * dx + dy * dy
-                if d2 < nearest:
-                    nearest = d2
-                g = weight[k] * exp(scale * d2)
-                mass += g
-                mx += g * (b[0, j] - moved[0, k])
-                my += g * (b[1, j] - moved[1, k])
-            bent[0, i] = moved[0, i] + mx / mass
-            bent[1, i] = moved[1, i] + my / mass
-            bent[2, i] = moved[2, i]
-            bent[3, i] = moved[3, i]
-            g = near + spread * sqrt(nearest)
+            if not self.known[k]:
+                self._know(k)
+            w = self.weight[k]
+            rx = self.b[0, self.partner[k]] - laid[0, k]
+            ry = self.b[1, self.partner[k]] - laid[1, k]
+            for i in range(n):
+                g = w * pull[k, i]
+                mass[i] += g
+                drift_x[i] += g * rx
+                drift_y[i] += g * ry
+                nearest[i] = apart[k, i] if apart[k, i] < nearest[i] else nearest[i]
+        for i in range(n):
+            laid[4, i] = laid[0, i] + drift_x[i] / mass[i]
+            laid[5, i] = laid[1, i] + drift_y[i] / mass[i]
+            g = near + spread * sqrt(nearest[i])
             reach[i] = g if g < far else far
-        total = pair(bent, b, reach, min_cosine, partner, weight, rival, rival_weight)
-    return total
+        return 0
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _know(self, k: cython.Py_ssize_t) -> cython.int:
+        """Note how far minutia k is from the others, and how much they are drawn by it."""
+        i: cython.Py_ssize_t
+        dx: cython.double
+        dy: cython.double
+        for i in range(self.size_a):
+            dx = self.laid[0, k] - self.laid[0, i]
+            dy = self.laid[1, k] - self.laid[1, i]
+            self.apart[k, i] = dx * dx + dy * dy
+            self.pull[k, i] = exp(self.bend_scale * self.apart[k, i])
+        self.apart[k, k] = FAR_AWAY
+        self.pull[k, k] = 0.0
+        self.known[k] = 1
+        return 0
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def move(self) -> cython.int:
+        """Lay print A as the transform says; directions turn, their length stays one."""
+        i: cython.Py_ssize_t
+        a: cython.double[:, ::1] = self.a
+        laid: cython.double[:, ::1] = self.laid
+        c: cython.double = self.c
+        s: cython.double = self.s
+        x: cython.double = self.x
+        y: cython.double = self.y
+        scale: cython.double = sqrt(c * c + s * s)
+        for i in range(self.size_a):
+            laid[0, i] = x + c * a[0, i] - s * a[1, i]
+            laid[1, i] = y + s * a[0, i] + c * a[1, i]
+            laid[2, i] = (c * a[2, i] - s * a[3, i]) / scale
+            laid[3, i] = (s * a[2, i] + c * a[3, i]) / scale
+        return 0
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def pair(self, row: cython.Py_ssize_t) -> cython.double:
+        """Pair minutiae of A with those of B, each with the one it fits best, where it is mutual.
+
+        Those of A lie where rows `row` and ``row + 1`` of `laid` say. A pair at distance d within
+        the reach r of its minutia, with directions at cosine t, weighs
+        ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``. The sum of the weights is returned.
+        """
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        e: cython.Py_ssize_t
+        cell: cython.Py_ssize_t
+        best_j: cython.Py_ssize_t
+        x: cython.double
+        y: cython.double
+        place: cython.double
+        line: cython.double
+        d2: cython.double
+        r2: cython.double
+        cosine: cython.double
+        value: cython.double
+        best: cython.double
+        total: cython.double = 0.0
+        scale: cython.double = 1.0 / (1.0 - self.min_cosine)
+        for j in range(self.size_b):
+            self.rival[j] = -1
+            self.rival_weight[j] = 0.0
+        for i in range(self.size_a):
+            self.partner[i] = -1
+            self.weight[i] = 0.0
+            x = self.laid[row, i]
+            y = self.laid[row + 1, i]
+            place = (x - self.x0) * self.per_px
+            line = (y - self.y0) * self.per_px
+            if not (0.0 <= place < self.columns and 0.0 <= line < self.rows):
+                continue
+            cell = cython.cast(cython.Py_ssize_t, line) * self.columns
+            cell += cython.cast(cython.Py_ssize_t, place)
+            best = 0.0
+            best_j = -1
+            r2 = self.reach[i] * self.reach[i]
+            for e in range(self.start[cell], self.start[cell + 1]):
+                j = self.item[e]
+                d2 = (self.b[0, j] - x) * (self.b[0, j] - x)
+                d2 += (self.b[1, j] - y) * (self.b[1, j] - y)
+                if d2 >= r2:
+                    continue
+                cosine = self.laid[2, i] * self.b[2, j] + self.laid[3, i] * self.b[3, j]
+                if cosine <= self.min_cosine:
+                    continue
+                value = (1.0 - 0.5 * d2 / r2) * (cosine - self.min_cosine) * scale
+                if value > best:
+                    best = value
+                    best_j = j
+                if value > self.rival_weight[j]:
+                    self.rival_weight[j] = value
+                    self.rival[j] = cython.cast(cython.int, i)
+            self.partner[i] = cython.cast(cython.int, best_j)
+            self.weight[i] = best
+        for i in range(self.size_a):
+            if self.partner[i] >= 0:
+                if self.rival[self.partner[i]] == i:
+                    total += self.weight[i]
+                else:
+                    self.partner[i] = -1
+                    self.weight[i] = 0.0
+        return total
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def fit(self) -> cython.int:
+        """Fit the similarity transform to the pairs by weighted least squares; return their number.
+
+        The directions of the pairs count as well as their positions do at 30 px from the middle,
+        so that few pairs, or pairs close together, leave the rotation no freedom. With fewer than
+        two pairs the transform stays as it is. The scale is held within 6 % of one.
+        """
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        n: cython.int = 0
+        w: cython.double
+        total: cython.double = 0.0
+        amx: cython.double = 0.0
+        amy: cython.double = 0.0
+        bmx: cython.double = 0.0
+        bmy: cython.double = 0.0
+        cosine: cython.double = 0.0
+        sine: cython.double = 0.0
+        spread: cython.double = 0.0
+        turn_c: cython.double = 0.0
+        turn_s: cython.double = 0.0
+        dx: cython.double
+        dy: cython.double
+        ex: cython.double
+        ey: cython.double
+        length: cython.double
+        scale: cython.double
+        for i in range(self.size_a):
+            j = self.partner[i]
+            if j >= 0:
+                w = self.weight[i]
+                n += 1
+                total += w
+                amx += w * self.a[0, i]
+                amy += w * self.a[1, i]
+                bmx += w * self.b[0, j]
+                bmy += w * self.b[1, j]
+        if n < 2 or total <= 0.0:
+            return n
+        amx /= total
+        amy /= total
+        bmx /= total
+        bmy /= total
+        for i in range(self.size_a):
+            j = self.partner[i]
+            if j >= 0:
+                w = self.weight[i]
+                dx = self.a[0, i] - amx
+                dy = self.a[1, i] - amy
+                ex = self.b[0, j] - bmx
+                ey = self.b[1, j] - bmy
+                cosine += w * (dx * ex + dy * ey)
+                sine += w * (dx * ey - dy * ex)
+                spread += w * (dx * dx + dy * dy)
+                turn_c += w * (self.a[2, i] * self.b[2, j] + self.a[3, i] * self.b[3, j])
+                turn_s += w * (self.a[2, i] * self.b[3, j] - self.a[3, i] * self.b[2, j])
+        scale = sqrt(cosine * cosine + sine * sine) / spread if spread > 0.0 else 1.0
+        if n < FEWEST_FOR_SCALE:
+            scale = 1.0
+        if scale < LEAST_SCALE:
+            scale = LEAST_SCALE
+        if scale > MOST_SCALE:
+            scale = MOST_SCALE
+        cosine += DIRECTION_ARM2 * turn_c
+        sine += DIRECTION_ARM2 * turn_s
+        length = sqrt(cosine * cosine + sine * sine)
+        if length <= 0.0:
+            return n
+        self.c = scale * cosine / length
+        self.s = scale * sine / length
+        self.x = bmx - self.c * amx + self.s * amy
+        self.y = bmy - self.s * amx - self.c * amy
+        return n
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _keep(self) -> cython.int:
+        """Keep the alignment at hand as the best; return the number of its pairs."""
+        i: cython.Py_ssize_t
+        pairs: cython.int = 0
+        self.best_c = self.c
+        self.best_s = self.s
+        self.best_x = self.x
+        self.best_y = self.y
+        for i in range(self.size_a):
+            self.best_partner[i] = self.partner[i]
+            self.best_weight[i] = self.weight[i]
+            self.best_bent[0, i] = self.laid[4, i]
+            self.best_bent[1, i] = self.laid[5, i]
+            self.best_bent[2, i] = self.laid[2, i]
+            self.best_bent[3, i] = self.laid[3, i]
+            if self.partner[i] >= 0:
+                pairs += 1
+        return pairs

@@ -3,68 +3,387 @@
 A neighbour stands in the frame of its minutia: position (u, v), turned so that the minutia's own
 direction is +u, and direction (c, s) relative to it. A neighbour is as like another as their
 distance, against a tolerance that grows with the neighbour's own distance, and their difference
-in direction allow; each neighbour looks for the one most like it on the other side, and one that
-finds none counts nothing: neighbours may be missing or spurious on either side. Interpreted, it
-runs as it stands; its oracle in the tests is written in numpy.
+in direction allow; each neighbour of print A looks for the one most like it on the side of B, and
+one that finds none counts nothing: neighbours may be missing or spurious on either side.
+
+Few neighbours are alike at all. One print's are therefore sorted once into cells of position and
+direction, each cell listing all that anything in it could be like, and those of any number of
+other prints are looked up there. Interpreted, it runs as it stands, to the same last bit; its
+oracle in the tests is written in numpy.
 """
 
 import cython
+import numpy as np
+
+if cython.compiled:
+    from cython.cimports.libc.math import fabs, sqrt
+else:
+    from math import fabs, sqrt
 
 COMPILED = cython.compiled
 
+EIGHTHS = cython.declare(cython.Py_ssize_t, 8)  # of a turn: the cells of direction
+# 1/tolerance² of neighbours so far away that it has come to nothing
+LEAST_PRECISION = cython.declare(cython.double, 1e-30)
 
+
+def _middle_of(number):
+    """Return the direction in the middle of an eighth of the turn, by the number `eighth` gives."""
+    c, s = np.cos(np.pi / 8), np.sin(np.pi / 8)
+    if number & 4:
+        c, s = s, c
+    return (-c if number & 1 else c), (-s if number & 2 else s)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def eighth(c: cython.double, s: cython.double) -> cython.Py_ssize_t:
+    """Return in which eighth of the turn a direction lies."""
+    found: cython.Py_ssize_t = 0
+    if c < 0.0:
+        found += 1
+    if s < 0.0:
+        found += 2
+    if fabs(s) > fabs(c):
+        found += 4
+    return found
+
+
+@cython.final
+@cython.cclass
+class NeighbourIndex:
+    """The neighbours of one print's minutiae, sorted into cells of position and direction.
+
+    ``frame[i, :, k]`` holds, for neighbour k of minutia i: u, v, c, s, 1/tolerance², weight. The
+    cells are squares of `side` px, `half` of them from the middle to each border, and reach beyond
+    it without end. A neighbour is entered wherever another may be that is like it: within its own
+    tolerance times `slack`, and an angle of `max_turn`. A slack of 1 serves comparisons where the
+    tolerance is the indexed print's own; of 1/(1 - growth) also those where it is the other's,
+    which grows as much with the distance.
+    """
+
+    @cython.locals(
+        count=cython.int[::1],
+        frame=cython.float[:, :, ::1],
+        side=cython.double,
+        half=cython.Py_ssize_t,
+        max_turn=cython.double,
+        slack=cython.double,
+        i=cython.Py_ssize_t,
+        k=cython.Py_ssize_t,
+        e=cython.Py_ssize_t,
+        row=cython.Py_ssize_t,
+        column=cython.Py_ssize_t,
+        low_row=cython.Py_ssize_t,
+        high_row=cython.Py_ssize_t,
+        low_column=cython.Py_ssize_t,
+        high_column=cython.Py_ssize_t,
+        turn=cython.Py_ssize_t,
+        turns=cython.Py_ssize_t,
+        cell=cython.Py_ssize_t,
+        cells=cython.Py_ssize_t,
+        filling=cython.int,
+        reach=cython.double,
+        least=cython.double,
+        middle=cython.double[:, ::1],
+        in_reach=cython.Py_ssize_t[::1],
+        entry=cython.double[:, ::1],
+        owner=cython.int[::1],
+        start=cython.int[::1],
+        item=cython.int[::1],
+    )
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    def __init__(self, count, frame, side, half, max_turn, slack):
+        self.minutiae = count.shape[0]
+        self.size = frame.shape[2]
+        self.half = half
+        self.per_px = 1.0 / side
+        self.best = np.zeros(self.minutiae * self.size)
+        self.total = np.zeros(self.minutiae)
+        self.touched = np.zeros(self.minutiae, np.int32)
+        entry = np.empty((6, self.minutiae * self.size))
+        owner = np.empty(self.minutiae * self.size, np.int32)
+        cells = 4 * half * half * EIGHTHS
+        start = np.zeros(cells + 1, np.int32)
+        item = np.empty(0, np.int32)
+        middle = np.array([_middle_of(turn) for turn in range(EIGHTHS)])
+        in_reach = np.empty(EIGHTHS, np.intp)
+        least = np.cos(min(max_turn + np.pi / 8 + 1e-3, np.pi))
+        for filling in range(2):
+            for i in range(self.minutiae):
+                for k in range(count[i]):
+                    e = i * self.size + k
+                    for row in range(6):
+                        entry[row, e] = frame[i, row, k]
+                    owner[e] = cython.cast(cython.int, i)
+                    turns = 0
+                    for turn in range(EIGHTHS):
+                        if entry[2, e] * middle[turn, 0] + entry[3, e] * middle[turn, 1] >= least:
+                            in_reach[turns] = turn
+                            turns += 1
+                    reach = entry[4, e] if entry[4, e] > LEAST_PRECISION else LEAST_PRECISION
+                    reach = slack / sqrt(reach) * 1.001 + 0.01
+                    low_column = self._line(entry[0, e] - reach)
+                    high_column = self._line(entry[0, e] + reach)
+                    low_row = self._line(entry[1, e] - reach)
+                    high_row = self._line(entry[1, e] + reach)
+                    for row in range(low_row, high_row + 1):
+                        for column in range(low_column, high_column + 1):
+                            for turn in range(turns):
+                                cell = (row * 2 * half + column) * EIGHTHS + in_reach[turn]
+                                if filling:
+                                    item[start[cell]] = cython.cast(cython.int, e)
+                                start[cell] += 1
+            if not filling:
+                # to the starts of the cells, from which on they run ahead while the cells fill
+                k = 0
+                for cell in range(cells):
+                    i = start[cell]
+                    start[cell] = cython.cast(cython.int, k)
+                    k += i
+                start[cells] = cython.cast(cython.int, k)
+                item = np.empty(k, np.int32)
+        for cell in range(cells - 1, 0, -1):
+            start[cell] = start[cell - 1]
+        start[0] = 0
+        self.entry = entry
+        self.owner = owner
+        self.start = start
+        self.item = item
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _line(self, place: cython.double) -> cython.Py_ssize_t:
+        """Return the row or column of cells of a coordinate."""
+        place = place * self.per_px + self.half
+        if not place > 0.0:
+            return 0
+        if place >= 2 * self.half:
+            return 2 * self.half - 1
+        return cython.cast(cython.Py_ssize_t, place)
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def to_prints_before(
+        self,
+        count: cython.int[::1],
+        frame: cython.float[:, :, ::1],
+        minutiae: cython.Py_ssize_t,
+        min_cosine: cython.double,
+        likeness: cython.float[:, ::1],
+    ) -> cython.int:
+        """Fill ``likeness[i, j]`` for the minutiae i of another print A and j of the indexed one.
+
+        `count` and `frame` are those of A, of which the first `minutiae` are compared.
+        """
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        e: cython.Py_ssize_t
+        at: cython.Py_ssize_t
+        cell: cython.Py_ssize_t
+        u: cython.double
+        v: cython.double
+        c: cython.double
+        s: cython.double
+        precision: cython.double
+        weight: cython.double
+        near: cython.double
+        turn: cython.double
+        value: cython.double
+        best: cython.double
+        scale: cython.double = 1.0 / (1.0 - min_cosine)
+        for i in range(minutiae):
+            for j in range(self.minutiae):
+                self.total[j] = 0.0
+            for k in range(count[i]):
+                u = cython.cast(cython.double, frame[i, 0, k])
+                v = cython.cast(cython.double, frame[i, 1, k])
+                c = cython.cast(cython.double, frame[i, 2, k])
+                s = cython.cast(cython.double, frame[i, 3, k])
+                precision = cython.cast(cython.double, frame[i, 4, k])
+                weight = cython.cast(cython.double, frame[i, 5, k])
+                cell = self._line(v) * 2 * self.half + self._line(u)
+                cell = cell * EIGHTHS + eighth(c, s)
+                j = 0
+                best = 0.0
+                for at in range(self.start[cell], self.start[cell + 1]):
+                    e = self.item[at]
+                    near = self.entry[0, e] - u
+                    turn = self.entry[1, e] - v
+                    near = 1.0 - (near * near + turn * turn) * precision
+                    if near <= 0.0:
+                        continue
+                    turn = (c * self.entry[2, e] + s * self.entry[3, e] - min_cosine) * scale
+                    if turn <= 0.0:
+                        continue
+                    value = near * turn * self.entry[5, e]
+                    if self.owner[e] != j:  # the items of a cell are in order
+                        self.total[j] += best * weight
+                        j = self.owner[e]
+                        best = 0.0
+                    if value > best:
+                        best = value
+                if best > 0.0:
+                    self.total[j] += best * weight
+            for j in range(self.minutiae):
+                likeness[i, j] = cython.cast(cython.float, self.total[j])
+        return 0
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def to_prints_after(
+        self,
+        count: cython.int[::1],
+        frame: cython.float[:, :, ::1],
+        minutiae: cython.Py_ssize_t,
+        min_cosine: cython.double,
+        likeness: cython.float[:, ::1],
+    ) -> cython.int:
+        """Fill ``likeness[i, j]`` for the minutiae i of the indexed print and j of another, B.
+
+        `count` and `frame` are those of B, of which the first `minutiae` are compared.
+        """
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        e: cython.Py_ssize_t
+        m: cython.Py_ssize_t
+        at: cython.Py_ssize_t
+        cell: cython.Py_ssize_t
+        reached: cython.Py_ssize_t
+        u: cython.double
+        v: cython.double
+        c: cython.double
+        s: cython.double
+        weight: cython.double
+        near: cython.double
+        turn: cython.double
+        value: cython.double
+        sum_: cython.double
+        scale: cython.double = 1.0 / (1.0 - min_cosine)
+        for j in range(minutiae):
+            for i in range(self.minutiae):
+                self.total[i] = 0.0
+            reached = 0
+            for m in range(count[j]):
+                u = cython.cast(cython.double, frame[j, 0, m])
+                v = cython.cast(cython.double, frame[j, 1, m])
+                c = cython.cast(cython.double, frame[j, 2, m])
+                s = cython.cast(cython.double, frame[j, 3, m])
+                weight = cython.cast(cython.double, frame[j, 5, m])
+                cell = self._line(v) * 2 * self.half + self._line(u)
+                cell = cell * EIGHTHS + eighth(c, s)
+                for at in range(self.start[cell], self.start[cell + 1]):
+                    e = self.item[at]
+                    near = u - self.entry[0, e]
+                    turn = v - self.entry[1, e]
+                    near = 1.0 - (near * near + turn * turn) * self.entry[4, e]
+                    if near <= 0.0:
+                        continue
+                    turn = (self.entry[2, e] * c + self.entry[3, e] * s - min_cosine) * scale
+                    if turn <= 0.0:
+                        continue
+                    value = near * turn * weight
+                    if value > self.best[e]:
+                        self.best[e] = value
+                        i = self.owner[e]
+                        if self.total[i] == 0.0:
+                            self.total[i] = 1.0  # a mark, until it is summed
+                            self.touched[reached] = cython.cast(cython.int, i)
+                            reached += 1
+            for at in range(reached):
+                i = self.touched[at]
+                sum_ = 0.0
+                for e in range(i * self.size, (i + 1) * self.size):
+                    if self.best[e] > 0.0:
+                        sum_ += self.best[e] * self.entry[5, e]
+                        self.best[e] = 0.0
+                self.total[i] = sum_
+            for i in range(self.minutiae):
+                likeness[i, j] = cython.cast(cython.float, self.total[i])
+        return 0
+
+
+@cython.ccall
+@cython.nogil
 @cython.boundscheck(False)
 @cython.wraparound(False)
 @cython.cdivision(True)
-def neighbourhood_likeness(
-    count_a: cython.int[::1],
-    frame_a: cython.float[:, :, ::1],
-    count_b: cython.int[::1],
-    frame_b: cython.float[:, :, ::1],
-    min_cosine: cython.float,
+@cython.exceptval(check=False)
+def divide_by_size(
     likeness: cython.float[:, ::1],
-) -> None:
-    """Fill ``likeness[i, j]`` for all minutiae i of A and j of B.
+    count_a: cython.int[::1],
+    minutiae_a: cython.Py_ssize_t,
+    count_b: cython.int[::1],
+    minutiae_b: cython.Py_ssize_t,
+    fewest: cython.int,
+) -> cython.int:
+    """Divide by the geometric mean of the neighbourhoods' sizes, taken as `fewest` at least."""
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    size_a: cython.double
+    size_b: cython.double
+    for i in range(minutiae_a):
+        size_a = count_a[i] if count_a[i] > fewest else fewest
+        for j in range(minutiae_b):
+            size_b = count_b[j] if count_b[j] > fewest else fewest
+            likeness[i, j] = cython.cast(
+                cython.float, cython.cast(cython.double, likeness[i, j]) / sqrt(size_a * size_b)
+            )
+    return 0
 
-    ``frame[i, :, k]`` holds, for neighbour k of minutia i: u, v, c, s, 1/tolerance², weight.
+
+@cython.ccall
+@cython.nogil
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.exceptval(check=False)
+def most_alike(
+    likeness: cython.float[:, ::1],
+    minutiae_a: cython.Py_ssize_t,
+    minutiae_b: cython.Py_ssize_t,
+    seeds: cython.int[:, ::1],
+    value: cython.float[::1],
+) -> cython.int:
+    """Write the pairs (i, j) of greatest likeness to `seeds`, best first; return their number.
+
+    Equal ones come in the order of their indices; pairs of no likeness are left out. `value`, as
+    long as `seeds`, is scratch.
     """
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
     k: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    u: cython.float
-    v: cython.float
-    c: cython.float
-    s: cython.float
-    du: cython.float
-    dv: cython.float
-    near: cython.float
-    turn: cython.float
-    value: cython.float
-    best: cython.float
-    total: cython.float
-    scale: cython.float = 1.0 / (1.0 - min_cosine)
-    with cython.nogil:
-        for i in range(count_a.shape[0]):
-            for j in range(count_b.shape[0]):
-                total = 0.0
-                for k in range(count_a[i]):
-                    u = frame_a[i, 0, k]
-                    v = frame_a[i, 1, k]
-                    c = frame_a[i, 2, k]
-                    s = frame_a[i, 3, k]
-                    best = 0.0
-                    for m in range(count_b[j]):
-                        du = frame_b[j, 0, m] - u
-                        dv = frame_b[j, 1, m] - v
-                        near = 1.0 - (du * du + dv * dv) * frame_a[i, 4, k]
-                        if near <= 0.0:
-                            continue
-                        turn = (c * frame_b[j, 2, m] + s * frame_b[j, 3, m] - min_cosine) * scale
-                        if turn <= 0.0:
-                            continue
-                        value = near * turn * frame_b[j, 5, m]
-                        if value > best:
-                            best = value
-                    total += best * frame_a[i, 5, k]
-                likeness[i, j] = total
+    found: cython.Py_ssize_t = 0
+    most: cython.Py_ssize_t = seeds.shape[0]
+    enough: cython.float = 0.0
+    if most == 0:
+        return 0
+    for i in range(minutiae_a):
+        for j in range(minutiae_b):
+            if likeness[i, j] > enough:
+                k = found if found < most else most - 1
+                while k > 0 and value[k - 1] < likeness[i, j]:
+                    value[k] = value[k - 1]
+                    seeds[k, 0] = seeds[k - 1, 0]
+                    seeds[k, 1] = seeds[k - 1, 1]
+                    k -= 1
+                value[k] = likeness[i, j]
+                seeds[k, 0] = cython.cast(cython.int, i)
+                seeds[k, 1] = cython.cast(cython.int, j)
+                if found < most:
+                    found += 1
+                if found == most:
+                    enough = value[most - 1]
+    return cython.cast(cython.int, found)

@@ -49,6 +49,11 @@ class AlignmentParameters:
     bend_reach_per_px: float = 0.08
     bend_reach_limit_px: float = 18.0
 
+    @property
+    def min_cosine(self) -> float:
+        """Cosine of the largest difference in direction."""
+        return math.cos(math.radians(self.max_turn_deg))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
@@ -107,57 +112,14 @@ def align(
     p = parameters or AlignmentParameters()
     if not len(seeds):
         return None
-    n, m = a.shape[1], b.shape[1]
-    min_cosine = math.cos(math.radians(p.max_turn_deg))
-    transforms, support = np.empty((len(seeds), 4)), np.empty(len(seeds))
-    moved, bent, reach = np.empty((4, n)), np.empty((4, n)), np.empty(n)
-    partner, weight = np.empty(n, np.int32), np.empty(n)
-    rival, rival_weight = np.empty(m, np.int32), np.empty(m)
-    scratch = (moved, reach, partner, weight, rival, rival_weight)
-    kernel.support_of_seeds(
-        a,
-        b,
-        seeds,
-        p.seed_reach_px,
-        p.seed_reach_per_px,
-        p.seed_reach_limit_px,
-        min_cosine,
-        transforms,
-        support,
-        *scratch,
+    n = a.shape[1]
+    table = kernel.LightTable(n, b.shape[1], len(seeds), p)
+    table.put_a(a, n)
+    table.put_b(b, b.shape[1])
+    table.align(seeds, len(seeds))
+    return Alignment(
+        np.array([table.best_c, table.best_s, table.best_x, table.best_y]),
+        np.asarray(table.best_partner),
+        np.asarray(table.best_weight),
+        np.asarray(table.best_bent),
     )
-    best, most = None, -1.0
-    for k in _distinct(transforms, support, p.candidates):
-        total = kernel.refine(
-            a,
-            b,
-            transforms[k],
-            p.rigid_rounds,
-            p.rigid_reach_px,
-            p.bend_rounds,
-            p.bend_sigma_px,
-            p.bend_reach_px,
-            p.bend_reach_per_px,
-            p.bend_reach_limit_px,
-            min_cosine,
-            moved,
-            bent,
-            *scratch[1:],
-        )
-        if total > most:
-            most = total
-            best = Alignment(transforms[k].copy(), partner.copy(), weight.copy(), bent.copy())
-    return best
-
-
-def _distinct(
-    transforms: NDArray[np.float64], support: NDArray[np.float64], count: int
-) -> list[int]:
-    """Return up to `count` seeds of most support, no two of which led to the same transform."""
-    chosen: list[int] = []
-    for k in np.argsort(-support, kind="stable"):
-        if len(chosen) == count:
-            break
-        if not any(np.array_equal(transforms[k], transforms[c]) for c in chosen):
-            chosen.append(int(k))
-    return chosen

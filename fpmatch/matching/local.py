@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching import _local_kernel as kernel
+from fpmatch.matching.neighbourhood import NeighbourhoodParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,11 +29,23 @@ class LocalParameters:
         Neighbourhoods of fewer are taken for as large as this, so that few do not agree easily.
     seeds : int
         Most alike pairs of minutiae that are handed on.
+    cell_px, coarse_cell_px, cells_reach_px : float
+        Side of the cells in which neighbours are looked up, where a print is compared with many
+        others and where with one; and how far from a minutia they reach. They set the time that it
+        takes, and nothing else.
     """
 
     max_turn_deg: float = 30.0
     fewest_neighbours: int = 4
     seeds: int = 24
+    cell_px: float = 8.0
+    coarse_cell_px: float = 16.0
+    cells_reach_px: float = 128.0
+
+    @property
+    def min_cosine(self) -> float:
+        """Cosine of the largest difference in direction."""
+        return math.cos(math.radians(self.max_turn_deg))
 
 
 def local_likeness(
@@ -54,13 +67,42 @@ def local_likeness(
     """
     p = parameters or LocalParameters()
     likeness = np.empty((len(a.count), len(b.count)), np.float32)
-    kernel.neighbourhood_likeness(
-        a.count, a.frame, b.count, b.frame, math.cos(math.radians(p.max_turn_deg)), likeness
+    index = index_neighbours(a, p, coarse=True)
+    index.to_prints_after(b.count, b.frame, len(b.count), p.min_cosine, likeness)
+    kernel.divide_by_size(
+        likeness, a.count, len(a.count), b.count, len(b.count), p.fewest_neighbours
     )
-    size_a = np.maximum(a.count, p.fewest_neighbours).astype(np.float32)
-    size_b = np.maximum(b.count, p.fewest_neighbours).astype(np.float32)
-    likeness /= np.sqrt(size_a[:, None] * size_b)
     return likeness
+
+
+def index_neighbours(
+    print_: Neighbourhoods, parameters: LocalParameters, *, coarse: bool
+) -> kernel.NeighbourIndex:
+    """Sort the neighbours of one print's minutiae so that those like others are found at once.
+
+    Parameters
+    ----------
+    print_ : Neighbourhoods
+        Of the print that is compared with others.
+    parameters : LocalParameters
+        Tolerances, and the size of the cells.
+    coarse : bool
+        Whether it is compared with one other print, which small cells do not repay, and comes
+        first; else it may come second where both have the same tolerances.
+
+    Returns
+    -------
+    NeighbourIndex
+        The kernel's; what it finds does not depend on its cells.
+    """
+    p = parameters
+    side = p.coarse_cell_px if coarse else p.cell_px
+    slack = 1.0 if coarse else 1.0 / (1.0 - NeighbourhoodParameters().tolerance_per_px)
+    half = math.ceil(p.cells_reach_px / side)
+    index: kernel.NeighbourIndex = kernel.NeighbourIndex(
+        print_.count, print_.frame, side, half, math.radians(p.max_turn_deg), slack
+    )
+    return index
 
 
 def most_alike(
@@ -68,6 +110,6 @@ def most_alike(
 ) -> NDArray[np.int32]:
     """Return the pairs (i, j) of greatest likeness, best first, ties by index; shape (K, 2)."""
     p = parameters or LocalParameters()
-    order = np.argsort(-likeness.ravel(), kind="stable")[: p.seeds]
-    order = order[likeness.ravel()[order] > 0]
-    return np.column_stack(np.divmod(order, likeness.shape[1])).astype(np.int32)
+    seeds = np.empty((p.seeds, 2), np.int32)
+    found = kernel.most_alike(likeness, *likeness.shape, seeds, np.empty(p.seeds, np.float32))
+    return seeds[:found]

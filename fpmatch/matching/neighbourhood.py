@@ -55,6 +55,8 @@ class Neighbourhoods:
     ----------
     count : ndarray of int32, shape (N,)
         Number of neighbours kept of each minutia.
+    neighbour : ndarray of int32, shape (N, size)
+        Which minutiae they are; beyond the number kept, any.
     frame : ndarray of float32, shape (N, 6, size)
         For each neighbour: position u, v and direction c, s in the minutia's own frame (its
         direction is +u), 1/tolerance², and weight.
@@ -69,6 +71,7 @@ class Neighbourhoods:
     """
 
     count: NDArray[np.int32]
+    neighbour: NDArray[np.int32]
     frame: NDArray[np.float32]
     ring_start: NDArray[np.int32]
     ring: NDArray[np.int32]
@@ -100,6 +103,7 @@ def neighbourhoods(
     neighbour, count = _nearest_of_two_rings(points, mesh, p.size)
     return Neighbourhoods(
         count=count,
+        neighbour=_as_wide(neighbour, p.size),
         frame=_in_own_frames(points, neighbour, count, importance, p),
         ring_start=ring_start,
         ring=ring,
@@ -178,6 +182,13 @@ def _nearest_of_two_rings(
     return neighbour, np.minimum(near.sum(axis=1), size).astype(np.int32)
 
 
+def _as_wide(neighbour: NDArray[np.intp], size: int) -> NDArray[np.int32]:
+    """Return the neighbours in `size` columns, of which there are fewer minutiae than that."""
+    wide = np.zeros((len(neighbour), size), np.int32)
+    wide[:, : neighbour.shape[1]] = neighbour
+    return wide
+
+
 def _in_own_frames(
     points: NDArray[np.float64],
     neighbour: NDArray[np.intp],
@@ -189,7 +200,7 @@ def _in_own_frames(
     x, y, c, s = points
     own_c, own_s = c[:, None], s[:, None]
     dx, dy = x[neighbour] - x[:, None], y[neighbour] - y[:, None]
-    tolerance = p.tolerance_px + p.tolerance_per_px * np.hypot(dx, dy)
+    tolerance = p.tolerance_px + p.tolerance_per_px * np.sqrt(dx * dx + dy * dy)
     listed = np.arange(neighbour.shape[1]) < count[:, None]
     weight = np.take_along_axis(importance, neighbour, axis=1) * listed
     total = np.maximum(weight.sum(axis=1), 1e-9)[:, None]
@@ -200,7 +211,7 @@ def _in_own_frames(
         own_c * dy - own_s * dx,
         own_c * c[neighbour] + own_s * s[neighbour],
         own_c * s[neighbour] - own_s * c[neighbour],
-        1.0 / tolerance**2,
+        1.0 / (tolerance * tolerance),
         np.sqrt(weight),
     )
     for row, column in enumerate(columns):

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from fpmatch.matching._print_kernel import Print
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods, neighbourhoods
+from fpmatch.matching.rounding import flow_of, orientation_codes, rounded
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -70,6 +72,13 @@ class PreparedTemplate:
     def __len__(self) -> int:
         return len(self.index)
 
+    def for_kernels(self) -> Print:
+        """Return the print as the kernels see it."""
+        n, r = self.neighbourhoods, self.region
+        print_ = Print(self.points, self.quality, n.count, n.frame, n.ring_start, n.ring, n.circle)
+        print_.set_region(r.code, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
+        return print_
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Region:
@@ -79,35 +88,50 @@ class Region:
     ----------
     step : float
         Side of a cell.
-    mask : ndarray of uint8, shape (rows, columns)
-        1 where the print is.
-    flow : ndarray of float64, shape (2, rows, columns)
-        Cosine and sine of twice the ridge orientation; 0 where unknown.
-    cells : ndarray of float64, shape (4, K)
-        x, y, and the two of `flow`, of the K cells inside the mask.
+    code : ndarray of uint8, shape (rows, columns)
+        0 outside the print; inside, 1 and more for the ridge orientation, see
+        `fpmatch.matching.rounding`, or 1 alone where it is not known.
+    first_row, first_column : int
+        Where the first of these cells lies among all, from the image's top left corner.
     has_flow : bool
         Whether the orientation is known at all.
     """
 
     step: float
-    mask: NDArray[np.uint8]
-    flow: NDArray[np.float64]
-    cells: NDArray[np.float64]
+    code: NDArray[np.uint8]
+    first_row: int
+    first_column: int
     has_flow: bool
+
+    @property
+    def inside(self) -> int:
+        """Number of cells inside the print."""
+        return int(np.count_nonzero(self.code))
 
     @property
     def area(self) -> float:
         """Area of the print."""
-        return float(self.cells.shape[1] * self.step**2)
+        return self.inside * (self.step * self.step)
+
+    @property
+    def cells(self) -> NDArray[np.float64]:
+        """Middles of the cells inside the print, and cosine and sine of twice the orientation.
+
+        The rows of the array, shape (4, K), are x, y and the two; these are 0 where unknown.
+        """
+        row, column = np.nonzero(self.code)
+        x = (self.first_column + column + 0.5) * self.step
+        y = -(self.first_row + row + 0.5) * self.step
+        return np.stack([x, y, *(flow_of(self.code[row, column]) * self.has_flow)])
 
     def holds(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell which of the points lie inside the print."""
-        rows, columns = self.mask.shape
-        column = np.floor(x / self.step)
-        row = np.floor(-y / self.step)
+        rows, columns = self.code.shape
+        column = np.floor(x / self.step) - self.first_column
+        row = np.floor(-y / self.step) - self.first_row
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
         held = np.zeros(len(x), bool)
-        held[inside] = self.mask[row[inside].astype(np.intp), column[inside].astype(np.intp)] > 0
+        held[inside] = self.code[row[inside].astype(np.intp), column[inside].astype(np.intp)] > 0
         return held
 
 
@@ -137,10 +161,8 @@ def prepare(
     index = _best(template.minutiae, p.max_minutiae)
     minutiae = template.minutiae.take(index)
     angle = minutiae.angle.astype(np.float64)
-    points = np.empty((4, len(minutiae)))
-    points[0] = minutiae.x * zoom
-    points[1] = -minutiae.y * zoom
-    points[2], points[3] = np.cos(angle), np.sin(angle)
+    columns = (minutiae.x * zoom, -minutiae.y * zoom, np.cos(angle), np.sin(angle))
+    points = np.stack([column.astype(np.float32) for column in columns]).astype(np.float64)
     if template.field is not None:
         region = _region_of_field(template.field, zoom)
     else:
@@ -150,13 +172,18 @@ def prepare(
         points=points,
         quality=quality,
         index=index,
-        neighbourhoods=neighbourhoods(points, neighbourhood),
+        neighbourhoods=rounded(neighbourhoods(points, neighbourhood)),
         region=region,
         zoom=zoom,
-        key=b"".join(
-            part.tobytes() for part in (points, quality, region.cells, np.float64(region.step))
-        ),
+        key=content_key(points, quality, region),
     )
+
+
+def content_key(points: NDArray[np.float64], quality: NDArray[np.float64], region: Region) -> bytes:
+    """Return the content of a print as bytes, by which prints are put in order."""
+    frame = (*region.code.shape, region.first_row, region.first_column, region.has_flow)
+    parts = (points, quality, region.code, np.array(frame, np.int64), np.float64(region.step))
+    return b"".join(part.tobytes() for part in parts)
 
 
 def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:
@@ -166,9 +193,8 @@ def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:
 
 
 def _region_of_field(field: RidgeField, zoom: float) -> Region:
-    doubled = 2.0 * field.orientation.astype(np.float64)
-    flow = np.stack([np.cos(doubled), np.sin(doubled)]) * field.mask
-    return _region(field.step * zoom, field.mask.astype(np.uint8), flow, has_flow=True)
+    codes = orientation_codes(field.orientation, field.mask)
+    return _region(field.step * zoom, codes, has_flow=True)
 
 
 def _region_of_hull(points: NDArray[np.float64], p: PreparationParameters) -> Region:
@@ -182,14 +208,13 @@ def _region_of_hull(points: NDArray[np.float64], p: PreparationParameters) -> Re
     mask = np.zeros((int(size[1]), int(size[0])), np.uint8)
     if len(corners):
         cv2.fillConvexPoly(mask, cv2.convexHull(corners), 1)
-    return _region(step, mask, np.zeros((2, *mask.shape)), has_flow=False)
+    return _region(step, mask, has_flow=False)
 
 
-def _region(
-    step: float, mask: NDArray[np.uint8], flow: NDArray[np.float64], *, has_flow: bool
-) -> Region:
-    row, column = np.nonzero(mask)
-    cells = np.stack(
-        [(column + 0.5) * step, -(row + 0.5) * step, flow[0, row, column], flow[1, row, column]]
-    )
-    return Region(step, mask, np.ascontiguousarray(flow), np.ascontiguousarray(cells), has_flow)
+def _region(step: float, code: NDArray[np.uint8], *, has_flow: bool) -> Region:
+    """Return a region of the cells that have a code, and no row or column beyond them."""
+    row, column = np.nonzero(code)
+    first_row, first_column = (int(k.min()) if len(k) else 0 for k in (row, column))
+    end_row, end_column = (int(k.max()) + 1 if len(k) else 0 for k in (row, column))
+    kept = np.ascontiguousarray(code[first_row:end_row, first_column:end_column])
+    return Region(step, kept, first_row, first_column, has_flow)

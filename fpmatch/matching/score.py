@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -67,6 +66,20 @@ class ScoreParameters:
     orientation_doubt_cells: float = 5.0
     unknown_orientation: float = 0.75
 
+    @property
+    def of_weighing(self) -> NDArray[np.float64]:
+        """The parameters of `similarity`, in the order in which the kernel takes them."""
+        return np.array(
+            [
+                self.local_power,
+                self.circle_power,
+                self.unpaired_power,
+                self.unpaired_offset,
+                self.orientation_weight,
+                self.overlap_weight,
+            ]
+        )
+
 
 def gather_evidence(
     a: PreparedTemplate,
@@ -94,37 +107,21 @@ def gather_evidence(
         Pairs, ring and field agreement, and what speaks against.
     """
     p = parameters or ScoreParameters()
-    ia = np.flatnonzero(alignment.partner >= 0)
-    ib = alignment.partner[ia]
-    common_a = b.region.holds(alignment.bent[0], alignment.bent[1])
-    common_b = a.region.holds(*_moved_back(b.points, alignment.transform))
-    common_a[ia] = True
-    common_b[ib] = True
-    unpaired_a, unpaired_b = common_a.copy(), common_b.copy()
-    unpaired_a[ia] = False
-    unpaired_b[ib] = False
-    cells, cosines = _field_agreement(a, b, alignment)
-    known = a.region.has_flow and b.region.has_flow
-    doubt = p.orientation_doubt_cells
-    smaller = min(a.region.area, b.region.area)
-    na, nb = a.neighbourhoods, b.neighbourhoods
-    return Evidence(
-        pairs=len(ia),
-        local=float(likeness[ia, ib].sum(dtype=np.float64)),
-        circle=kernel.ring_agreement(
-            alignment.partner,
-            na.ring_start,
-            na.ring,
-            na.circle,
-            nb.ring_start,
-            nb.ring,
-            nb.circle,
-        ),
-        unpaired=float(a.quality[unpaired_a].sum() + b.quality[unpaired_b].sum()),
-        common=int(common_a.sum() + common_b.sum()),
-        orientation=cosines / (cells + doubt) if known else p.unknown_orientation,
-        overlap=min(1.0, cells * a.region.step**2 / smaller) if smaller else 0.0,
+    found = np.empty(kernel.ENTRIES)
+    kernel.gather(
+        a.for_kernels(),
+        b.for_kernels(),
+        alignment.partner,
+        alignment.bent,
+        *alignment.transform.tolist(),
+        likeness,
+        p.orientation_doubt_cells,
+        p.unknown_orientation,
+        np.empty(len(b), np.int32),
+        found,
     )
+    pairs, local, circle, unpaired, common, orientation, overlap = found.tolist()
+    return Evidence(int(pairs), local, circle, unpaired, int(common), orientation, overlap)
 
 
 def similarity(evidence: Evidence, parameters: ScoreParameters | None = None) -> float:
@@ -146,36 +143,4 @@ def similarity(evidence: Evidence, parameters: ScoreParameters | None = None) ->
         Positive, greater for more alike; only its order has meaning before calibration.
     """
     p = parameters or ScoreParameters()
-    for_ = (1.0 + evidence.local) ** p.local_power
-    for_ *= (1.0 + max(evidence.circle, 0.0)) ** p.circle_power
-    for_ *= math.exp(
-        p.orientation_weight * evidence.orientation + p.overlap_weight * evidence.overlap
-    )
-    against = (p.unpaired_offset + evidence.unpaired) ** p.unpaired_power
-    return float(for_ / against)
-
-
-def _moved_back(
-    points: NDArray[np.float64], transform: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return x and y of `points` under the inverse of `transform`."""
-    c, s, tx, ty = transform
-    scale = c * c + s * s
-    x, y = points[0] - tx, points[1] - ty
-    return (c * x + s * y) / scale, (c * y - s * x) / scale
-
-
-def _field_agreement(
-    a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment
-) -> tuple[float, float]:
-    """Return the number of common cells and the sum of their orientations' agreement."""
-    sums = np.empty(2)
-    kernel.field_agreement(
-        alignment.transform,
-        a.region.cells,
-        b.region.step,
-        b.region.flow,
-        b.region.mask,
-        sums,
-    )
-    return float(sums[0]), float(sums[1])
+    return float(kernel.weigh(np.array(astuple(evidence), np.float64), p.of_weighing))

@@ -19,7 +19,8 @@ from matching_prints import (
 )
 from numpy.typing import NDArray
 
-from fpmatch.matching.align import Alignment, AlignmentParameters, _distinct, align
+from fpmatch.matching._align_kernel import LightTable
+from fpmatch.matching.align import Alignment, AlignmentParameters, align
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.neighbourhood import neighbourhoods
 
@@ -146,10 +147,13 @@ def test_one_candidate_is_the_seed_of_most_support() -> None:
 
 
 def test_candidates_are_those_of_most_support_each_transform_once() -> None:
-    transforms = np.array([[1.0, 0, 0, 0], [0, 1, 5, 5], [1, 0, 0, 0], [1, 0, 9, 9], [0, 1, 5, 5]])
-    support = np.array([3.0, 8.0, 7.0, 2.0, 8.0])
-    assert _distinct(transforms, support, 2) == [1, 2]
-    assert _distinct(transforms, support, 9) == [1, 2, 3]
+    transforms = [[1.0, 0, 0, 0], [0, 1, 5, 5], [1, 0, 0, 0], [1, 0, 9, 9], [0, 1, 5, 5]]
+    for most, expected in ((2, [1, 2]), (9, [1, 2, 3])):
+        table = LightTable(1, 1, 5, AlignmentParameters(candidates=most))
+        np.asarray(table.transforms)[:] = transforms
+        np.asarray(table.support)[:] = [3.0, 8.0, 7.0, 2.0, 8.0]
+        found = table.choose(5)
+        assert np.asarray(table.chosen)[:found].tolist() == expected
 
 
 @pytest.mark.parametrize("scale", [0.8, 1.25])

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from matching_prints import Points, any_points, jittered, moved, on_pixels, seed
 from numpy.typing import NDArray
 
 from fpmatch.matching import _align_kernel
+from fpmatch.matching.align import AlignmentParameters
 from fpmatch.pointset.similarity import Similarity
 
 DIRECTION_ARM_PX = 30.0  # directions weigh as positions do at this distance from the middle
@@ -116,33 +119,63 @@ def bend_twin(
     return np.array([bent.real, bent.imag, d.real, d.imag]), within
 
 
-@dataclass
-class Scratch:
-    """The arrays that the kernel writes to."""
+PARAMETERS = AlignmentParameters(max_turn_deg=math.degrees(math.acos(MIN_COSINE)))
 
-    moved: Points
-    bent: Points
-    reach: Floats
-    partner: Ints
-    weight: Floats
-    rival: Ints
-    rival_weight: Floats
 
-    @classmethod
-    def like(cls, a: Points, b: Points) -> Scratch:
-        n, m = a.shape[1], b.shape[1]
-        return cls(
-            *(np.full((4, n), np.nan) for _ in range(2)),
-            np.full(n, np.nan),
-            np.full(n, 99, np.int32),
-            np.full(n, np.nan),
-            np.full(m, 99, np.int32),
-            np.full(m, np.nan),
-        )
+def table_of(
+    a: Points,
+    b: Points,
+    parameters: AlignmentParameters = PARAMETERS,
+    module: ModuleType = _align_kernel,
+    room: int = 3,
+) -> Any:
+    """Return a table with A and B on it, and room for more minutiae, which must not matter."""
+    table = module.LightTable(a.shape[1] + room, b.shape[1] + room, 5, parameters)
+    table.put_a(a, a.shape[1])
+    table.put_b(b, b.shape[1])
+    return table
 
-    @property
-    def pairing(self) -> tuple[Ints, Floats, Ints, Floats]:
-        return self.partner, self.weight, self.rival, self.rival_weight
+
+def set_transform(table: Any, transform: Floats) -> None:
+    table.c, table.s, table.x, table.y = transform.tolist()
+
+
+def transform_of(table: Any) -> Floats:
+    return np.array([table.c, table.s, table.x, table.y])
+
+
+def pairing_of(table: Any) -> tuple[Ints, Floats]:
+    """Return partners and weights."""
+    return tuple(np.asarray(side)[: table.size_a] for side in (table.partner, table.weight))
+
+
+def laid_at(table: Any, row: int) -> Floats:
+    """Return two rows of where the minutiae of A lie."""
+    return np.asarray(table.laid)[row : row + 2, : table.size_a]
+
+
+def paired(
+    a: Points, b: Points, reach: Floats, min_cosine: float = MIN_COSINE
+) -> tuple[float, Ints, Floats]:
+    """Return the weight of the pairs of minutiae that lie as they are, partners and weights."""
+    widest = max(reach.max(initial=0.0), 1.0)
+    turn = math.degrees(math.acos(min_cosine))
+    table = table_of(a, b, replace(PARAMETERS, seed_reach_limit_px=widest, max_turn_deg=turn))
+    set_transform(table, np.array([1.0, 0.0, 0.0, 0.0]))
+    table.move()
+    np.asarray(table.reach)[: len(reach)] = reach
+    return table.pair(0), *pairing_of(table)
+
+
+def fitted(
+    a: Points, b: Points, partner: Ints, weight: Floats, start: Floats
+) -> tuple[int, Floats]:
+    """Return the number of pairs and the transform fitted to them."""
+    table = table_of(a, b)
+    set_transform(table, start)
+    for side, given_side in zip(pairing_of(table), (partner, weight), strict=True):
+        side[:] = given_side
+    return table.fit(), transform_of(table)
 
 
 def two_impressions(seed: int, n: int = 14) -> tuple[Points, Points]:
@@ -171,8 +204,10 @@ def some_transform(rng: np.random.Generator) -> Floats:
 @given(seeds)
 def test_move_agrees_with_its_twin(seed: int) -> None:
     points, transform = any_points(seed), some_transform(np.random.default_rng(seed))
-    found = np.empty_like(points)
-    _align_kernel.move(points, transform, found)
+    table = table_of(points, points)
+    set_transform(table, transform)
+    table.move()
+    found = np.vstack([laid_at(table, 0), laid_at(table, 2)])
     assert found == pytest.approx(move_twin(points, transform), abs=1e-9)
     assert np.hypot(found[2], found[3]) == pytest.approx(1.0)
 
@@ -181,11 +216,10 @@ def test_move_agrees_with_its_twin(seed: int) -> None:
 def test_pairs_agree_with_their_twin(seed: int, within: float, min_cosine: float) -> None:
     a, b = any_points(seed), any_points(seed + 1)
     reach = np.random.default_rng(seed).uniform(0.5, 1, a.shape[1]) * within
-    s = Scratch.like(a, b)
-    total = _align_kernel.pair(a, b, reach, min_cosine, *s.pairing)
-    partner, weight = pair_twin(a, b, reach, min_cosine)
-    assert s.partner.tolist() == partner.tolist()
-    assert s.weight.tolist() == weight.tolist()
+    total, *found = paired(a, b, reach, min_cosine)
+    partner, weight = pair_twin(a, b, reach, math.cos(math.acos(min_cosine)))
+    assert found[0].tolist() == partner.tolist()
+    assert found[1] == pytest.approx(weight, rel=1e-9)
     assert total == pytest.approx(weight.sum())
 
 
@@ -193,17 +227,16 @@ def test_pairs_agree_with_their_twin(seed: int, within: float, min_cosine: float
 def test_pairs_are_one_to_one_within_reach(seed: int) -> None:
     rng = np.random.default_rng(seed)
     a, b = on_pixels(rng, 20), on_pixels(rng, 15)
-    s = Scratch.like(a, b)
-    _align_kernel.pair(a, b, np.full(20, 10.0), MIN_COSINE, *s.pairing)
-    i = np.flatnonzero(s.partner >= 0)
-    j = s.partner[i]
+    _, partner, weight = paired(a, b, np.full(20, 10.0))
+    i = np.flatnonzero(partner >= 0)
+    j = partner[i]
     assert len(set(j.tolist())) == len(j)
     assert (np.hypot(*(a[:2, i] - b[:2, j])) < 10).all()
     assert ((a[2:, i] * b[2:, j]).sum(axis=0) > MIN_COSINE).all()
-    assert (s.weight[i] > 0).all()
-    assert (s.weight[i] <= 1 + 1e-12).all()
-    assert not s.weight[s.partner < 0].any()
-    assert (s.partner[s.partner < 0] == -1).all()
+    assert (weight[i] > 0).all()
+    assert (weight[i] <= 1 + 1e-12).all()
+    assert not weight[partner < 0].any()
+    assert (partner[partner < 0] == -1).all()
 
 
 @given(seeds)
@@ -212,8 +245,8 @@ def test_fit_agrees_with_its_twin(seed: int) -> None:
     a, b = two_impressions(seed)
     partner, weight = some_pairs(rng, a.shape[1], b.shape[1])
     start = some_transform(rng)
-    found = start.copy()
-    assert _align_kernel.fit(a, b, partner, weight, found) == np.count_nonzero(partner >= 0)
+    count, found = fitted(a, b, partner, weight, start)
+    assert count == np.count_nonzero(partner >= 0)
     assert found == pytest.approx(fit_twin(a, b, partner, weight, start), abs=1e-8)
 
 
@@ -223,8 +256,8 @@ def test_fit_returns_the_transform_that_was_applied(seed: int, scale: float) -> 
     a = spread_points(rng, 12)
     turn, shift = rng.uniform(-np.pi, np.pi), complex(*rng.uniform(-99, 99, 2))
     b = moved(a, turn, shift, scale)
-    found = np.empty(4)
-    _align_kernel.fit(a, b, np.arange(12, dtype=np.int32), rng.uniform(0.1, 1, 12), found)
+    everyone = np.arange(12, dtype=np.int32)
+    _, found = fitted(a, b, everyone, rng.uniform(0.1, 1, 12), np.zeros(4))
     assert found[0] + 1j * found[1] == pytest.approx(scale * np.exp(1j * turn), abs=1e-9)
     assert found[2] + 1j * found[3] == pytest.approx(shift, abs=1e-6)
 
@@ -235,19 +268,18 @@ def test_fit_by_positions_alone_is_the_point_sets_own() -> None:
     a = spread_points(rng, 12)
     b = moved(a, 0.4, 5 + 9j, 1.02)
     weight = rng.uniform(0.1, 1, 12)
-    found = np.empty(4)
-    _align_kernel.fit(a, b, np.arange(12, dtype=np.int32), weight, found)
+    _, found = fitted(a, b, np.arange(12, dtype=np.int32), weight, np.zeros(4))
     plain = Similarity.fit(a[:2].T, b[:2].T, weight)
     assert found == pytest.approx([*plain.matrix[:, 0], plain.tx, plain.ty])
 
 
-@pytest.mark.parametrize("paired", [0, 1])
-def test_fewer_than_two_pairs_leave_the_transform_as_it_is(paired: int) -> None:
+@pytest.mark.parametrize("pairs", [0, 1])
+def test_fewer_than_two_pairs_leave_the_transform_as_it_is(pairs: int) -> None:
     a, b = two_impressions(3)
     partner = np.full(14, -1, np.int32)
-    partner[:paired] = 4
-    found = np.array([0.6, 0.8, -3.0, 5.0])
-    assert _align_kernel.fit(a, b, partner, np.ones(14), found) == paired
+    partner[:pairs] = 4
+    count, found = fitted(a, b, partner, np.ones(14), np.array([0.6, 0.8, -3.0, 5.0]))
+    assert count == pairs
     assert found.tolist() == [0.6, 0.8, -3.0, 5.0]
 
 
@@ -255,8 +287,7 @@ def test_pairs_on_one_spot_turn_by_their_directions() -> None:
     a = np.zeros((4, 3))
     a[2] = 1
     b = moved(a, 0.5, 20 + 10j)
-    found = np.empty(4)
-    _align_kernel.fit(a, b, np.arange(3, dtype=np.int32), np.ones(3), found)
+    _, found = fitted(a, b, np.arange(3, dtype=np.int32), np.ones(3), np.zeros(4))
     assert found == pytest.approx([np.cos(0.5), np.sin(0.5), 20, 10])
 
 
@@ -266,27 +297,21 @@ def test_seeds_agree_with_their_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
     chosen = np.column_stack([rng.integers(0, 14, 5), rng.integers(0, 14, 5)]).astype(np.int32)
     reach = Reach(9.0, 0.08, 22.0)
-    s = Scratch.like(a, b)
-    transforms, support = np.empty((5, 4)), np.empty(5)
-    _align_kernel.support_of_seeds(
-        a, b, chosen, reach.near, reach.spread, reach.far, MIN_COSINE, transforms, support,
-        s.moved, s.reach, *s.pairing,
-    )  # fmt: skip
+    table = table_of(a, b)
+    table.support_of_seeds(chosen, 5)
     for k in range(5):
         transform, weight = seed_twin(a, b, chosen[k], reach)
-        assert support[k] == pytest.approx(weight, abs=1e-9)
-        assert transforms[k] == pytest.approx(transform, abs=1e-6)
+        assert table.support[k] == pytest.approx(weight, abs=1e-9)
+        assert np.asarray(table.transforms)[k] == pytest.approx(transform, abs=1e-6)
 
 
 def refined(
-    kernel: ModuleType, a: Points, b: Points, start: Floats, bend_rounds: int
-) -> tuple[float, Floats, Scratch]:
-    s, transform = Scratch.like(a, b), start.copy()
-    total = kernel.refine(
-        a, b, transform, 2, 16.0, bend_rounds, 45.0, 8.0, 0.08, 18.0, MIN_COSINE,
-        s.moved, s.bent, s.reach, *s.pairing,
-    )  # fmt: skip
-    return total, transform, s
+    a: Points, b: Points, start: Floats, bend_rounds: int, module: ModuleType = _align_kernel
+) -> tuple[float, Any]:
+    """Return the weight of the pairs after refining a transform, and the table."""
+    table = table_of(a, b, replace(PARAMETERS, bend_rounds=bend_rounds), module)
+    set_transform(table, start)
+    return table.refine(), table
 
 
 @given(seeds, st.integers(0, 3))
@@ -295,7 +320,7 @@ def test_refinement_agrees_with_its_twin(seed: int, bend_rounds: int) -> None:
     first = int(np.random.default_rng(seed).integers(0, 14))
     nearest = np.abs(plane(b)[0] - plane(a)[0][first]).argmin()
     start = seed_twin(a, b, np.array([first, nearest], np.int32), Reach(9, 0.08, 22))[0]
-    total, transform, s = refined(_align_kernel, a, b, start, bend_rounds)
+    total, table = refined(a, b, start, bend_rounds)
 
     expected = start
     for _ in range(2):
@@ -305,13 +330,14 @@ def test_refinement_agrees_with_its_twin(seed: int, bend_rounds: int) -> None:
     for _ in range(bend_rounds):
         bent, within = bend_twin(moved_a, b, partner, weight, 45.0, Reach(8, 0.08, 18))
         partner, weight = pair_twin(bent, b, within, MIN_COSINE)
-    assert transform == pytest.approx(expected, abs=1e-6)
-    assert s.partner.tolist() == partner.tolist()
-    assert s.weight == pytest.approx(weight, abs=1e-8)
+    found_partner, found_weight = pairing_of(table)
+    assert transform_of(table) == pytest.approx(expected, abs=1e-6)
+    assert found_partner.tolist() == partner.tolist()
+    assert found_weight == pytest.approx(weight, abs=1e-8)
     assert total == pytest.approx(weight.sum())
-    assert s.moved == pytest.approx(moved_a, abs=1e-6)
-    if bend_rounds:
-        assert s.bent == pytest.approx(bent, abs=1e-6)
+    assert laid_at(table, 0) == pytest.approx(moved_a[:2], abs=1e-6)
+    last = bent if bend_rounds else moved_a
+    assert laid_at(table, 4) == pytest.approx(last[:2], abs=1e-6)
 
 
 @given(seeds)
@@ -321,10 +347,34 @@ def test_compiled_and_interpreted_agree(
 ) -> None:
     a, b = two_impressions(seed)
     start = some_transform(np.random.default_rng(seed))
-    (total, transform, s), (same_total, same_transform, same) = (
-        refined(kernel, a, b, start, 3) for kernel in (_align_kernel, interpreted("_align_kernel"))
-    )
-    assert s.partner.tolist() == same.partner.tolist()
-    assert transform == pytest.approx(same_transform, rel=1e-12)
+    total, table = refined(a, b, start, 3)
+    same_total, same = refined(a, b, start, 3, interpreted("_align_kernel"))
+    assert pairing_of(table)[0].tolist() == pairing_of(same)[0].tolist()
+    assert transform_of(table) == pytest.approx(transform_of(same), rel=1e-12)
     assert total == pytest.approx(same_total, rel=1e-12)
-    assert s.bent == pytest.approx(same.bent, rel=1e-12)
+    assert laid_at(table, 4) == pytest.approx(laid_at(same, 4), rel=1e-12)
+    chosen = np.random.default_rng(seed).integers(0, a.shape[1], (5, 2)).astype(np.int32)
+    assert table.align(chosen, 5) == same.align(chosen, 5)
+    assert np.asarray(table.best_partner).tolist() == same.best_partner.tolist()
+
+
+@pytest.mark.parametrize("reach", [3.0, 300.0, 1e7])
+def test_minutiae_are_found_near_any_place_however_far_they_reach(reach: float) -> None:
+    rng = np.random.default_rng(7)
+    a, b = (spread_points(rng, 30, 0.0, reach) for _ in range(2))
+    b[:, :5] = a[:, :5]
+    b[0, :5] += 2.0
+    _, partner, weight = paired(a, b, np.full(30, 5.0), -1.0)
+    expected = pair_twin(a, b, np.full(30, 5.0), -1.0)
+    assert partner.tolist() == expected[0].tolist()
+    assert weight == pytest.approx(expected[1])
+    assert np.count_nonzero(partner >= 0) >= 5
+
+
+def test_nothing_pairs_with_nothing() -> None:
+    nothing = np.empty((4, 0))
+    some = spread_points(np.random.default_rng(1), 4)
+    for a, b in ((nothing, some), (some, nothing), (nothing, nothing)):
+        total, partner, _ = paired(a, b, np.full(a.shape[1], 9.0))
+        assert total == 0.0
+        assert (partner == -1).all()

@@ -26,6 +26,8 @@ TOLERANCE = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.08)
 MOST = 20 if COMPILED else 10
 """Minutiae a side; the work of the kernel grows with their square."""
 
+NARROWEST_PX, WIDEST_PX = 5.0, 15.0
+
 Floats = NDArray[np.float32]
 
 
@@ -55,7 +57,7 @@ def some_frames(
     """Return counts and frames of n minutiae whose neighbours lie within `reach` of them."""
     angle = rng.uniform(0, 2 * np.pi, (n, size))
     u, v = rng.uniform(-reach, reach, (2, n, size))
-    tolerance = rng.uniform(5, 15, (n, size))
+    tolerance = rng.uniform(NARROWEST_PX, WIDEST_PX, (n, size))
     columns = (u, v, np.cos(angle), np.sin(angle), tolerance**-2, rng.uniform(0, 2, (n, size)))
     frame = np.ascontiguousarray(np.stack(columns, axis=1), np.float32)
     return rng.integers(0, size + 1, n).astype(np.int32), frame
@@ -75,8 +77,34 @@ def one_neighbourhood(places: NDArray[np.complex128]) -> Neighbourhoods:
     ]
     nothing = np.zeros(2, np.int32)
     return Neighbourhoods(
-        np.array([n], np.int32), frame, nothing, np.empty(0, np.int32), np.empty((3, 0))
+        np.array([n], np.int32),
+        np.zeros((1, n), np.int32),
+        frame,
+        nothing,
+        np.empty(0, np.int32),
+        np.empty((3, 0)),
     )
+
+
+def indexed_likeness(
+    module: ModuleType,
+    a: tuple[NDArray[np.int32], Floats],
+    b: tuple[NDArray[np.int32], Floats],
+    min_cosine: float,
+    *,
+    by_a: bool,
+    side: float = 8.0,
+) -> Floats:
+    """Return what the kernel finds by an index of A's neighbours, or of B's."""
+    likeness = np.full((len(a[0]), len(b[0])), np.nan, np.float32)
+    # the widest tolerance of `some_frames` over the narrowest makes up for any of the other side
+    cells = (side, 12, math.acos(min_cosine), 1.0 if by_a else WIDEST_PX / NARROWEST_PX)
+    index = module.NeighbourIndex(*(a if by_a else b), *cells)
+    if by_a:
+        index.to_prints_after(*b, len(b[0]), min_cosine, likeness)
+    else:
+        index.to_prints_before(*a, len(a[0]), min_cosine, likeness)
+    return likeness
 
 
 @given(seeds, st.sampled_from([5.0, 20.0, 100.0]), st.floats(-0.9, 0.95))
@@ -84,9 +112,13 @@ def test_kernel_agrees_with_its_twin(seed: int, reach: float, min_cosine: float)
     rng = np.random.default_rng(seed)
     a = some_frames(rng, int(rng.integers(0, 8)), 6, reach)
     b = some_frames(rng, int(rng.integers(0, 8)), 9, reach)
-    likeness = np.full((len(a[0]), len(b[0])), np.nan, np.float32)
-    kernel.neighbourhood_likeness(*a, *b, min_cosine, likeness)
-    assert likeness == pytest.approx(likeness_from_the_definition(*a, *b, min_cosine), abs=1e-4)
+    expected = likeness_from_the_definition(*a, *b, min_cosine)
+    found = indexed_likeness(kernel, a, b, min_cosine, by_a=True)
+    assert found == pytest.approx(expected, abs=1e-5)
+    for side in (8.0, 3.0, 40.0):  # of which the last reach beyond the neighbours, the others not
+        for by_a in (True, False):
+            again = indexed_likeness(kernel, a, b, min_cosine, by_a=by_a, side=side)
+            assert again.tolist() == found.tolist()
 
 
 @given(seeds)
@@ -106,10 +138,18 @@ def test_compiled_and_interpreted_agree(
 ) -> None:
     rng = np.random.default_rng(seed)
     a, b = some_frames(rng, 4, 6, 30.0), some_frames(rng, 5, 6, 30.0)
-    fast, slow = np.empty((4, 5), np.float32), np.empty((4, 5), np.float32)
-    kernel.neighbourhood_likeness(*a, *b, 0.5, fast)
-    interpreted("_local_kernel").neighbourhood_likeness(*a, *b, 0.5, slow)
-    assert fast == pytest.approx(slow, abs=1e-5)
+    plain = interpreted("_local_kernel")
+    for by_a in (True, False):
+        fast, slow = (indexed_likeness(k, a, b, 0.5, by_a=by_a) for k in (kernel, plain))
+        assert fast.tolist() == slow.tolist()
+    chosen, again = np.zeros((2, 7, 2), np.int32)
+    scratch = np.empty(7, np.float32)
+    found = kernel.most_alike(fast, 4, 5, chosen, scratch)
+    assert plain.most_alike(slow, 4, 5, again, scratch) == found
+    assert chosen[:found].tolist() == again[:found].tolist()
+    kernel.divide_by_size(fast, a[0], 4, b[0], 5, 4)
+    plain.divide_by_size(slow, a[0], 4, b[0], 5, 4)
+    assert fast.tolist() == slow.tolist()
 
 
 @given(seeds)

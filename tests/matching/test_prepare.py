@@ -46,7 +46,7 @@ def test_any_template_can_be_prepared(template: Template) -> None:
     assert len(prepared) == len(template.minutiae) == prepared.points.shape[1]
     assert np.isfinite(prepared.points).all()
     assert np.isfinite(prepared.neighbourhoods.frame).all()
-    assert prepared.region.cells.shape == (4, np.count_nonzero(prepared.region.mask))
+    assert prepared.region.cells.shape == (4, prepared.region.inside)
     assert prepared.region.has_flow == (template.field is not None)
 
 
@@ -58,7 +58,7 @@ def test_region_of_a_field_is_its_mask_and_flow() -> None:
     assert region.step == 10.0
     assert region.has_flow
     assert region.cells[:2].T.tolist() == [[5, -5], [5, -15], [15, -15]]
-    assert pytest.approx(np.array([[1, 0], [0, 1], [-1, 0]]), abs=1e-6) == region.cells[2:].T
+    assert pytest.approx(np.array([[1, 0], [0, 1], [-1, 0]]), abs=0.02) == region.cells[2:].T
     assert region.area == 300.0
     x, y = np.array([5.0, 15, 15, -1, 35, 5]), np.array([-5.0, -15, -5, -5, -5, -25])
     assert region.holds(x, y).tolist() == [True, True, False, False, False, False]
@@ -68,7 +68,7 @@ def test_region_without_a_field_is_the_hull_of_the_minutiae() -> None:
     corners = np.array([[20.0, 180, 180, 20], [-20, -20, -180, -180], [1, 1, 1, 1], [0, 0, 0, 0]])
     region = prepare(template_of(corners)).region
     assert not region.has_flow
-    assert not region.flow.any()
+    assert not region.cells[2:].any()
     inside = np.array([25.0, 100, 175]), np.array([-25.0, -100, -175])
     outside = np.array([2.0, 100, 250]), np.array([-100.0, -250, -100])
     assert region.holds(*inside).all()
@@ -87,7 +87,7 @@ def test_minutiae_outside_the_image_have_no_region() -> None:
     prepared = prepare(
         template_of(spread_points(np.random.default_rng(1), 9) * [[-1], [1], [1], [1]])
     )
-    assert not prepared.region.mask.any()
+    assert not prepared.region.inside
     assert prepared.region.area == 0
     assert not prepared.region.holds(*prepared.points[:2]).any()
 
@@ -97,7 +97,7 @@ def test_far_minutiae_take_no_more_memory(reach: float) -> None:
     minutiae = Minutiae(x=[0, reach, 10], y=[0, 10, reach], angle=[0, 0, 0])
     p = PreparationParameters(max_hull_cells=64)
     prepared = prepare(Template(minutiae, 100, 100), p)
-    assert max(prepared.region.mask.shape) <= p.max_hull_cells + 1
+    assert max(prepared.region.code.shape) <= p.max_hull_cells + 1
     assert prepared.region.holds(*prepared.points[:2]).all()
 
 

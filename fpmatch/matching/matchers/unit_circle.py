@@ -14,6 +14,7 @@ import numpy as np
 
 from fpmatch.matching.align import align, at_rest
 from fpmatch.matching.local import local_likeness, most_alike
+from fpmatch.matching.one_to_many import MIN_MINUTIAE, similarities
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.result import Comparison
 from fpmatch.matching.score import gather_evidence, similarity
@@ -23,10 +24,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.align import Alignment
+    from fpmatch.matching.prepared_many import PreparedMany
     from fpmatch.matching.score import Evidence
     from fpmatch.minutiae import Template
 
-MIN_MINUTIAE: Final = 3
 MIN_PAIRS_FOR_SCALE: Final = 6
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print
 POOR_ORIENTATION: Final = 0.5  # mean cosine of twice the difference
@@ -65,6 +66,46 @@ class UnitCircleMatcher:
             return _nothing("no neighbourhood of one print is like one of the other")
         evidence = gather_evidence(a, b, alignment, likeness)
         return _comparison(a, b, alignment, evidence, swapped=swapped)
+
+    def similarities(
+        self,
+        probe: PreparedTemplate,
+        references: PreparedMany,
+        first: int = 0,
+        last: int | None = None,
+    ) -> NDArray[np.float64]:
+        """Compare one print with many: to the last bit the similarities that `compare` finds.
+
+        Parameters
+        ----------
+        probe : PreparedTemplate
+            What `prepare` returned.
+        references : PreparedMany
+            Many such, packed.
+        first, last : int
+            Those from `first` up to, not including, `last` are compared (default: all).
+
+        Returns
+        -------
+        ndarray of float64, shape (last - first,)
+            The similarity to each, in their order.
+
+        Examples
+        --------
+        >>> from fpmatch import Minutiae, Template
+        >>> from fpmatch.matching.prepared_many import PreparedMany
+        >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
+        >>> print_ = MATCHER.prepare(Template(minutiae, 100, 100))
+        >>> many = PreparedMany.of([print_, print_])
+        >>> found = MATCHER.similarities(print_, many)
+        >>> found[1] == MATCHER.compare(print_, print_).similarity
+        True
+        """
+        first, last, _ = slice(first, last).indices(len(references))
+        found, left = similarities(probe, references, first, last)
+        for k in left.tolist():
+            found[k - first] = self.compare(probe, references[k]).similarity
+        return found
 
 
 MATCHER: Final = UnitCircleMatcher()
@@ -133,7 +174,7 @@ def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
     """Say which side has too few minutiae to be compared."""
     few = [
         f"the {name} has no ridges"
-        if not len(side) and not side.region.mask.any()
+        if not len(side) and not side.region.inside
         else f"the {name} has too few minutiae ({len(side)})"
         for name, side in (("probe", probe), ("reference", reference))
         if len(side) < MIN_MINUTIAE

@@ -1,0 +1,29 @@
+# What other kernels may use of this one.
+cdef class LightTable:
+    cdef readonly Py_ssize_t size_a, size_b
+    cdef readonly double[:, ::1] a, b, laid, transforms, apart, pull
+    cdef readonly double[::1] reach, weight, rival_weight, support, mass, drift_x, drift_y, nearest
+    cdef readonly double[::1] best_weight
+    cdef readonly double[:, ::1] best_bent
+    cdef readonly int[::1] partner, rival, chosen, known, best_partner, start, item
+    cdef public double c, s, x, y
+    cdef readonly double best_c, best_s, best_x, best_y
+    cdef readonly double min_cosine, seed_near, seed_spread, seed_far, rigid_reach
+    cdef readonly double bend_scale, bend_near, bend_spread, bend_far, farthest
+    cdef readonly int candidates, rigid_rounds, bend_rounds
+    cdef double x0, y0, per_px
+    cdef int columns, rows
+
+    cpdef int put_a(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
+    cpdef int put_b(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
+    cdef int _line(self, double place) noexcept nogil
+    cpdef int align(self, int[:, ::1] seeds, Py_ssize_t count) noexcept nogil
+    cpdef int support_of_seeds(self, int[:, ::1] seeds, Py_ssize_t count) noexcept nogil
+    cpdef int choose(self, Py_ssize_t count) noexcept nogil
+    cpdef double refine(self) noexcept nogil
+    cpdef int bend(self) noexcept nogil
+    cpdef int move(self) noexcept nogil
+    cpdef double pair(self, Py_ssize_t row) noexcept nogil
+    cpdef int fit(self) noexcept nogil
+    cdef int _know(self, Py_ssize_t k) noexcept nogil
+    cdef int _keep(self) noexcept nogil

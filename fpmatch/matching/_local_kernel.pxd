@@ -1,0 +1,27 @@
+# What other kernels may use of this one.
+cdef class NeighbourIndex:
+    cdef readonly Py_ssize_t minutiae, size, half
+    cdef readonly double per_px
+    cdef readonly double[:, ::1] entry
+    cdef readonly int[::1] owner, start, item
+    cdef double[::1] best, total
+    cdef int[::1] touched
+
+    cdef Py_ssize_t _line(self, double place) noexcept nogil
+    cpdef int to_prints_before(
+        self, int[::1] count, float[:, :, ::1] frame, Py_ssize_t minutiae, double min_cosine,
+        float[:, ::1] likeness,
+    ) noexcept nogil
+    cpdef int to_prints_after(
+        self, int[::1] count, float[:, :, ::1] frame, Py_ssize_t minutiae, double min_cosine,
+        float[:, ::1] likeness,
+    ) noexcept nogil
+
+cpdef int divide_by_size(
+    float[:, ::1] likeness, int[::1] count_a, Py_ssize_t minutiae_a, int[::1] count_b,
+    Py_ssize_t minutiae_b, int fewest,
+) noexcept nogil
+cpdef int most_alike(
+    float[:, ::1] likeness, Py_ssize_t minutiae_a, Py_ssize_t minutiae_b, int[:, ::1] seeds,
+    float[::1] value,
+) noexcept nogil

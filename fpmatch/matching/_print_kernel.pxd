@@ -1,0 +1,35 @@
+# What other kernels may use of this one.
+cdef class Print:
+    cdef readonly Py_ssize_t size
+    cdef double[:, ::1] points
+    cdef double[::1] quality
+    cdef int[::1] count
+    cdef float[:, :, ::1] frame
+    cdef int[::1] ring_start
+    cdef int[::1] ring
+    cdef double[:, ::1] circle
+    cdef const unsigned char[::1] cell
+    cdef Py_ssize_t cell_at
+    cdef int rows, columns, first_row, first_column, inside
+    cdef double step
+    cdef bint has_flow
+
+    cdef bint holds(self, double x, double y) noexcept nogil
+
+
+cdef class PackedPrints:
+    cdef readonly Py_ssize_t neighbours
+    cdef const long long[::1] minutiae_start, ring_start, cell_start
+    cdef const float[:, ::1] xy, direction
+    cdef const unsigned char[::1] quality, count, degree, ring, cell
+    cdef const unsigned char[:, ::1] neighbour, root_weight
+    cdef const short[:, ::1] circle
+    cdef const unsigned short[::1] ring_weight
+    cdef const int[:, ::1] shape
+    cdef const double[::1] step
+    cdef const unsigned char[::1] has_flow
+    cdef const int[::1] inside
+    cdef const double[::1] quality_of, root_weight_of
+    cdef readonly double circle_step, ring_weight_step, tolerance, tolerance_growth
+
+    cpdef int unpack(self, Py_ssize_t k, Print into) noexcept nogil

@@ -1,0 +1,175 @@
+"""Kernel: a prepared print as the other kernels see it, and how it is unpacked from few bytes.
+
+Minutiae, neighbourhoods and regions are as `fpmatch.matching.prepare` and
+`fpmatch.matching.neighbourhood` have them. Interpreted, the classes run as they stand.
+"""
+
+import cython
+import numpy as np
+
+if cython.compiled:
+    from cython.cimports.libc.math import sqrt
+else:
+    from math import sqrt
+
+COMPILED = cython.compiled
+
+
+@cython.final
+@cython.cclass
+class Print:
+    """A prepared print: its minutiae, neighbourhoods, one-rings, and the cells of its region.
+
+    The arrays may be larger than what they hold: `size` is the number of minutiae. The region's
+    codes begin at entry `cell_at` of `cell`, row by row.
+    """
+
+    def __init__(self, points, quality, count, frame, ring_start, ring, circle) -> None:
+        self.size = points.shape[1]
+        self.points = points
+        self.quality = quality
+        self.count = count
+        self.frame = frame
+        self.ring_start = ring_start
+        self.ring = ring
+        self.circle = circle
+        self.cell = np.empty(0, np.uint8)
+        self.cell_at = 0
+        self.rows = 0
+        self.columns = 0
+        self.first_row = 0
+        self.first_column = 0
+        self.inside = 0
+        self.step = 1.0
+        self.has_flow = False
+
+    def set_region(self, code, first_row, first_column, step, inside, has_flow) -> None:
+        """Take the region: `code` (rows, columns) is 0 outside, else says the orientation."""
+        self.rows, self.columns = code.shape
+        self.cell = code.ravel()
+        self.first_row = first_row
+        self.first_column = first_column
+        self.step = step
+        self.inside = inside
+        self.has_flow = has_flow
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def holds(self, x: cython.double, y: cython.double) -> cython.bint:
+        """Tell whether a place lies in the region."""
+        x = x / self.step - self.first_column
+        y = -y / self.step - self.first_row
+        if not (0.0 <= x < self.columns and 0.0 <= y < self.rows):
+            return False
+        return (
+            self.cell[
+                self.cell_at
+                + cython.cast(cython.Py_ssize_t, y) * self.columns
+                + cython.cast(cython.Py_ssize_t, x)
+            ]
+            > 0
+        )
+
+
+@cython.final
+@cython.cclass
+class PackedPrints:
+    """The arrays of an `fpmatch.matching.prepared_many.PreparedMany`."""
+
+    def __init__(
+        self, many, circle_step, ring_weight_step, quality_of, root_weight_of, tolerance
+    ) -> None:
+        self.minutiae_start = many.minutiae_start
+        self.ring_start = many.ring_start
+        self.cell_start = many.cell_start
+        self.xy = many.xy
+        self.direction = many.direction
+        self.quality = many.quality
+        self.count = many.count
+        self.degree = many.degree
+        self.ring = many.ring
+        self.cell = many.cell
+        self.neighbour = many.neighbour
+        self.root_weight = many.root_weight
+        self.circle = many.circle
+        self.ring_weight = many.ring_weight
+        self.shape = many.shape
+        self.step = many.step
+        self.has_flow = many.has_flow
+        self.inside = many.inside
+        self.quality_of = quality_of
+        self.root_weight_of = root_weight_of
+        self.circle_step = circle_step
+        self.ring_weight_step = ring_weight_step
+        self.tolerance, self.tolerance_growth = tolerance
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def unpack(self, k: cython.Py_ssize_t, into: Print) -> cython.int:
+        """Put print k into one that has room for it, its region aside, which stays where it is."""
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        m: cython.Py_ssize_t
+        r: cython.Py_ssize_t
+        first: cython.Py_ssize_t = self.minutiae_start[k]
+        x: cython.double
+        y: cython.double
+        c: cython.double
+        s: cython.double
+        dx: cython.double
+        dy: cython.double
+        tolerance: cython.double
+        into.size = self.minutiae_start[k + 1] - first
+        for i in range(into.size):
+            into.points[0, i] = self.xy[first + i, 0]
+            into.points[1, i] = self.xy[first + i, 1]
+            into.points[2, i] = self.direction[first + i, 0]
+            into.points[3, i] = self.direction[first + i, 1]
+            into.quality[i] = self.quality_of[self.quality[first + i]]
+            into.count[i] = self.count[first + i]
+        for i in range(into.size):
+            x = into.points[0, i]
+            y = into.points[1, i]
+            c = into.points[2, i]
+            s = into.points[3, i]
+            for m in range(into.count[i]):
+                j = self.neighbour[first + i, m]
+                dx = into.points[0, j] - x
+                dy = into.points[1, j] - y
+                tolerance = self.tolerance + self.tolerance_growth * sqrt(dx * dx + dy * dy)
+                into.frame[i, 0, m] = cython.cast(cython.float, c * dx + s * dy)
+                into.frame[i, 1, m] = cython.cast(cython.float, c * dy - s * dx)
+                dx = into.points[2, j]
+                dy = into.points[3, j]
+                into.frame[i, 2, m] = cython.cast(cython.float, c * dx + s * dy)
+                into.frame[i, 3, m] = cython.cast(cython.float, c * dy - s * dx)
+                into.frame[i, 4, m] = cython.cast(cython.float, 1.0 / (tolerance * tolerance))
+                into.frame[i, 5, m] = cython.cast(
+                    cython.float, self.root_weight_of[self.root_weight[first + i, m]]
+                )
+        r = self.ring_start[k]
+        into.ring_start[0] = 0
+        for i in range(into.size):
+            into.ring_start[i + 1] = into.ring_start[i] + self.degree[first + i]
+        for m in range(self.ring_start[k + 1] - r):
+            into.ring[m] = self.ring[r + m]
+            into.circle[0, m] = self.circle_step * self.circle[r + m, 0]
+            into.circle[1, m] = self.circle_step * self.circle[r + m, 1]
+            into.circle[2, m] = self.ring_weight_step * self.ring_weight[r + m]
+        into.cell_at = self.cell_start[k]
+        into.rows = self.shape[k, 0]
+        into.columns = self.shape[k, 1]
+        into.first_row = self.shape[k, 2]
+        into.first_column = self.shape[k, 3]
+        into.step = self.step[k]
+        into.inside = self.inside[k]
+        into.has_flow = self.has_flow[k]
+        return 0

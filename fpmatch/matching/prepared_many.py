@@ -1,0 +1,378 @@
+"""Many prepared prints in flat arrays: small in memory, and as quickly opened as a file is mapped.
+
+The file is a line that names the format, a line of JSON that says where each array lies, and the
+arrays, in the order of the bytes of little-endian machines. It holds nothing that the templates do
+not; where they or the matcher change, it is made again.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.matching._print_kernel import PackedPrints, Print
+from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
+from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, Region, content_key
+from fpmatch.matching.rounding import (
+    CIRCLE_STEP,
+    QUALITIES,
+    RING_WEIGHT_STEP,
+    ROOT_WEIGHTS,
+    root_weight_codes,
+)
+from fpmatch.output import replacing
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import NDArray
+
+FORMAT: Final = b"fpmatch prepared prints 1\n"
+ALIGNMENT: Final = 64  # bytes
+MOST_MINUTIAE: Final = 256  # that a byte can number
+PRINTS_AT_ONCE: Final = 1024  # packed before their arrays are joined
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedMany:
+    """Hold T prepared prints of M minutiae in all.
+
+    Parameters
+    ----------
+    minutiae_start, ring_start, cell_start : ndarray of int64, shape (T + 1,)
+        Where the minutiae, the points of their one-rings and the cells of each print begin.
+    xy, direction : ndarray of float32, shape (M, 2)
+        Positions in pixels at 500 dpi, y pointing up, and unit vectors of the directions.
+    quality : ndarray of uint8, shape (M,)
+        In hundredths.
+    index : ndarray of int32, shape (M,)
+        Places among the template's minutiae.
+    count, degree : ndarray of uint8, shape (M,)
+        Numbers of neighbours, and of points of the one-ring, 0 where it is not closed.
+    neighbour, root_weight : ndarray of uint8, shape (M, size)
+        The neighbours, numbered from the print's first minutia, and the square roots of their
+        weights in hundredths.
+    ring : ndarray of uint8, shape (R,)
+        Points of the one-rings, numbered likewise.
+    circle, ring_weight : ndarray of int16, shape (R, 2), and uint16, shape (R,)
+        Their places on the unit circle and their weights, in the steps of
+        `fpmatch.matching.rounding`.
+    cell : ndarray of uint8, shape (C,)
+        Codes of the cells of the regions, row by row.
+    shape : ndarray of int32, shape (T, 4)
+        Rows and columns of cells, first row and first column.
+    step, zoom : ndarray of float64, shape (T,)
+        Side of a cell, and 500 / dpi.
+    has_flow : ndarray of uint8, shape (T,)
+        1 where the orientation is known.
+    inside : ndarray of int32, shape (T,)
+        Numbers of cells inside the regions.
+    """
+
+    minutiae_start: NDArray[np.int64]
+    ring_start: NDArray[np.int64]
+    cell_start: NDArray[np.int64]
+    xy: NDArray[np.float32]
+    direction: NDArray[np.float32]
+    quality: NDArray[np.uint8]
+    index: NDArray[np.int32]
+    count: NDArray[np.uint8]
+    degree: NDArray[np.uint8]
+    neighbour: NDArray[np.uint8]
+    root_weight: NDArray[np.uint8]
+    ring: NDArray[np.uint8]
+    circle: NDArray[np.int16]
+    ring_weight: NDArray[np.uint16]
+    cell: NDArray[np.uint8]
+    shape: NDArray[np.int32]
+    step: NDArray[np.float64]
+    zoom: NDArray[np.float64]
+    has_flow: NDArray[np.uint8]
+    inside: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, prints: Iterable[PreparedTemplate]) -> PreparedMany:
+        """Pack prepared prints, in their order.
+
+        Parameters
+        ----------
+        prints : iterable of PreparedTemplate
+            What `prepare` returned, with the usual parameters.
+
+        Returns
+        -------
+        PreparedMany
+            The prints.
+
+        Raises
+        ------
+        MatcherError
+            If a print has more minutiae than 256.
+        """
+        joined: list[PreparedMany] = []
+        few: list[PreparedMany] = []
+        for print_ in prints:
+            few.append(_packed(print_))
+            if len(few) == PRINTS_AT_ONCE:
+                joined.append(cls.joined(few))
+                few.clear()
+        return cls.joined([*joined, *few])
+
+    @classmethod
+    def joined(cls, parts: Sequence[PreparedMany]) -> PreparedMany:
+        """Return the prints of all `parts`, one after the other."""
+        columns: dict[str, Any] = {}
+        for name in (f.name for f in fields(cls)):
+            arrays = [getattr(part, name) for part in parts] or [getattr(_nothing(), name)]
+            if name in _STARTS:
+                ends = np.cumsum([0, *(int(array[-1]) for array in arrays)])
+                moved = [a[:-1] + end for a, end in zip(arrays, ends, strict=False)]
+                columns[name] = np.concatenate([*moved, ends[-1:]])
+            else:
+                columns[name] = np.concatenate(arrays)
+        return cls(**columns)
+
+    def __len__(self) -> int:
+        return len(self.step)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        return sum(getattr(self, f.name).nbytes for f in fields(self))
+
+    @cached_property
+    def most_minutiae(self) -> int:
+        """The most minutiae of a print."""
+        return int(np.diff(self.minutiae_start).max(initial=0))
+
+    @cached_property
+    def most_ring_points(self) -> int:
+        """The most points of a print's one-rings."""
+        return int(np.diff(self.ring_start).max(initial=0))
+
+    @cached_property
+    def packed(self) -> PackedPrints:
+        """The prints as the kernels see them."""
+        p = NeighbourhoodParameters()
+        return PackedPrints(
+            self,
+            CIRCLE_STEP,
+            RING_WEIGHT_STEP,
+            QUALITIES,
+            ROOT_WEIGHTS,
+            (p.tolerance_px, p.tolerance_per_px),
+        )
+
+    def __getitem__(self, k: int) -> PreparedTemplate:
+        """Return print k as `prepare` made it."""
+        if not 0 <= k < len(self):
+            raise IndexError(f"print {k} of {len(self)}")
+        minutiae = slice(*self.minutiae_start[k : k + 2].tolist())
+        rings = slice(*self.ring_start[k : k + 2].tolist())
+        n, entries = minutiae.stop - minutiae.start, rings.stop - rings.start
+        found = Neighbourhoods(
+            count=np.zeros(n, np.int32),
+            neighbour=self.neighbour[minutiae].astype(np.int32),
+            frame=np.zeros((n, 6, self.neighbour.shape[1]), np.float32),
+            ring_start=np.zeros(n + 1, np.int32),
+            ring=np.zeros(entries, np.int32),
+            circle=np.zeros((3, entries)),
+        )
+        points, quality = np.zeros((4, n)), np.zeros(n)
+        f = found
+        room = Print(points, quality, f.count, f.frame, f.ring_start, f.ring, f.circle)
+        self.packed.unpack(k, room)
+        rows, columns, first_row, first_column = self.shape[k].tolist()
+        code = self.cell[self.cell_start[k] : self.cell_start[k + 1]].reshape(rows, columns)
+        known = bool(self.has_flow[k])
+        region = Region(float(self.step[k]), code, first_row, first_column, known)
+        return PreparedTemplate(
+            points=points,
+            quality=quality,
+            index=self.index[minutiae],
+            neighbourhoods=found,
+            region=region,
+            zoom=float(self.zoom[k]),
+            key=content_key(points, quality, region),
+        )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the prints to a file that appears whole or not at all.
+
+        Parameters
+        ----------
+        path : path-like
+            The file to write or replace.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written.
+        """
+        entries, at = {}, 0
+        for name, dtype in _DTYPES.items():
+            array = getattr(self, name)
+            entries[name] = {"dtype": dtype, "shape": array.shape, "at": at}
+            at += -(-array.nbytes // ALIGNMENT) * ALIGNMENT
+        header = json.dumps({"prepared": _how_prepared(), "bytes": at, "arrays": entries}).encode()
+        room = -(len(FORMAT) + len(header) + 1) % ALIGNMENT
+        with replacing(path) as stream:
+            stream.write(FORMAT + header + b" " * room + b"\n")
+            for name, dtype in _DTYPES.items():
+                array = np.ascontiguousarray(getattr(self, name), dtype)
+                stream.write(array.data if array.size else b"")
+                stream.write(bytes(-array.nbytes % ALIGNMENT))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], *, mmap: bool = True) -> PreparedMany:
+        """Read what `save` wrote.
+
+        Parameters
+        ----------
+        path : path-like
+            The file.
+        mmap : bool
+            Whether the arrays stay in the file and are read where they are used (default).
+
+        Returns
+        -------
+        PreparedMany
+            The prints.
+
+        Raises
+        ------
+        MatcherError
+            If the file cannot be read, is damaged, or was made by another version of fpmatch,
+            whose matcher prepares prints in another way.
+        """
+        try:
+            with Path(path).open("rb") as stream:
+                known = stream.readline(len(FORMAT)) == FORMAT
+                header = json.loads(stream.readline()) if known else {}
+                begin = stream.tell()
+            if not known or header["prepared"] != _how_prepared():
+                raise MatcherError(f"{path}: not prepared by this version of fpmatch")
+            content: Any = np.memmap(path, np.uint8, "r") if mmap else np.fromfile(path, np.uint8)
+            found = cls(**{k: _array(content, begin, e) for k, e in header["arrays"].items()})
+            whole = len(content) == begin + header["bytes"] and found._is_sound()
+        except OSError as error:
+            raise MatcherError(f"{path}: {(error.strerror or str(error)).lower()}") from error
+        except (ValueError, TypeError, KeyError) as error:
+            raise MatcherError(f"{path}: not a file of prepared prints, or damaged") from error
+        if not whole:
+            raise MatcherError(f"{path}: damaged")
+        return found
+
+    def _is_sound(self) -> bool:
+        """Tell whether every number that is a place or a size points to something that is there."""
+        minutiae, rings, cells = (getattr(self, name) for name in _STARTS)
+        for starts, array in ((minutiae, self.xy), (rings, self.ring), (cells, self.cell)):
+            if len(starts) != len(self) + 1 or starts[0] or starts[-1] != len(array):
+                return False
+            if (np.diff(starts) < 0).any():
+                return False
+        n = np.diff(minutiae)
+        degree = np.concatenate([[0], np.cumsum(self.degree, dtype=np.int64)])
+        rows, columns = self.shape[:, 0].astype(np.int64), self.shape[:, 1].astype(np.int64)
+        checks = (
+            np.isfinite(self.xy),
+            np.isfinite(self.direction),
+            self.count <= self.neighbour.shape[1],
+            self.neighbour.max(axis=1, initial=0) < np.repeat(n, n),
+            self.ring < np.repeat(n, np.diff(rings)),
+            degree[minutiae] == rings,
+            (rows >= 0) & (columns >= 0) & (rows * columns == np.diff(cells)),
+        )
+        return all(bool(check.all()) for check in checks)
+
+
+_STARTS: Final = ("minutiae_start", "ring_start", "cell_start")
+_SIZE: Final = NeighbourhoodParameters().size
+_SHAPES: Final = {
+    "minutiae_start": ("<i8", ()),
+    "ring_start": ("<i8", ()),
+    "cell_start": ("<i8", ()),
+    "xy": ("<f4", (2,)),
+    "direction": ("<f4", (2,)),
+    "quality": ("|u1", ()),
+    "index": ("<i4", ()),
+    "count": ("|u1", ()),
+    "degree": ("|u1", ()),
+    "neighbour": ("|u1", (_SIZE,)),
+    "root_weight": ("|u1", (_SIZE,)),
+    "ring": ("|u1", ()),
+    "circle": ("<i2", (2,)),
+    "ring_weight": ("<u2", ()),
+    "cell": ("|u1", ()),
+    "shape": ("<i4", (4,)),
+    "step": ("<f8", ()),
+    "zoom": ("<f8", ()),
+    "has_flow": ("|u1", ()),
+    "inside": ("<i4", ()),
+}
+_DTYPES: Final = {name: dtype for name, (dtype, _) in _SHAPES.items()}
+
+
+def _nothing() -> PreparedMany:
+    """Return no prints."""
+    return PreparedMany(
+        **{
+            name: np.zeros((int(name in _STARTS), *shape), dtype)
+            for name, (dtype, shape) in _SHAPES.items()
+        }
+    )
+
+
+def _packed(print_: PreparedTemplate) -> PreparedMany:
+    """Return one print."""
+    n, region = print_.neighbourhoods, print_.region
+    if len(print_) > MOST_MINUTIAE:
+        raise MatcherError(f"a print of {len(print_)} minutiae; {MOST_MINUTIAE} can be packed")
+    place = (*region.code.shape, region.first_row, region.first_column)
+    columns: dict[str, Any] = {
+        "minutiae_start": [0, len(print_)],
+        "ring_start": [0, len(n.ring)],
+        "cell_start": [0, region.code.size],
+        "xy": print_.points[:2].T,
+        "direction": print_.points[2:].T,
+        "quality": np.rint(print_.quality * 100.0),
+        "index": print_.index,
+        "count": n.count,
+        "degree": np.diff(n.ring_start),
+        "neighbour": n.neighbour,
+        "root_weight": root_weight_codes(n.frame[:, 5]),
+        "ring": n.ring,
+        "circle": np.rint(n.circle[:2].T / CIRCLE_STEP),
+        "ring_weight": np.rint(n.circle[2] / RING_WEIGHT_STEP),
+        "cell": region.code.ravel(),
+        "shape": [place],
+        "step": [region.step],
+        "zoom": [print_.zoom],
+        "has_flow": [region.has_flow],
+        "inside": [region.inside],
+    }
+    return PreparedMany(
+        **{name: np.ascontiguousarray(columns[name], dtype) for name, dtype in _DTYPES.items()}
+    )
+
+
+def _how_prepared() -> str:
+    """Return the parameters on which the contents of the arrays depend."""
+    return f"{PreparationParameters()} {NeighbourhoodParameters()}"
+
+
+def _array(content: NDArray[np.uint8], begin: int, entry: dict[str, Any]) -> NDArray[Any]:
+    """Return one of the arrays in the content of a file."""
+    dtype = np.dtype(entry["dtype"])
+    at = begin + entry["at"]
+    size = int(np.prod(entry["shape"], dtype=np.int64)) * dtype.itemsize
+    found = content[at : at + size].view(dtype).reshape(entry["shape"])
+    native: NDArray[Any] = found.astype(dtype.newbyteorder("="), copy=False).view(np.ndarray)
+    return native

@@ -1,0 +1,53 @@
+"""How finely a prepared print is kept, so that a great many fit into memory.
+
+A print is rounded when it is prepared, not when it is packed: so all comparisons, of two prints
+or of one with many, are of the same values.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.neighbourhood import Neighbourhoods
+
+ORIENTATIONS: Final = 255  # directions of a ridge told apart in half a turn; one code is left
+CIRCLE_STEP: Final = 2.0**-14  # of a place on the unit circle
+RING_WEIGHT_STEP: Final = 2.0**-15
+ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour, the most being ever so rare
+QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
+
+
+def orientation_codes(
+    orientation: NDArray[np.floating], mask: NDArray[np.bool_]
+) -> NDArray[np.uint8]:
+    """Return the codes of orientations in radians: 1 to `ORIENTATIONS`, and 0 outside the mask."""
+    known = np.where(mask, orientation, 0.0).astype(np.float64)
+    step = np.rint(known * (ORIENTATIONS / np.pi)).astype(np.int64) % ORIENTATIONS
+    return np.where(mask, step + 1, 0).astype(np.uint8)
+
+
+def flow_of(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return cosine and sine, shape (2, …), of twice the orientation; 0 outside the mask."""
+    doubled = (codes.astype(np.float64) - 1.0) * (2 * np.pi / ORIENTATIONS)
+    return np.stack([np.cos(doubled), np.sin(doubled)]) * (codes > 0)
+
+
+def rounded(found: Neighbourhoods) -> Neighbourhoods:
+    """Return neighbourhoods whose weights and places on the unit circle are rounded."""
+    circle = found.circle.copy()
+    circle[:2] = np.rint(circle[:2] / CIRCLE_STEP) * CIRCLE_STEP
+    circle[2] = np.rint(circle[2] / RING_WEIGHT_STEP) * RING_WEIGHT_STEP
+    frame = found.frame.copy()
+    frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(frame[:, 5])]
+    return replace(found, circle=circle, frame=frame)
+
+
+def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return which of `ROOT_WEIGHTS` the square roots of neighbours' weights are nearest to."""
+    return np.minimum(np.rint(root_weight.astype(np.float64) * 100.0), 255).astype(np.uint8)

@@ -1,0 +1,217 @@
+"""One with many: to the last bit what `compare` finds, in any order and any part of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import (
+    COMPILED,
+    any_points,
+    even_field,
+    jittered,
+    moved,
+    seeds,
+    spread_points,
+    template_of,
+    templates,
+)
+from numpy.typing import NDArray
+
+from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.local import LocalParameters
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.one_to_many import NEITHER_FIRST, orders, similarities
+from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.rounding import CIRCLE_STEP, QUALITIES, RING_WEIGHT_STEP, ROOT_WEIGHTS
+from fpmatch.matching.score import ScoreParameters
+from fpmatch.minutiae import Template
+
+EXAMPLES = 50 if COMPILED else 8
+PRINT_SIZE = 30 if COMPILED else 12
+
+
+def one_by_one(probe: PreparedTemplate, prints: list[PreparedTemplate]) -> list[float]:
+    return [MATCHER.compare(probe, print_).similarity for print_ in prints]
+
+
+def impressions(seed: int) -> list[PreparedTemplate]:
+    """Return impressions of one finger and of others, with and without a field, and of nothing."""
+    rng = np.random.default_rng(seed)
+    finger = spread_points(rng, PRINT_SIZE)
+    sides = [
+        finger,
+        jittered(rng, moved(finger[:, 3:], 0.4, 30 - 20j), 1.5, 0.05),
+        jittered(rng, moved(finger[:, :-3], -2.0, 300 - 100j), 1.5, 0.05)[:, ::-1],
+        any_points(seed + 1),
+        any_points(seed + 2),
+        finger[:, :2],
+    ]
+    return [
+        prepare(
+            template_of(
+                np.ascontiguousarray(side),
+                dpi=(500.0, 569.0)[k % 2],
+                quality=rng.integers(0, 101, side.shape[1]),
+                field=even_field(side=20) if k % 3 else None,
+            )
+        )
+        for k, side in enumerate(sides)
+    ]
+
+
+@given(seeds)
+@settings(max_examples=EXAMPLES)
+def test_similarities_are_those_of_compare_to_the_last_bit(seed: int) -> None:
+    prints = impressions(seed)
+    many = PreparedMany.of(prints)
+    for probe in prints:
+        assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
+
+
+@given(templates(), st.lists(templates(), max_size=4))
+@settings(max_examples=EXAMPLES)
+def test_any_templates_compare_as_one_by_one(probe: Template, references: list[Template]) -> None:
+    prints = [prepare(template) for template in [*references, probe]]
+    many = PreparedMany.of(prints)
+    assert MATCHER.similarities(prints[-1], many).tolist() == one_by_one(prints[-1], prints)
+
+
+@given(seeds)
+@settings(max_examples=EXAMPLES)
+def test_either_side_may_be_the_probe(seed: int) -> None:
+    prints = impressions(seed)[:4]
+    many = PreparedMany.of(prints)
+    table = np.array([MATCHER.similarities(probe, many) for probe in prints])
+    assert table.tolist() == table.T.tolist()
+
+
+def test_a_part_of_them_is_that_part_of_the_whole() -> None:
+    prints = impressions(3)
+    many = PreparedMany.of(prints)
+    whole = MATCHER.similarities(prints[0], many).tolist()
+    for first in range(len(prints) + 1):
+        for last in range(first, len(prints) + 1):
+            part = MATCHER.similarities(prints[0], many, first, last)
+            assert part.tolist() == whole[first:last]
+    assert MATCHER.similarities(prints[0], many, 2).tolist() == whole[2:]
+    assert MATCHER.similarities(prints[0], many, -2).tolist() == whole[-2:]
+    assert MATCHER.similarities(prints[0], many, 4, 2).tolist() == []
+
+
+def test_with_none_there_is_nothing_to_compare() -> None:
+    assert MATCHER.similarities(impressions(1)[0], PreparedMany.of([])).tolist() == []
+
+
+def test_a_mapped_file_gives_the_same(tmp_path) -> None:
+    prints = impressions(5)
+    PreparedMany.of(prints).save(tmp_path / "prints")
+    mapped = PreparedMany.load(tmp_path / "prints")
+    assert not mapped.xy.flags.writeable
+    assert MATCHER.similarities(prints[1], mapped).tolist() == one_by_one(prints[1], prints)
+
+
+def test_a_crowd_is_compared_by_its_best() -> None:
+    n = 260 if COMPILED else 30
+    rng = np.random.default_rng(4)
+    crowd = template_of(spread_points(rng, n, 0.0, 900.0), quality=rng.integers(1, 100, n))
+    prints = [prepare(crowd), *impressions(4)[:2]]
+    assert MATCHER.similarities(prints[0], PreparedMany.of(prints)).tolist() == one_by_one(
+        prints[0], prints
+    )
+    assert MATCHER.similarities(prints[1], PreparedMany.of(prints)).tolist() == one_by_one(
+        prints[1], prints
+    )
+
+
+def same_x(seed: int, n: int = 9) -> NDArray[np.float64]:
+    """Return minutiae of which the first four always have the same x."""
+    points = spread_points(np.random.default_rng(seed), n)
+    points[0, :4] = [10.0, 30.0, 20.0, 50.0]
+    return points
+
+
+def test_prints_that_begin_alike_are_told_apart_by_the_rest() -> None:
+    prints = [prepare(template_of(same_x(seed))) for seed in range(4)]
+    many = PreparedMany.of(prints)
+    assert (orders(prints[0], many, 0, 4) == NEITHER_FIRST).all()
+    similarity, left = similarities(prints[0], many, 1, 4)
+    assert left.tolist() == [1, 2, 3]
+    assert not similarity.any()
+    assert MATCHER.similarities(prints[0], many).tolist() == one_by_one(prints[0], prints)
+
+
+@given(st.lists(st.integers(-40, 40), min_size=6, max_size=6))
+@settings(max_examples=EXAMPLES)
+def test_order_is_that_of_the_keys(x: list[int]) -> None:
+    """Keys are bytes, so that negative numbers, say, do not come before positive ones."""
+    y = np.array([0.0, -9.0, -4.0])
+    sides = [np.array([side, y, np.ones(3), np.zeros(3)], float) for side in (x[:3], x[3:])]
+    a, b = (prepare(template_of(side)) for side in sides)
+    (order,) = orders(a, PreparedMany.of([b]), 0, 1)
+    assert order == NEITHER_FIRST if x[:3] == x[3:] else order == (-1 if b.key < a.key else 1)
+
+
+@pytest.mark.parametrize("size", [0, 1, 2])
+def test_too_few_minutiae_are_like_nothing(size: int) -> None:
+    few = prepare(template_of(spread_points(np.random.default_rng(1), size)))
+    prints = [few, impressions(2)[0]]
+    many = PreparedMany.of(prints)
+    for probe in prints:
+        assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
+        assert MATCHER.similarities(probe, many)[0] == 0.0
+
+
+def test_compiled_and_interpreted_agree(interpreted: Callable[[str], ModuleType]) -> None:
+    prints = [prepare(template_of(spread_points(np.random.default_rng(k), 9))) for k in range(3)]
+    worn = jittered(np.random.default_rng(9), spread_points(np.random.default_rng(0), 9), 1.0, 0.1)
+    prints.append(prepare(template_of(worn, field=even_field(side=5))))
+    many = PreparedMany.of(prints[1:])
+    similarity = np.zeros(len(many))
+    order = orders(prints[0], many, 0, len(many))
+    plainly(interpreted, prints[0], many, order, similarity)
+    fast = MATCHER.similarities(prints[0], many)
+    assert similarity == pytest.approx(fast, rel=1e-12)
+    assert fast.all()
+
+
+def plainly(
+    interpreted: Callable[[str], ModuleType],
+    probe: PreparedTemplate,
+    many: PreparedMany,
+    order: NDArray[np.int8],
+    similarity: NDArray[np.float64],
+) -> None:
+    """Compare with every kernel interpreted."""
+    names = ("_print", "_local", "_align", "_evidence", "_one_to_many")
+    prints, local, align, evidence, kernel = (interpreted(f"{name}_kernel") for name in names)
+    kernel.gather, kernel.weigh = evidence.gather, evidence.weigh
+    kernel.most_alike, kernel.divide_by_size = local.most_alike, local.divide_by_size
+    p, room = LocalParameters(), many.most_minutiae
+
+    def as_plain(print_: PreparedTemplate) -> Any:
+        n, r = print_.neighbourhoods, print_.region
+        sides = (n.count, n.frame, n.ring_start, n.ring, n.circle)
+        plain = prints.Print(print_.points, print_.quality, *sides)
+        plain.set_region(r.code, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
+        return plain
+
+    before, after = (align.LightTable(room, room, p.seeds, AlignmentParameters()) for _ in "ab")
+    before.put_b(probe.points, len(probe))
+    after.put_a(probe.points, len(probe))
+    n = probe.neighbourhoods
+    index = local.NeighbourIndex(n.count, n.frame, 30.0, 4, math.radians(p.max_turn_deg), 1.2)
+    reference = as_plain(many[int(np.argmax(np.diff(many.ring_start)))])
+    tools = (as_plain(probe), reference, index, before, after, room, p, ScoreParameters(), 3)
+    tolerance = (9.0, 0.08)
+    packed = prints.PackedPrints(
+        many, CIRCLE_STEP, RING_WEIGHT_STEP, QUALITIES, ROOT_WEIGHTS, tolerance
+    )
+    kernel.OneToMany(*tools).compare(packed, 0, order, similarity)

@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MEASURED = re.compile(r"\bfvc/")  # databases that are not part of the repository
 NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif")  # uncompiled, each takes seconds
+GALLERY = "prints.db"  # that one command makes and others use
 UTF8 = os.environ | {"PYTHONUTF8": "1"}
 
 
@@ -69,6 +70,8 @@ def test_every_command_has_its_example() -> None:
 @pytest.mark.parametrize("command", [line for line in commands() if not MEASURED.search(line)])
 def test_a_command_on_sample_prints_does_what_it_says(command: str, clone: Path) -> None:
     words = arguments(command, clone)
+    if GALLERY in words and words[0] != "enrol":
+        assert run(clone, "-m", "fpmatch", "enrol", GALLERY, "sample_data").returncode == 0
     done = run(clone, "-m", "fpmatch", *words)
     assert done.returncode == 0, done.stderr
     if "-o" in words:

@@ -15,7 +15,7 @@ from fpmatch.evaluation.scoring_rows import HEADER, is_parquet, write_parquet
 from fpmatch.evaluation.scoring_store import Position, flush
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Generator, Iterator
 
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.workers import Progress
@@ -47,8 +47,11 @@ def collect(store: Store, key: str, side: Side, engine: Engine, progress: Progre
     total, start = len(side.names), store.count_items(key)
     progress(key, start, total)
     if start < total:
-        with closing(side.items(engine, start)) as items:
-            for done in store.add_items(key, start, items):
+        with (
+            closing(side.items(engine, start)) as items,
+            closing(store.add_items(key, start, items)) as counts,
+        ):
+            for done in counts:
                 progress(key, done, total)
 
 
@@ -86,8 +89,9 @@ class Comparing:
         position = start
         progress(COMPARE, start.pairs, len(self.plan))
         if not self._is_in_place(start):
-            for position in self._write(start, engine):
-                progress(COMPARE, position.pairs, len(self.plan))
+            with closing(self._write(start, engine)) as positions:
+                for position in positions:
+                    progress(COMPARE, position.pairs, len(self.plan))
             self._finish()
         self.store.clear()
         return start, position
@@ -109,7 +113,7 @@ class Comparing:
             and output.stat().st_size == position.size
         )
 
-    def _write(self, start: Position, engine: Engine) -> Iterator[Position]:
+    def _write(self, start: Position, engine: Engine) -> Generator[Position, None, None]:
         position, saved_at = start, time.monotonic()
         under_way: deque[PairChunk] = deque()
         tasks = self._tasks(start.chunks, under_way)

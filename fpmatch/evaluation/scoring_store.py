@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import sqlite3
+import time
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Final
@@ -19,7 +20,7 @@ from fpmatch.errors import OutputError, ScoringError
 from fpmatch.output import reason
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
     from types import TracebackType
     from typing import BinaryIO, Self
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 SUFFIX: Final = ".unfinished"
 ROWS_FILE: Final = "rows.csv"
-_ITEMS_PER_COMMIT: Final = 16
+_COMMIT_EVERY_S: Final = 0.5
 _NUMBERS_PER_QUERY: Final = 500
 _START_AGAIN: Final = "delete the folder and start again"
 _TABLES: Final = """
@@ -156,16 +157,18 @@ class Store:
             query = "SELECT count(*) FROM item WHERE side = ?"
             return int(self._database.execute(query, [side]).fetchone()[0])
 
-    def add_items(self, side: str, start: int, items: Iterable[Item]) -> Iterator[int]:
+    def add_items(self, side: str, start: int, items: Iterable[Item]) -> Generator[int, None, None]:
         """Keep prints of a side, from number `start` on; yield after each how many there are."""
         query = "INSERT INTO item VALUES (?, ?, ?, ?, ?)"
+        committed = time.monotonic()
         try:
             for number, item in enumerate(items, start):
                 with self.writing():
                     row = (side, number, item.data, item.reason, item.dpi_assumed)
                     self._database.execute(query, row)
-                    if (number + 1 - start) % _ITEMS_PER_COMMIT == 0:
+                    if time.monotonic() - committed >= _COMMIT_EVERY_S:
                         self._database.commit()
+                        committed = time.monotonic()
                 yield number + 1
         finally:
             with self.writing():

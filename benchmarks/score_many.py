@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""Score very many references against a few probes: rate, and the most memory it took.
+
+    .venv/bin/python benchmarks/score_many.py [--references 100000] [--probes 10] [--workers 1]
+
+The references are what a gallery would hold: templates of the sample prints, disturbed, each its
+own way. The exit status is 1 where all processes together took 1 GB or more.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.engine.engine import make_engine
+from fpmatch.evaluation.scoring import score
+from fpmatch.evaluation.scoring_sides import Item
+from fpmatch.gallery.compact import pack_template
+from fpmatch.image.extract import extract
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.minutiae import Minutiae, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from fpmatch.engine.engine import Engine
+
+PRINTS = Path(__file__).parents[1] / "sample_data"
+MINUTIAE = 40
+SHIFT_PX = 12.0  # far enough for other neighbourhoods
+MAX_BYTES = 1e9
+REPORT_EVERY_S = 20.0
+
+
+class Disturbed:
+    """A side of templates, each disturbed in a way that is drawn from its number."""
+
+    def __init__(self, place: str, count: int, templates: list[Template]) -> None:
+        self.place = place
+        self.names = [f"{place}_{n}" for n in range(count)]
+        self.fingerprint = f"{place} {count}"
+        self._templates = templates
+
+    def items(self, engine: Engine, start: int) -> Generator[Item, None, None]:
+        """Yield the templates from number `start` on."""
+        for number in range(start, len(self.names)):
+            yield Item(pack_template(self._disturbed(number)))
+
+    def _disturbed(self, number: int) -> Template:
+        rng = np.random.default_rng([number, len(self.place)])
+        template = self._templates[number % len(self._templates)]
+        m = template.minutiae
+        chosen = m.take(rng.permutation(len(m))[:MINUTIAE])
+        n = len(chosen)
+        minutiae = Minutiae(
+            x=np.clip(chosen.x + rng.normal(0, SHIFT_PX, n), 0, template.width - 1),
+            y=np.clip(chosen.y + rng.normal(0, SHIFT_PX, n), 0, template.height - 1),
+            angle=chosen.angle + rng.normal(0, 0.3, n),
+            kind=chosen.kind,
+            quality=chosen.quality,
+        )
+        return Template(minutiae, template.width, template.height, template.dpi, template.field)
+
+
+class Told:
+    """Tell now and then how far it has come."""
+
+    def __init__(self) -> None:
+        self._next = time.monotonic() + REPORT_EVERY_S
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        """Tell it."""
+        if time.monotonic() >= self._next:
+            self._next = time.monotonic() + REPORT_EVERY_S
+            print(f"{stage}: {done:,} of {total:,}", file=sys.stderr, flush=True)
+
+
+def peak_bytes(workers: int) -> tuple[float, float]:
+    """Return the most memory that this process took, and that of its largest worker."""
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
+    largest = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024.0
+    return own, largest if workers > 1 else 0.0
+
+
+def main() -> int:
+    """Run the script; return its exit status."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--references", type=int, default=100_000)
+    parser.add_argument("--probes", type=int, default=10)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--matcher", default=DEFAULT_MATCHER)
+    asked = parser.parse_args()
+    templates = [extract(path) for path in sorted(PRINTS.glob("*.tif"))]
+    begun = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder, "scores.csv")
+        done = score(
+            Disturbed("reference", asked.references, templates),
+            Disturbed("probe", asked.probes, templates),
+            output,
+            matcher=asked.matcher,
+            engine=make_engine(asked.workers),
+            progress=Told(),
+        )
+        size = output.stat().st_size
+    seconds = time.perf_counter() - begun
+    own, worker = peak_bytes(asked.workers)
+    total = own + asked.workers * worker
+    print(f"{done.references:,} x {done.probes} pairs, matcher {asked.matcher}")
+    print(f"comparisons a second       {done.rate:12,.0f}  ({asked.workers} processes)")
+    print(f"comparing, all in all, s   {done.seconds:12.1f}  {seconds:.1f}")
+    print(f"rows, bytes a row          {done.rows:12,}  {size / done.rows:.1f}")
+    print(f"peak memory, MB            {total / 1e6:12.0f}  ({own / 1e6:.0f} of it here)")
+    return int(total >= MAX_BYTES)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -115,7 +115,8 @@ Examples:
 @click.option(
     "--minutiae",
     is_flag=True,
-    help="Measure extraction and transforms too, against the truth that each DIR then holds.",
+    help="Measure extraction and transforms (of the first matcher) too, against the truth that "
+    "each DIR then holds.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
 @click.option(

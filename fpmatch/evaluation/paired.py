@@ -80,12 +80,14 @@ def compare_runs(
     """
     earlier = {one.name: one for one in before}
     common = [_in_common(earlier[one.name], one) for one in now if one.name in earlier]
-    common = [c for c in common if c.trials_now.genuine.any() and not c.trials_now.genuine.all()]
     if not common:
         raise DatasetError(
             "the two runs have no database in common: "
             f"{', '.join(sorted(earlier))}; {', '.join(one.name for one in now)}"
         )
+    common = [c for c in common if c.trials_now.genuine.any() and not c.trials_now.genuine.all()]
+    if not common:
+        raise DatasetError("the two runs have no genuine and impostor pairs in common")
     were = resample_rates([c.trials_before for c in common], resamples, seed)
     are = resample_rates([c.trials_now for c in common], resamples, seed)
     enough = [c.trials_now.fingers >= MIN_FINGERS for c in common]

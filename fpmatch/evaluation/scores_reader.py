@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.report import EvaluationReport
 
 NEEDED: Final = ("set", "probe", "reference", "genuine", "similarity")
+_READ: Final = ("matcher", *NEEDED, "reason")  # in this order; those not needed may be missing
+_PRINT_BITS: Final = 32  # enough to number prints
 _PRINT_NAME: Final = re.compile(r"(\d+)_\d+(\.\w+)?", re.ASCII)
 
 
@@ -62,30 +64,41 @@ class _Columns:
     """Gather the rows of one database in little space."""
 
     index: dict[str, int] = field(default_factory=dict)
+    finger: list[int] = field(default_factory=list)
     probe: array[int] = field(default_factory=lambda: array("q"))
     reference: array[int] = field(default_factory=lambda: array("q"))
     similarity: array[float] = field(default_factory=lambda: array("d"))
     compared: bytearray = field(default_factory=bytearray)
-    seen: set[tuple[int, int]] = field(default_factory=set)
+    seen: set[int] = field(default_factory=set)
 
-    def add(self, row: dict[str, str]) -> None:
+    def add(self, probe: str, reference: str, genuine: str, similarity: str, reason: str) -> None:
         """Take a row; a ValueError says what is wrong with it."""
-        a, b = row["probe"], row["reference"]
-        if row["genuine"] not in {"0", "1"}:
-            raise ValueError(f"genuine must be 0 or 1, not {row['genuine']!r}")
-        if (_finger(a) == _finger(b)) != (row["genuine"] == "1"):
-            raise ValueError(f"genuine is {row['genuine']}, which {a} and {b} are not by name")
-        similarity = float(row["similarity"])
-        if not math.isfinite(similarity):
+        i, j = self._number(probe), self._number(reference)
+        if genuine not in {"0", "1"}:
+            raise ValueError(f"genuine must be 0 or 1, not {genuine!r}")
+        if (self.finger[i] == self.finger[j]) != (genuine == "1"):
+            raise ValueError(f"genuine is {genuine}, which {probe} and {reference} are not by name")
+        value = float(similarity)
+        if not math.isfinite(value):
             raise ValueError("similarity must be a finite number")
-        i, j = (self.index.setdefault(name, len(self.index)) for name in (a, b))
-        if (min(i, j), max(i, j)) in self.seen:
-            raise ValueError(f"{a} and {b} are compared twice")
-        self.seen.add((min(i, j), max(i, j)))
+        key = min(i, j) << _PRINT_BITS | max(i, j)
+        if key in self.seen:
+            raise ValueError(f"{probe} and {reference} are compared twice")
+        self.seen.add(key)
         self.probe.append(i)
         self.reference.append(j)
-        self.similarity.append(similarity)
-        self.compared.append(row.get("reason") != NO_TEMPLATE)
+        self.similarity.append(value)
+        self.compared.append(reason != NO_TEMPLATE)
+
+    def _number(self, name: str) -> int:
+        number = self.index.get(name)
+        if number is None:
+            named = _PRINT_NAME.fullmatch(name)
+            if named is None:
+                raise ValueError(f"{name!r} is not named FFF_M (finger FFF, impression M)")
+            number = self.index[name] = len(self.finger)
+            self.finger.append(int(named[1]))
+        return number
 
 
 def read_scores(path: str | os.PathLike[str]) -> list[ScoresSet]:
@@ -110,16 +123,21 @@ def read_scores(path: str | os.PathLike[str]) -> list[ScoresSet]:
     found: dict[tuple[str, str], _Columns] = {}
     try:
         with Path(path).open(newline="", encoding="utf-8") as stream:
-            reader = csv.DictReader(stream, restval="")
-            missing = [name for name in NEEDED if name not in (reader.fieldnames or ())]
+            reader = csv.reader(stream)
+            head = next(reader, [])
+            missing = [name for name in NEEDED if name not in head]
             if missing:
                 raise DatasetError(
                     f"{path}: not a file of fpmatch evaluate --scores: no column {missing[0]!r}"
                 )
+            places = [head.index(name) if name in head else len(head) for name in _READ]
             for row in reader:
-                key = (row.get("matcher") or "", row["set"])
+                if not row:
+                    continue
+                row.extend([""] * (len(head) + 1 - len(row)))
+                matcher, name, *cells = (row[k] for k in places)
                 try:
-                    found.setdefault(key, _Columns()).add(row)
+                    found.setdefault((matcher, name), _Columns()).add(*cells)
                 except ValueError as error:
                     raise DatasetError(f"{path}: line {reader.line_num}: {error}") from error
     except OSError as error:
@@ -189,15 +207,8 @@ def choose_matcher(
     return chosen
 
 
-def _finger(name: str) -> int:
-    named = _PRINT_NAME.fullmatch(name)
-    if named is None:
-        raise ValueError(f"{name!r} is not named FFF_M (finger FFF, impression M)")
-    return int(named[1])
-
-
 def _as_set(matcher: str, name: str, columns: _Columns) -> ScoresSet:
-    fingers, number = np.unique([_finger(n) for n in columns.index], return_inverse=True)
+    fingers, number = np.unique(columns.finger, return_inverse=True)
     probe = np.frombuffer(columns.probe, np.int64).astype(np.intp)
     reference = np.frombuffer(columns.reference, np.int64).astype(np.intp)
     return ScoresSet(

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -134,6 +135,13 @@ def test_few_fingers_tell_nothing():
 def test_runs_over_other_databases():
     with pytest.raises(DatasetError, match="no database in common: db; other"):
         compare_runs([scored(similarities(0, 2.0))], [scored(similarities(0, 2.0), name="other")])
+
+
+def test_runs_over_other_prints_of_one_database():
+    other = scored(similarities(0, 2.0))
+    renamed = replace(other, prints=tuple(f"9{name}" for name in other.prints))
+    with pytest.raises(DatasetError, match="no genuine and impostor pairs in common"):
+        compare_runs([other], [renamed])
 
 
 def test_text_and_json():

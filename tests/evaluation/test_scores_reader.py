@@ -69,7 +69,7 @@ GOOD = "a,1_1.tif,1_2.tif,1,0.5\n"
         ("x,y\n1,2\n", "no column 'set'"),
         (HEAD.replace("genuine,", ""), "no column 'genuine'"),
         (HEAD, "holds no comparison"),
-        (HEAD + GOOD + "a,1_1.tif,2_1.tif\n", "line 3: genuine must be 0 or 1, not ''"),
+        (HEAD + GOOD + "\na,1_1.tif,2_1.tif\n", "line 4: genuine must be 0 or 1, not ''"),
         (HEAD + "a,1_1.tif,2_1.tif,1,0.5\n", "line 2: genuine is 1, which 1_1.tif and 2_1.tif"),
         (HEAD + "a,left.tif,2_1.tif,0,0.5\n", "line 2: 'left.tif' is not named FFF_M"),
         (HEAD + "a,1_1.tif,2_1.tif,0,high\n", "line 2: could not convert string to float"),

@@ -51,6 +51,9 @@ class Search:
 
     def similarities(self, probe: Any) -> NDArray[np.float64]:
         """Return the similarity of a prepared probe to each print, as `compare` finds it."""
+        if hasattr(self.matcher, "similarities"):
+            found: NDArray[np.float64] = self.matcher.similarities(probe, self.references)
+            return found
         compared = (self.references[k] for k in range(len(self)))
         return np.array([self.matcher.compare(probe, r).similarity for r in compared])
 
@@ -88,6 +91,11 @@ def open_search(
         If the matcher is unknown.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    if hasattr(chosen, "similarities"):
+        from fpmatch.gallery.prepared import prepare_gallery  # noqa: PLC0415
+
+        kept = prepare_gallery(gallery, chosen, engine=engine, progress=progress)
+        return Search(chosen, kept.entries["number"], kept.prints)
     total = len(gallery)
     progress("prepare", 0, total)
     numbers, references = [], []

@@ -1,0 +1,214 @@
+"""The prints of a gallery prepared once, and kept in flat files that later searches map.
+
+They lie beside the gallery, ``prints.db.prepared/``, or in the user's cache folder where that
+cannot be, as for PostgreSQL. What they hold can always be made again from the gallery: they may be
+deleted at any time, and are made anew when the gallery or the matcher has changed; prints that are
+in the old ones are taken from there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch._version import __version__
+from fpmatch.engine.engine import cores
+from fpmatch.errors import MatcherError, OutputError
+from fpmatch.gallery.compact import unpack_entry
+from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.output import replacing
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from fpmatch.engine.engine import Engine
+    from fpmatch.engine.workers import Progress
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.matching.result import Matcher
+
+PRINTS_PER_CHUNK: Final = 64
+_ENTRY: Final = np.dtype([("number", "<i8"), ("digest", "V16")])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prepared:
+    """Hold the prepared prints of a gallery.
+
+    Parameters
+    ----------
+    entries : ndarray of (number, digest), shape (N,)
+        Number of each entry, and a digest of its template.
+    prints : PreparedMany
+        Their prints, in the same order.
+    """
+
+    entries: NDArray[np.void]
+    prints: PreparedMany
+
+
+def prepare_gallery(
+    gallery: Gallery, matcher: Matcher, *, engine: Engine | None, progress: Progress
+) -> Prepared:
+    """Return the prepared prints of a gallery, the kept ones where it has not changed.
+
+    Parameters
+    ----------
+    gallery : Gallery
+        An open gallery.
+    matcher : Matcher
+        One whose prepared prints can be packed.
+    engine : Engine or None
+        Where prints are prepared (default: all cores).
+    progress : callable
+        Told of stage "prepare", in prints that are not kept.
+
+    Returns
+    -------
+    Prepared
+        The prints, in the order of their numbers.
+
+    Raises
+    ------
+    GalleryError
+        If the gallery cannot be read, or a template is damaged.
+    EngineError
+        If the engine broke down.
+    """
+    fingerprint = gallery.fingerprint_of_content()
+    folders = _folders(gallery)
+    form = f"{matcher.name}-{__version__}"
+    for folder in folders:
+        kept = _load(folder / f"{form}-{fingerprint}")
+        if kept is not None:
+            return kept
+    prepared = _renew(gallery, matcher, _newest(folders, form), engine or cores(), progress)
+    # What was enrolled meanwhile may be among them: under no name that stands for a content then.
+    unchanged = gallery.fingerprint_of_content() == fingerprint
+    name = fingerprint if unchanged else secrets.token_hex(16)
+    for folder in folders:
+        with suppress(OutputError):
+            _save(folder / f"{form}-{name}", prepared)
+            _remove_others(folder, matcher, f"{form}-{name}")
+            break
+    return prepared
+
+
+def _folders(gallery: Gallery) -> list[Path]:
+    """Return where prepared prints may lie, the best place first."""
+    from platformdirs import user_cache_path  # noqa: PLC0415
+
+    file = gallery.place.file
+    name = gallery.name if file is None else str(file.absolute())
+    cache = user_cache_path("fpmatch") / "galleries"
+    beside = [] if file is None else [file.with_name(f"{file.name}.prepared")]
+    return [*beside, cache / hashlib.sha256(name.encode("utf-8", "replace")).hexdigest()[:32]]
+
+
+def _load(stem: Path) -> Prepared | None:
+    """Return what is kept in the two files of `stem`, None where they cannot be used."""
+    try:
+        entries = np.load(f"{stem}.entries.npy", mmap_mode="r", allow_pickle=False)
+        prints = PreparedMany.load(f"{stem}.prints")
+    except (OSError, ValueError, EOFError, MatcherError):
+        return None
+    if entries.dtype != _ENTRY or entries.shape != (len(prints),):
+        return None
+    return Prepared(entries, prints)
+
+
+def _save(stem: Path, prepared: Prepared) -> None:
+    try:
+        stem.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{stem.parent}: cannot be made") from error
+    with replacing(f"{stem}.entries.npy") as stream:
+        np.save(stream, prepared.entries, allow_pickle=False)
+    prepared.prints.save(f"{stem}.prints")
+
+
+def _newest(folders: Sequence[Path], form: str) -> Prepared | None:
+    """Return the prints that were kept last, of whatever content."""
+    found: list[tuple[float, Path]] = []
+    for folder in folders:
+        for path in folder.glob(f"{form}-*.prints"):
+            with suppress(OSError):
+                found.append((path.stat().st_mtime, path.with_name(path.stem)))
+    for _, stem in sorted(found, reverse=True):
+        kept = _load(stem)
+        if kept is not None:
+            return kept
+    return None
+
+
+def _remove_others(folder: Path, matcher: Matcher, name: str) -> None:
+    """Remove what was kept before, by other versions, too; who has it mapped keeps it."""
+    for path in folder.glob(f"{matcher.name}-[0-9]*"):
+        if not path.name.startswith(f"{name}."):
+            with suppress(OSError):
+                path.unlink()
+
+
+def _renew(
+    gallery: Gallery, matcher: Matcher, old: Prepared | None, engine: Engine, progress: Progress
+) -> Prepared:
+    """Return the prints of a gallery, as many as can be from the old ones."""
+    numbers, digests = [], []
+    missing: list[tuple[int, bytes]] = []
+    place = {} if old is None else {d: k for k, d in enumerate(old.entries["digest"].tolist())}
+    for number, data in gallery.packed_templates():
+        digest = hashlib.sha256(data).digest()[:16]
+        numbers.append(number)
+        digests.append(digest)
+        if digest not in place:
+            missing.append((number, data))
+    entries = np.array(list(zip(numbers, digests, strict=True)), _ENTRY)
+    new = _prepare_all(gallery.name, matcher, missing, engine, progress)
+    if old is None:
+        return Prepared(entries, new)
+    kept = [place.get(digest, -1) for digest in digests]
+    if kept == [*range(len(old.prints)), *[-1] * len(missing)]:  # only enrolled since
+        return Prepared(entries, PreparedMany.joined([old.prints, new]))
+    return Prepared(entries, PreparedMany.of(_merged(old.prints, new, kept)))
+
+
+def _merged(old: PreparedMany, new: PreparedMany, kept: Sequence[int]) -> Iterator[Any]:
+    """Yield print ``kept[k]`` of the old ones, or the next new one where that is -1."""
+    following = iter(range(len(new)))
+    for k in kept:
+        yield old[k] if k >= 0 else new[next(following)]
+
+
+def _prepare_all(
+    name: str,
+    matcher: Matcher,
+    templates: Sequence[tuple[int, bytes]],
+    engine: Engine,
+    progress: Progress,
+) -> PreparedMany:
+    chunks = [
+        templates[k : k + PRINTS_PER_CHUNK] for k in range(0, len(templates), PRINTS_PER_CHUNK)
+    ]
+    parts: list[PreparedMany] = []
+    done = 0
+    progress("prepare", 0, len(templates))
+    with engine, closing(engine.map(_prepare, (name, matcher), chunks)) as results:
+        for part in results:
+            parts.append(part)
+            done += len(part)
+            progress("prepare", done, len(templates))
+    return PreparedMany.joined(parts)
+
+
+def _prepare(shared: tuple[str, Matcher], templates: Sequence[tuple[int, bytes]]) -> PreparedMany:
+    name, matcher = shared
+    return PreparedMany.of(
+        matcher.prepare(unpack_entry(data, number, name)) for number, data in templates
+    )

@@ -34,8 +34,8 @@ Columns:
 
 \b
 Order of the rows:
-  That of the list; without one, every probe with the first 128 references, one probe after the
-  other, then every probe with the next 128.
+  That of the list; without one, every probe with the first 256 references, one probe after the
+  other, then every probe with the next 256.
 
 \b
 Interrupted:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.scoring_plan import PairChunk
     from fpmatch.matching.result import Matcher
 
-PREPARED_HELD: Final = 1024  # templates that a worker keeps prepared, those used last
+PREPARED_HELD: Final = 512  # templates that a worker keeps prepared, those used last
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,27 +35,48 @@ class Bench:
     """Hold the matcher, and what it prepared of the templates it met last."""
 
     matcher: Matcher
-    prepared: OrderedDict[bytes, Any] = field(default_factory=OrderedDict)
+    _prepared: OrderedDict[bytes, Any] = field(default_factory=OrderedDict)
+    _packed: tuple[list[bytes], Any] = ([], None)
 
     def prepare(self, data: bytes) -> Any:
         """Return a template, prepared."""
-        if data in self.prepared:
-            self.prepared.move_to_end(data)
-            return self.prepared[data]
-        prepared = self.prepared[data] = self.matcher.prepare(unpack(data))
-        if len(self.prepared) > PREPARED_HELD:
-            self.prepared.popitem(last=False)
+        if data in self._prepared:
+            self._prepared.move_to_end(data)
+            return self._prepared[data]
+        prepared = self._prepared[data] = self.matcher.prepare(unpack(data))
+        if len(self._prepared) > PREPARED_HELD:
+            self._prepared.popitem(last=False)
         return prepared
+
+    def pack(self, templates: list[bytes]) -> Any:
+        """Return many templates, prepared and packed for the matcher's `similarities`."""
+        if self._packed[0] != templates:
+            from fpmatch.matching.prepared_many import PreparedMany  # noqa: PLC0415
+
+            self._packed = templates, PreparedMany.of(map(self.prepare, templates))
+        return self._packed[1]
 
 
 def compare_pairs(bench: Bench, task: ComparisonTask) -> NDArray[np.float64]:
-    """Return the similarity of each pair; not a number where a print has no template."""
-    probes = {number: bench.prepare(data) for number, data in task.probes.items()}
-    references = {number: bench.prepare(data) for number, data in task.references.items()}
+    """Return the similarity of each pair; not a number where a print has no template.
+
+    Where a probe meets all the references of the chunk, it is compared with them at once if the
+    matcher can do that: its `similarities` finds what `compare` finds, to the last bit.
+    """
     similarity = np.full(len(task.pairs), np.nan)
-    pairs = zip(task.pairs.probe.tolist(), task.pairs.reference.tolist(), strict=True)
-    for row, (probe, reference) in enumerate(pairs):
-        if probe in probes and reference in references:
-            comparison = bench.matcher.compare(probes[probe], references[reference])
-            similarity[row] = comparison.similarity
+    there = np.isin(task.pairs.reference, list(task.references))
+    numbers = sorted(task.references)
+    for probe, data in task.probes.items():
+        rows = np.flatnonzero((task.pairs.probe == probe) & there)
+        met = task.pairs.reference[rows].tolist()
+        if met == numbers and hasattr(bench.matcher, "similarities"):
+            packed = bench.pack([task.references[number] for number in numbers])
+            similarity[rows] = bench.matcher.similarities(bench.prepare(data), packed)
+        else:
+            similarity[rows] = [
+                bench.matcher.compare(
+                    bench.prepare(data), bench.prepare(task.references[number])
+                ).similarity
+                for number in met
+            ]
     return similarity

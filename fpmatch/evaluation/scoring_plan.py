@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-REFERENCES_PER_BAND: Final = 128
-PAIRS_PER_CHUNK: Final = 2048
+REFERENCES_PER_BAND: Final = 256
+PAIRS_PER_CHUNK: Final = 4096
 LISTED_PAIRS_PER_CHUNK: Final = 512
 PROBE: Final = "probe"
 REFERENCE: Final = "reference"

@@ -27,6 +27,7 @@ _ROC_LOWEST_FMR: Final = 1e-4
 _RULE_OF_30: Final = 30  # errors from which on a rate is known to some 30 % (ISO/IEC 19795-1)
 _BINS: Final = 50
 _MOST_RANKS: Final = 10
+_LEAST_SPAN: Final = 0.9  # axes of shares near 1 begin no higher
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +48,11 @@ class Curve:
     genuine: NDArray[np.float64]
     impostor: NDArray[np.float64]
     bold: bool = False
+
+    @property
+    def separates(self) -> bool:
+        """Whether some threshold makes no error; the DET then has nothing to show."""
+        return bool(self.genuine.min() > self.impostor.max())
 
 
 def det_plot(curves: Sequence[Curve], name: str) -> str:
@@ -109,7 +115,7 @@ def roc_plot(curves: Sequence[Curve], name: str) -> str:
         axes.set_xticks(ticks, [_in_percent(t) for t in ticks])
         axes.minorticks_off()
         axes.set_xlim(_ROC_LOWEST_FMR, 1)
-        axes.set_ylim(np.floor(lowest * 20) / 20, 1.002)
+        axes.set_ylim(min(np.floor(lowest * 20) / 20, _LEAST_SPAN), 1.002)
         axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g}")
         axes.set_xlabel("false match rate, %")
         axes.set_ylabel("genuine pairs that match, %")
@@ -183,7 +189,7 @@ def rank_plot(found: Sequence[tuple[str, NDArray[np.float64]]], name: str) -> st
                 markersize=3.5,
             )
         lowest = min(float(share[0]) for _, share in found)
-        axes.set_ylim(min(np.floor(lowest * 20) / 20, 0.9), 1.005)
+        axes.set_ylim(min(np.floor(lowest * 20) / 20, _LEAST_SPAN), 1.005)
         axes.set_xticks(range(1, ranks + 1))
         axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g}")
         axes.set_xlabel("rank")

@@ -144,7 +144,12 @@ def _plots(report: EvaluationReport, usable: Sequence[Curve], number: int) -> li
                 "CMC: how far down the list of all fingers a print’s own comes.",
             )
         )
-    labels = [curve.label for curve in usable]
+    labels = [
+        f"{curve.label} (a threshold without errors: not in the DET)"
+        if curve.separates
+        else curve.label
+        for curve in usable
+    ]
     return [
         _legend(labels, strong="all pooled" if several else ""),
         element("div", *figures, class_="plots"),
@@ -202,13 +207,13 @@ def _worst_pairs(report: EvaluationReport) -> list[Html]:
     return [
         element("h3", text("Genuine pairs least alike")),
         paragraph(
-            "The same finger twice, and yet low scores. Each print is shown once; the probe is "
+            "The same finger twice, the lowest scores first. Each print is shown once; the probe is "
             "blue, the reference orange, ridges that agree are dark. A click enlarges a picture.",
             class_="note",
         ),
         _cards(worst_genuine(report)),
         element("h3", text("Impostor pairs most alike")),
-        paragraph("Different fingers, and yet high scores.", class_="note"),
+        paragraph("Different fingers, the highest scores first.", class_="note"),
         _cards(worst_impostors(report)),
     ]
 

@@ -76,6 +76,7 @@ def test_det_axes_are_normal_deviates():
 def test_tied_and_perfect_scores_can_be_drawn():
     tied = Curve("tied", np.zeros(3), np.zeros(5))
     perfect = Curve("perfect", np.full(3, 9.0), np.zeros(5))
+    assert (tied.separates, perfect.separates) == (False, True)
     for index, one in enumerate((tied, perfect)):
         for plot in (det_plot, roc_plot):
             ElementTree.fromstring(plot([one], f"p{index}"))

@@ -120,11 +120,13 @@ def test_the_truth_names_the_images_it_is_about(undisturbed: dict[str, bytes]) -
 
 
 KILLED = """
+import signal
 import sys
 from fpmatch.synthesis import database
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import plain_sensor
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a background job
     write, left = database._write, [int(sys.argv[2])]
     def slowly(path, content):
         if not left[0]:

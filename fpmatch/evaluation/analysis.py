@@ -118,8 +118,11 @@ def compare_matchers(
     Returns
     -------
     list of PairedComparison
-        With the first matcher as the earlier run, for the second, the third, …
+        With the first matcher as the earlier run, for the second, the third, …; none where there
+        are no genuine or no impostor pairs.
     """
+    if analyses[0].report.pooled.eer is None:
+        return []
     first, *others = (scores_of(one.report) for one in analyses)
     return [compare_runs(first, other, resamples=resamples, seed=seed) for other in others]
 

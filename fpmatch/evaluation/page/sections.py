@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from fpmatch._version import __version__
-from fpmatch.evaluation.page import svg
-from fpmatch.evaluation.page.curves import Curve, det_plot, rank_plot, roc_plot, score_plot
 from fpmatch.evaluation.page.markup import (
     Html,
     bullets,
@@ -18,6 +14,7 @@ from fpmatch.evaluation.page.markup import (
     picture,
     text,
 )
+from fpmatch.evaluation.page.plots import matcher_plots, pooled_curve, pooled_plots
 from fpmatch.evaluation.page.tables import matchers_table, paired_table, rate_table
 from fpmatch.evaluation.page.worst import WorstPair, worst_genuine, worst_impostors
 from fpmatch.matching.calibration import calibrated_matchers, load_calibration
@@ -35,7 +32,6 @@ _PROTOCOLS: Final = {
     "fvc": "the first impressions of every two different fingers",
 }
 _MOST_FAILURES: Final = 50
-_DASHES: Final = {"-": "", "--": "6 3", "-.": "7 3 2 3", ":": "2 3"}
 _WORDS: Final = (
     "FMR: false match rate, the share of impostor pairs that match. FNMR: false non-match rate, "
     "the share of genuine pairs that do not.",
@@ -76,18 +72,12 @@ def heading(analyses: Sequence[Analysis]) -> Html:
 
 def side_by_side(analyses: Sequence[Analysis], comparisons: Sequence[PairedComparison]) -> Html:
     """Return the matchers beside each other, and what sets the others off from the first."""
-    curves = [_pooled(one.report, one.report.matcher) for one in analyses]
+    curves = [pooled_curve(one.report, one.report.matcher) for one in analyses]
     first = analyses[0].report.matcher
     parts = [
         element("h2", text("Matchers side by side")),
         matchers_table(analyses),
-        _legend([curve.label for curve in curves]),
-        element(
-            "div",
-            _figure(det_plot(curves, "det-all"), "DET, all scores pooled"),
-            _figure(roc_plot(curves, "roc-all"), "ROC, all scores pooled"),
-            class_="plots",
-        ),
+        *pooled_plots(curves),
     ]
     for comparison in comparisons:
         parts.append(element("h3", text(f"{comparison.now} against {first}, pair by pair")))
@@ -98,13 +88,11 @@ def side_by_side(analyses: Sequence[Analysis], comparisons: Sequence[PairedCompa
 def matcher_section(analysis: Analysis, number: int) -> Html:
     """Return everything about one matcher; `number` tells its plots from another's."""
     report = analysis.report
-    curves = [_curve(report, [k], row.name) for k, row in enumerate(report.sets)]
-    usable = [c for c in curves if c.genuine.size and c.impostor.size]
     parts = [
         element("h2", text(f"Matcher {report.matcher}")),
         *_at_default_threshold(report),
         rate_table(analysis),
-        *_plots(report, usable, number),
+        *matcher_plots(report, number),
     ]
     if analysis.baseline is not None:
         parts += [
@@ -121,46 +109,11 @@ def matcher_section(analysis: Analysis, number: int) -> Html:
     return joined(parts)
 
 
-def _plots(report: EvaluationReport, usable: Sequence[Curve], number: int) -> list[Html]:
-    if not usable:
-        return [paragraph("No curves: a database needs genuine and impostor pairs.", class_="note")]
-    several = len(usable) > 1
-    lines = [*usable, _pooled(report, "all pooled")] if several else list(usable)
-    found = [(row.name, row.identification) for row in report.sets]
-    ranks = [(name, one.match_characteristic()) for name, one in found if one is not None]
-    figures = [
-        _figure(
-            det_plot(lines, f"det-{number}"),
-            "DET on axes of normal deviates: FNMR against FMR; further to the lower left is "
-            "better. Shaded: fewer than 30 false matches are left, and rates are unsure.",
-        ),
-        _figure(roc_plot(lines, f"roc-{number}"), "ROC: genuine pairs that match, against FMR."),
-        _figure(_scores(report, number), "Scores of genuine pairs (green) and impostors (orange)."),
-    ]
-    if ranks:
-        figures.append(
-            _figure(
-                rank_plot(ranks, f"cmc-{number}"),
-                "CMC: how far down the list of all fingers a print’s own comes.",
-            )
-        )
-    labels = [
-        f"{curve.label} (a threshold without errors: not in the DET)"
-        if curve.separates
-        else curve.label
-        for curve in usable
-    ]
-    return [
-        _legend(labels, strong="all pooled" if several else ""),
-        element("div", *figures, class_="plots"),
-    ]
-
-
 def _at_default_threshold(report: EvaluationReport) -> list[Html]:
     """Return what a user of `verify` would have seen."""
     if report.matcher not in calibrated_matchers():
         return []
-    pooled, calibration = _pooled(report, ""), load_calibration(report.matcher)
+    pooled, calibration = pooled_curve(report), load_calibration(report.matcher)
     missed = int((calibration.scores(pooled.genuine) < DEFAULT_THRESHOLD).sum())
     matched = int((calibration.scores(pooled.impostor) >= DEFAULT_THRESHOLD).sum())
     return [
@@ -175,15 +128,6 @@ def _at_default_threshold(report: EvaluationReport) -> list[Html]:
 
 def _share(count: int, total: int) -> str:
     return f" ({100 * count / total:.3g} %)" if total else ""
-
-
-def _scores(report: EvaluationReport, number: int) -> str:
-    pooled = _pooled(report, "")
-    if report.matcher not in calibrated_matchers():
-        return score_plot(pooled, f"scores-{number}", "similarity")
-    calibration = load_calibration(report.matcher)
-    scored = Curve("", calibration.scores(pooled.genuine), calibration.scores(pooled.impostor))
-    return score_plot(scored, f"scores-{number}", "score", DEFAULT_THRESHOLD)
 
 
 def _decisions(comparison: PairedComparison) -> list[Html]:
@@ -207,8 +151,8 @@ def _worst_pairs(report: EvaluationReport) -> list[Html]:
     return [
         element("h3", text("Genuine pairs least alike")),
         paragraph(
-            "The same finger twice, the lowest scores first. Each print is shown once; the probe is "
-            "blue, the reference orange, ridges that agree are dark. A click enlarges a picture.",
+            "The same finger twice, the lowest scores first; each print is shown once. The probe "
+            "is blue, the reference orange, ridges that agree are dark. A click enlarges.",
             class_="note",
         ),
         _cards(worst_genuine(report)),
@@ -234,46 +178,6 @@ def failures(report: EvaluationReport) -> Html:
 def glossary() -> Html:
     """Return what the words mean."""
     return joined([element("h2", text("How to read this page")), bullets(_WORDS)])
-
-
-def _curve(report: EvaluationReport, sets: Sequence[int], label: str, bold: bool = False) -> Curve:
-    rows = [report.sets[k] for k in sets]
-    genuine = np.concatenate([row.pairs.genuine for row in rows])
-    similarity = np.concatenate([row.outcomes["similarity"] for row in rows])
-    return Curve(label, similarity[genuine], similarity[~genuine], bold)
-
-
-def _pooled(report: EvaluationReport, label: str) -> Curve:
-    return _curve(report, range(len(report.sets)), label, bold=label == "all pooled")
-
-
-def _figure(drawing: str, caption: str) -> Html:
-    return element("figure", Html(drawing), element("figcaption", text(caption)))
-
-
-def _legend(labels: Sequence[str], strong: str = "") -> Html:
-    items = [
-        (svg.colour_name(svg.series_colour(k)), _DASHES[svg.series_dashes(k)], 2.0, label)
-        for k, label in enumerate(labels)
-    ]
-    if strong:
-        items.append(("ink", "", 3.0, strong))
-    return element(
-        "ul",
-        *(
-            element(
-                "li",
-                Html(
-                    f'<svg viewBox="0 0 36 10" aria-hidden="true"><path d="M1 5H35" '
-                    f'stroke="var(--{colour})" stroke-width="{width}" '
-                    f'stroke-dasharray="{dashes}"/></svg>'
-                ),
-                text(label),
-            )
-            for colour, dashes, width, label in items
-        ),
-        class_="legend",
-    )
 
 
 def _cards(pairs: Sequence[WorstPair]) -> Html:

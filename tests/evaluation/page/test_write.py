@@ -98,8 +98,10 @@ def test_two_matchers_stand_side_by_side_and_share_no_identifier(bench, options,
 def test_a_database_of_genuine_pairs_alone(options, tmp_path):
     for number in (1, 2, 3):
         (tmp_path / f"1_{number}.tif").write_text("print")
-    report = evaluate([tmp_path], **options)
-    assert "No curves" in write.page([analyse(report, resamples=10)])
+    found = analyse(evaluate([tmp_path], **options), resamples=10)
+    assert "No curves" in write.page([found])
+    assert compare_matchers([found, found]) == []
+    assert "side by side" in write.page([found, found])
 
 
 def test_the_first_matcher_without_intervals(options, database):

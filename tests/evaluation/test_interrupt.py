@@ -12,10 +12,12 @@ from pathlib import Path
 import pytest
 
 INTERRUPTED = """
+import signal
 import sys
 import fake_bench
 from fpmatch.evaluation.run import evaluate
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a background job
     tell = lambda stage, done, total: print(stage, done, flush=True)
     evaluate(sys.argv[1:], matcher=fake_bench.MATCHER, extractor=fake_bench.slow_extractor,
              workers=2, progress=tell)

@@ -28,7 +28,7 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import Minutiae, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Sequence
 
     from fpmatch.engine.engine import Engine
 
@@ -48,9 +48,9 @@ class Disturbed:
         self.fingerprint = f"{place} {count}"
         self._templates = templates
 
-    def items(self, engine: Engine, start: int) -> Generator[Item, None, None]:
-        """Yield the templates from number `start` on."""
-        for number in range(start, len(self.names)):
+    def items(self, engine: Engine, numbers: Sequence[int]) -> Generator[Item, None, None]:
+        """Yield the templates of some numbers."""
+        for number in numbers:
             yield Item(pack_template(self._disturbed(number)))
 
     def _disturbed(self, number: int) -> Template:

@@ -53,7 +53,7 @@ class Scoring:
     output : Path
         The file of scores.
     references, probes : int
-        Prints of the two sides.
+        Prints of the two sides that were needed.
     pairs, rows : int
         Pairs compared, and rows written of them.
     resumed : int
@@ -168,12 +168,14 @@ def score(
         "set of probes": sides[PROBES].fingerprint,
         "list of pairs": plan.identity,
     }
+    needed = {REFERENCES: plan.references, PROBES: plan.probes}
     key = {side: side for side in sides}
     if _same(*sides.values()):
-        key[PROBES] = key[REFERENCES]
+        key[PROBES] = REFERENCES
+        needed[REFERENCES] = sorted({*plan.references, *plan.probes})
     with engine or here() as place, Store(target, run) as store:
         for name in dict.fromkeys(key.values()):
-            collect(store, name, sides[name], place, progress)
+            collect(store, name, sides[name], needed[name], place, progress)
         failed = {side: store.failures(key[side]) for side in sides}
         assumed = {
             f"{sides[k].place}: {sides[k].names[n]}" for k in key.values() for n in store.assumed(k)
@@ -198,8 +200,8 @@ def score(
         start, end = comparing.run(place, progress)
     return Scoring(
         output=target,
-        references=len(sides[REFERENCES].names),
-        probes=len(sides[PROBES].names),
+        references=len(plan.references),
+        probes=len(plan.probes),
         pairs=end.pairs,
         rows=end.rows,
         resumed=start.pairs,

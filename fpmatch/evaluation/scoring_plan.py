@@ -45,10 +45,15 @@ class PairChunk:
 
 
 class Plan(Protocol):
-    """Say which pairs are scored, in so many chunks; other pairs have another `identity`."""
+    """Say which pairs are scored, in so many chunks; other pairs have another `identity`.
+
+    `probes` and `references` are the numbers of the prints in these pairs, ascending.
+    """
 
     identity: str
     number_of_chunks: int
+    probes: Sequence[int]
+    references: Sequence[int]
 
     def __len__(self) -> int:
         """Return the number of pairs."""
@@ -88,7 +93,8 @@ class AllPairs:
         band: int = REFERENCES_PER_BAND,
         pairs_per_chunk: int = PAIRS_PER_CHUNK,
     ) -> None:
-        self._probes, self._references = probes, references
+        self.probes: Sequence[int] = range(probes)
+        self.references: Sequence[int] = range(references)
         self._band = max(1, min(band, references))
         self._block = -(-pairs_per_chunk // self._band)
         self._blocks = -(-probes // self._block)
@@ -96,14 +102,14 @@ class AllPairs:
         self.identity = f"all of {probes} x {references} in {self._band} x {self._block}"
 
     def __len__(self) -> int:
-        return self._probes * self._references
+        return len(self.probes) * len(self.references)
 
     def chunks(self, start: int = 0) -> Iterator[PairChunk]:
         """Yield the pairs in their order, from chunk number `start` on."""
         for number in range(start, self.number_of_chunks):
             band, block = divmod(number, self._blocks)
-            reference = _span(band, self._band, self._references)
-            probe = _span(block, self._block, self._probes)
+            reference = _span(band, self._band, len(self.references))
+            probe = _span(block, self._block, len(self.probes))
             yield PairChunk(np.repeat(probe, reference.size), np.tile(reference, probe.size))
 
 
@@ -148,6 +154,8 @@ class ListedPairs:
             raise ScoringError(f"{path}: the list holds no pairs")
         self._pairs = np.array(numbers, dtype=np.int32).reshape(-1, 2)
         self.number_of_chunks = -(-len(self._pairs) // pairs_per_chunk)
+        self.probes: Sequence[int] = np.unique(self._pairs[:, 0]).tolist()
+        self.references: Sequence[int] = np.unique(self._pairs[:, 1]).tolist()
         digest = hashlib.sha256(self._pairs.tobytes()).hexdigest()
         self.identity = f"listed {digest} by {pairs_per_chunk}"
 

@@ -15,7 +15,7 @@ from fpmatch.evaluation.scoring_rows import HEADER, is_parquet, write_parquet
 from fpmatch.evaluation.scoring_store import Position, flush
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator
+    from collections.abc import Generator, Iterator, Sequence
 
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.workers import Progress
@@ -28,7 +28,14 @@ if TYPE_CHECKING:
 COMPARE: Final = "compare"
 
 
-def collect(store: Store, key: str, side: Side, engine: Engine, progress: Progress) -> None:
+def collect(
+    store: Store,
+    key: str,
+    side: Side,
+    numbers: Sequence[int],
+    engine: Engine,
+    progress: Progress,
+) -> None:
     """Bring the templates of a side into the store, but for those that are there already.
 
     Parameters
@@ -39,20 +46,23 @@ def collect(store: Store, key: str, side: Side, engine: Engine, progress: Progre
         The side's name in the store, and of the stage that `progress` is told of.
     side : Side
         The side.
+    numbers : sequence of int
+        Those of its prints that are needed, ascending.
     engine : Engine
         Where templates are extracted.
     progress : callable
         Told of the prints.
     """
-    total, start = len(side.names), store.count_items(key)
-    progress(key, start, total)
-    if start < total:
+    start = store.count_items(key)
+    missing = numbers[start:]
+    progress(key, start, len(numbers))
+    if missing:
         with (
-            closing(side.items(engine, start)) as items,
-            closing(store.add_items(key, start, items)) as counts,
+            closing(side.items(engine, missing)) as items,
+            closing(store.add_items(key, zip(missing, items, strict=True))) as added,
         ):
-            for done in counts:
-                progress(key, done, total)
+            for done, _ in enumerate(added, start + 1):
+                progress(key, done, len(numbers))
 
 
 @dataclass(frozen=True, slots=True)

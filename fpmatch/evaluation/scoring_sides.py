@@ -8,7 +8,6 @@ from collections import Counter
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -23,7 +22,7 @@ from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Generator, Iterable
+    from collections.abc import Callable, Generator, Iterable, Sequence
 
     from fpmatch.engine.engine import Engine
 
@@ -64,8 +63,8 @@ class Side(Protocol):
     names: list[str]
     fingerprint: str
 
-    def items(self, engine: Engine, start: int) -> Generator[Item, None, None]:
-        """Yield the prints from number `start` on, extracted by `engine` where that is needed."""
+    def items(self, engine: Engine, numbers: Sequence[int]) -> Generator[Item, None, None]:
+        """Yield some prints by their ascending numbers, extracted by `engine` where need be."""
 
 
 def open_side(
@@ -108,11 +107,13 @@ class FolderSide:
         self.names = [file.path.name for file in self._files]
         self.fingerprint = _digest(map(_state, self._files))
 
-    def items(self, engine: Engine, start: int) -> Generator[Item, None, None]:
-        """Yield the prints from number `start` on."""
-        starts = range(start, len(self._files), IMAGES_PER_CHUNK)
+    def items(self, engine: Engine, numbers: Sequence[int]) -> Generator[Item, None, None]:
+        """Yield some prints by their numbers."""
+        starts = range(0, len(numbers), IMAGES_PER_CHUNK)
         # Read here, so that workers elsewhere need not see the files.
-        chunks = ([self._read(f) for f in self._files[k : k + IMAGES_PER_CHUNK]] for k in starts)
+        chunks = (
+            [self._read(self._files[n]) for n in numbers[k : k + IMAGES_PER_CHUNK]] for k in starts
+        )
         with closing(engine.map(_extract_chunk, None, chunks)) as results:
             for items in results:
                 yield from items
@@ -142,16 +143,17 @@ class GallerySide:
             str(e.label) if times[str(e.label)] == 1 else f"{e.label}#{e.id}" for e in entries
         ]
 
-    def items(self, engine: Engine, start: int) -> Generator[Item, None, None]:
-        """Yield the prints from number `start` on."""
-        numbers = self._numbers[start:]
-        after = self._numbers[start - 1] if start else 0
+    def items(self, engine: Engine, numbers: Sequence[int]) -> Generator[Item, None, None]:
+        """Yield some prints by their ascending numbers."""
+        wanted = [self._numbers[n] for n in numbers]
+        after = wanted[0] - 1 if wanted else 0
         with self._open() as gallery:
-            packed = islice(gallery.packed_templates(after=after), len(numbers))
-            for expected, found in zip_longest(numbers, packed):
-                if found is None or found[0] != expected:
+            packed = gallery.packed_templates(after=after)
+            for number in wanted:
+                at, data = next((p for p in packed if p[0] >= number), (None, b""))
+                if at != number:
                     raise ScoringError(f"{self.place}: changed while it was read; start again")
-                yield Item(found[1])
+                yield Item(data)
 
 
 def pack(template: Template) -> bytes:

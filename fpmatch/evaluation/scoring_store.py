@@ -152,24 +152,24 @@ class Store:
             yield stream
 
     def count_items(self, side: str) -> int:
-        """Return how many prints of a side are here; they are its first."""
+        """Return how many prints of a side are here; they are the first of those needed."""
         with self.writing():
             query = "SELECT count(*) FROM item WHERE side = ?"
             return int(self._database.execute(query, [side]).fetchone()[0])
 
-    def add_items(self, side: str, start: int, items: Iterable[Item]) -> Generator[int, None, None]:
-        """Keep prints of a side, from number `start` on; yield after each how many there are."""
+    def add_items(self, side: str, items: Iterable[tuple[int, Item]]) -> Generator[int, None, None]:
+        """Keep prints of a side with their numbers; yield the number of each."""
         query = "INSERT INTO item VALUES (?, ?, ?, ?, ?)"
         committed = time.monotonic()
         try:
-            for number, item in enumerate(items, start):
+            for number, item in items:
                 with self.writing():
                     row = (side, number, item.data, item.reason, item.dpi_assumed)
                     self._database.execute(query, row)
                     if time.monotonic() - committed >= _COMMIT_EVERY_S:
                         self._database.commit()
                         committed = time.monotonic()
-                yield number + 1
+                yield number
         finally:
             with self.writing():
                 self._database.commit()

@@ -18,8 +18,8 @@ class Line:
         self.names = [f"{place}_{n}" for n in range(len(places))]
         self.fingerprint = repr((place, places))
 
-    def items(self, engine, start):
-        for x in self.places[start:]:
+    def items(self, engine, numbers):
+        for x in (self.places[n] for n in numbers):
             if x is None:
                 yield Item(None, "no image, but text")
             else:

@@ -91,8 +91,11 @@ def test_listed_pairs_in_their_order(output, tmp_path):
     with pytest.raises(ScoringError, match="line 1: there is no probe 'reference_3'"):
         run(output, pairs=listed)
     listed.write_text("probe_2,reference_3\nprobe_0,reference_1\n")
-    run(output, pairs=listed)
+    told = []
+    done = run(output, pairs=listed, progress=lambda *state: told.append(state))
     assert [r["reference"] for r in rows(output)] == ["reference_3", "reference_1"]
+    assert (done.probes, done.references, done.failures) == (2, 2, ())
+    assert ("probes", 2, 2) in told
 
 
 def test_one_folder_on_both_sides_is_read_once(output):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import pickle
 import signal
 import socket
 import subprocess
@@ -144,6 +145,28 @@ def test_a_malformed_address_is_one_line():
         make_engine(scheduler="nonsense"),
     ):
         pass
+
+
+@needs_dask
+def test_a_cluster_without_workers_is_given_up(monkeypatch):
+    import distributed
+
+    monkeypatch.setattr(cluster, "NO_WORKERS_S", 0.2)
+    monkeypatch.setattr(cluster, "LOOK_AGAIN_S", 0.1)
+    with (
+        distributed.LocalCluster(
+            n_workers=0, host="127.0.0.1", dashboard_address=":0", silence_logs=60
+        ) as empty,
+        make_engine(scheduler=empty.scheduler_address) as engine,
+        pytest.raises(EngineError, match=r"no worker has been there for 0.2 seconds"),
+    ):
+        list(engine.map(chunk_work.add, 1, [2]))
+
+
+def test_a_worker_of_another_version_refuses():
+    told = pickle.dumps(("0.0.1", chunk_work.add, 1))
+    with pytest.raises(EngineError, match=r"a worker has fpmatch .*, not 0\.0\.1: scores might"):
+        cluster._work_on("run", told, 2)
 
 
 def test_without_dask_the_extra_is_named(monkeypatch):

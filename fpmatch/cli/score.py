@@ -20,7 +20,11 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.scoring import Scoring
 
 FAILURES_SHOWN: Final = 20
-_STAGES: Final = {"references": "references", "probes": "probes", "compare": "comparing pairs"}
+_STAGES: Final = {
+    "references": "reading references",
+    "probes": "reading probes",
+    "compare": "comparing pairs",
+}
 _SIDE: Final = "DIR|GALLERY"
 
 

@@ -85,7 +85,7 @@ def identify_all(
     >>> pairs = choose_pairs(prints)
     >>> found = identify_all(prints, pairs, np.array([9.0, 1.0, 2.0, 3.0, 0.0, 2.0]))
     >>> found.rank.tolist(), found.rank_one
-    ([1, 1, 2, 1], 0.75)
+    ([1, 1, 2, 2], 0.5)
     """
     count = len(impressions)
     if len(pairs) != count * (count - 1) // 2:

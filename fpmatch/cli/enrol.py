@@ -96,7 +96,7 @@ def enrol(
         )
         summary, name = summarise(opened), opened.name
     seconds = time.perf_counter() - start
-    _note(done, gallery)
+    _note(done, name)
     if as_json:
         click.echo(json.dumps(_as_dict(name, done, summary, seconds), indent=2))
     else:

@@ -28,6 +28,7 @@ _SQLITE_REASONS: Final = {
     "SQLITE_CORRUPT": "damaged",
     "SQLITE_IOERR": "cannot be read or written (disk I/O error)",
 }
+_SECRETS: Final = ("password", "sslpassword", "passfile")  # that a URL's query may hold
 _CREATION_LOCK: Final = 0x66706D61746368  # "fpmatch": nobody else's on a PostgreSQL server
 
 
@@ -59,8 +60,8 @@ class Place:
             _check_file(url, create=create)
             self._engine = _sqlite(url, create=create)
         else:
-            self.name = url.render_as_string(hide_password=True)
-            self._engine = _postgresql(url)
+            self.name = _without_secrets(url)
+            self._engine = _postgresql(url.set(drivername="postgresql+psycopg"))
         sa.event.listen(self._engine, "begin", _begin)
 
     def close(self) -> None:
@@ -113,10 +114,15 @@ def _as_url(where: str | os.PathLike[str]) -> Path | sa.URL:
         return Path(url.database)
     if kind not in {"postgres", "postgresql"}:
         raise GalleryError(
-            f"{url.render_as_string(hide_password=True)}: galleries are SQLite files or "
+            f"{_without_secrets(url)}: galleries are SQLite files or "
             "PostgreSQL databases (postgresql://host/database)"
         )
-    return url.set(drivername="postgresql+psycopg")
+    return url.set(drivername="postgresql")
+
+
+def _without_secrets(url: sa.URL) -> str:
+    """Return a URL as it may be shown."""
+    return url.difference_update_query(_SECRETS).render_as_string(hide_password=True)
 
 
 def _check_file(path: Path, *, create: bool) -> None:
@@ -150,7 +156,9 @@ def _sqlite(path: Path, *, create: bool) -> sa.Engine:
 
 def _postgresql(url: sa.URL) -> sa.Engine:
     try:
-        return sa.create_engine(url, connect_args={"connect_timeout": CONNECT_S})
+        return sa.create_engine(
+            url, connect_args={"connect_timeout": CONNECT_S}, pool_pre_ping=True
+        )
     except ImportError as error:
         raise GalleryError(
             "a gallery on PostgreSQL needs psycopg: pip install 'fpmatch[postgres]'"

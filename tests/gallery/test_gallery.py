@@ -356,8 +356,8 @@ def test_urls_of_no_gallery(url, reason):
 def test_a_server_that_does_not_answer_is_one_line_without_the_password():
     pytest.importorskip("psycopg")
     with pytest.raises(GalleryError, match="refused") as caught:
-        open_gallery("postgresql://me:secret@127.0.0.1:1/prints")
-    assert str(caught.value).startswith("postgresql+psycopg://me:***@127.0.0.1:1/prints: ")
+        open_gallery("postgresql://me:secret@127.0.0.1:1/prints?sslpassword=secret")
+    assert str(caught.value).startswith("postgresql://me:***@127.0.0.1:1/prints: ")
     assert "secret" not in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -366,6 +366,30 @@ def test_a_database_that_is_not_there_is_one_line(postgresql):
     with pytest.raises(GalleryError, match='database "nowhere" does not exist') as caught:
         open_gallery(f"{postgresql}/nowhere")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("where", ["postgresql"], indirect=True)
+def test_a_lost_connection_is_one_line_and_is_made_anew(where, make_entry):
+    import psycopg
+
+    others = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = %s"
+
+    def end_all(_: object = None) -> None:
+        with psycopg.connect(where.replace(name, "postgres"), autocommit=True) as server:
+            server.execute(others, [name])
+
+    name = where.rpartition("/")[2]
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([make_entry(1)])
+        end_all()
+        assert gallery.add([make_entry(2)]) == [None]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(gallery_module, "_mark_changed", end_all)
+            with pytest.raises(GalleryError) as caught:
+                gallery.add([make_entry(3)])
+        assert "\n" not in str(caught.value)
+        assert gallery.add([make_entry(3)]) == [None]
+        assert len(gallery) == 3
 
 
 def test_more_prints_at_once_than_a_query_takes(where, make_entry, monkeypatch):

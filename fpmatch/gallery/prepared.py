@@ -173,9 +173,10 @@ def _renew(
     new = _prepare_all(gallery.name, matcher, missing, engine, progress)
     if old is None:
         return Prepared(entries, new)
+    before = entries["digest"][: len(old.prints)]
+    if len(entries) == len(old.prints) + len(new) and (before == old.entries["digest"]).all():
+        return Prepared(entries, PreparedMany.joined([old.prints, new]))  # only enrolled since
     kept = [place.get(digest, -1) for digest in digests]
-    if kept == [*range(len(old.prints)), *[-1] * len(missing)]:  # only enrolled since
-        return Prepared(entries, PreparedMany.joined([old.prints, new]))
     return Prepared(entries, PreparedMany.of(_merged(old.prints, new, kept)))
 
 

@@ -189,6 +189,8 @@ def test_matchers_stand_side_by_side(fpmatch, database, tmp_path):
     ],
 )
 def test_bad_input_is_one_line_and_status_2(fpmatch, database, tmp_path, arguments, reason):
+    if "--report" in arguments:
+        pytest.importorskip("matplotlib")
     (tmp_path / "notes.txt").write_text("")
     result = fpmatch(*(a.format(root=tmp_path, db=database) for a in arguments))
     assert result.exit_code == 2

@@ -9,9 +9,9 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.libc.math import exp, sqrt
+    from cython.cimports.libc.math import sqrt
 else:
-    from math import exp, sqrt
+    from math import sqrt
 
 COMPILED = cython.compiled
 
@@ -36,7 +36,8 @@ class LightTable:
     There is room for `size_a` and `size_b` minutiae and for `seeds` seeds; `parameters` are an
     `fpmatch.matching.align.AlignmentParameters`. ``laid[:4]`` are the minutiae of A as moved by
     the transform at hand, ``laid[4:]`` their places once bent with the skin; ``partner[i]`` the
-    index in B of what minutia i of A is paired with, or -1, and ``weight[i]`` how well it fits.
+    index in B of what minutia i of A is paired with, or -1, and ``weight[i]`` how well it fits;
+    ``paired[:pairs]`` lists those of A that are paired.
     """
 
     def __init__(self, size_a, size_b, seeds, parameters) -> None:
@@ -54,6 +55,8 @@ class LightTable:
         self.drift_x = np.empty(size_a)
         self.drift_y = np.empty(size_a)
         self.nearest = np.empty(size_a)
+        self.pairs = 0
+        self.paired = np.empty(size_a, np.int32)
         self.partner = np.full(size_a, -1, np.int32)
         self.weight = np.zeros(size_a)
         self.rival = np.empty(size_b, np.int32)
@@ -349,6 +352,7 @@ class LightTable:
         """
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
+        p: cython.Py_ssize_t
         w: cython.double
         g: cython.double
         rx: cython.double
@@ -370,19 +374,21 @@ class LightTable:
             drift_x[i] = 0.0
             drift_y[i] = 0.0
             nearest[i] = FAR_AWAY
-        for k in range(n):
-            if self.partner[k] < 0:
-                continue
+        for p in range(self.pairs):
+            k = self.paired[p]
             if not self.known[k]:
                 self._know(k)
             w = self.weight[k]
             rx = self.b[0, self.partner[k]] - laid[0, k]
             ry = self.b[1, self.partner[k]] - laid[1, k]
             for i in range(n):
-                g = w * pull[k, i]
-                mass[i] += g
-                drift_x[i] += g * rx
-                drift_y[i] += g * ry
+                mass[i] += w * pull[k, i]
+            rx *= w
+            ry *= w
+            for i in range(n):
+                drift_x[i] += pull[k, i] * rx
+                drift_y[i] += pull[k, i] * ry
+            for i in range(n):
                 nearest[i] = apart[k, i] if apart[k, i] < nearest[i] else nearest[i]
         for i in range(n):
             laid[4, i] = laid[0, i] + drift_x[i] / mass[i]
@@ -401,11 +407,30 @@ class LightTable:
         i: cython.Py_ssize_t
         dx: cython.double
         dy: cython.double
+        g: cython.double
+        p: cython.double
+        px: cython.double = self.laid[0, k]
+        py: cython.double = self.laid[1, k]
+        scale: cython.double = self.bend_scale / -64.0
+        laid: cython.double[:, ::1] = self.laid
+        apart: cython.double[:, ::1] = self.apart
+        pull: cython.double[:, ::1] = self.pull
         for i in range(self.size_a):
-            dx = self.laid[0, k] - self.laid[0, i]
-            dy = self.laid[1, k] - self.laid[1, i]
-            self.apart[k, i] = dx * dx + dy * dy
-            self.pull[k, i] = exp(self.bend_scale * self.apart[k, i])
+            dx = px - laid[0, i]
+            dy = py - laid[1, i]
+            apart[k, i] = dx * dx + dy * dy
+        for i in range(self.size_a):
+            # e^(-64g) is 1/(e^g)^64, where a few terms of the series are as good as all
+            g = scale * apart[k, i]
+            p = 1.0 + g * (1 / 5.0) * (1.0 + g * (1 / 6.0) * (1.0 + g * (1 / 7.0)))
+            p = 1.0 + g * (1.0 + g * (1 / 2.0) * (1.0 + g * (1 / 3.0) * (1.0 + g * (1 / 4.0) * p)))
+            p *= p
+            p *= p
+            p *= p
+            p *= p
+            p *= p
+            p *= p
+            pull[k, i] = 1.0 / p
         self.apart[k, k] = FAR_AWAY
         self.pull[k, k] = 0.0
         self.known[k] = 1
@@ -430,8 +455,11 @@ class LightTable:
         for i in range(self.size_a):
             laid[0, i] = x + c * a[0, i] - s * a[1, i]
             laid[1, i] = y + s * a[0, i] + c * a[1, i]
-            laid[2, i] = (c * a[2, i] - s * a[3, i]) / scale
-            laid[3, i] = (s * a[2, i] + c * a[3, i]) / scale
+        c /= scale
+        s /= scale
+        for i in range(self.size_a):
+            laid[2, i] = c * a[2, i] - s * a[3, i]
+            laid[3, i] = s * a[2, i] + c * a[3, i]
         return 0
 
     @cython.ccall
@@ -462,6 +490,7 @@ class LightTable:
         value: cython.double
         best: cython.double
         total: cython.double = 0.0
+        found: cython.Py_ssize_t = 0
         scale: cython.double = 1.0 / (1.0 - self.min_cosine)
         for j in range(self.size_b):
             self.rival[j] = -1
@@ -496,15 +525,21 @@ class LightTable:
                 if value > self.rival_weight[j]:
                     self.rival_weight[j] = value
                     self.rival[j] = cython.cast(cython.int, i)
-            self.partner[i] = cython.cast(cython.int, best_j)
-            self.weight[i] = best
-        for i in range(self.size_a):
-            if self.partner[i] >= 0:
-                if self.rival[self.partner[i]] == i:
-                    total += self.weight[i]
-                else:
-                    self.partner[i] = -1
-                    self.weight[i] = 0.0
+            if best_j >= 0:
+                self.partner[i] = cython.cast(cython.int, best_j)
+                self.weight[i] = best
+                self.paired[found] = cython.cast(cython.int, i)
+                found += 1
+        self.pairs = 0
+        for e in range(found):
+            i = self.paired[e]
+            if self.rival[self.partner[i]] == i:
+                total += self.weight[i]
+                self.paired[self.pairs] = cython.cast(cython.int, i)
+                self.pairs += 1
+            else:
+                self.partner[i] = -1
+                self.weight[i] = 0.0
         return total
 
     @cython.ccall
@@ -522,7 +557,8 @@ class LightTable:
         """
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
-        n: cython.int = 0
+        p: cython.Py_ssize_t
+        n: cython.int = self.pairs
         w: cython.double
         total: cython.double = 0.0
         amx: cython.double = 0.0
@@ -540,35 +576,34 @@ class LightTable:
         ey: cython.double
         length: cython.double
         scale: cython.double
-        for i in range(self.size_a):
+        for p in range(n):
+            i = self.paired[p]
             j = self.partner[i]
-            if j >= 0:
-                w = self.weight[i]
-                n += 1
-                total += w
-                amx += w * self.a[0, i]
-                amy += w * self.a[1, i]
-                bmx += w * self.b[0, j]
-                bmy += w * self.b[1, j]
+            w = self.weight[i]
+            total += w
+            amx += w * self.a[0, i]
+            amy += w * self.a[1, i]
+            bmx += w * self.b[0, j]
+            bmy += w * self.b[1, j]
         if n < 2 or total <= 0.0:
             return n
         amx /= total
         amy /= total
         bmx /= total
         bmy /= total
-        for i in range(self.size_a):
+        for p in range(n):
+            i = self.paired[p]
             j = self.partner[i]
-            if j >= 0:
-                w = self.weight[i]
-                dx = self.a[0, i] - amx
-                dy = self.a[1, i] - amy
-                ex = self.b[0, j] - bmx
-                ey = self.b[1, j] - bmy
-                cosine += w * (dx * ex + dy * ey)
-                sine += w * (dx * ey - dy * ex)
-                spread += w * (dx * dx + dy * dy)
-                turn_c += w * (self.a[2, i] * self.b[2, j] + self.a[3, i] * self.b[3, j])
-                turn_s += w * (self.a[2, i] * self.b[3, j] - self.a[3, i] * self.b[2, j])
+            w = self.weight[i]
+            dx = self.a[0, i] - amx
+            dy = self.a[1, i] - amy
+            ex = self.b[0, j] - bmx
+            ey = self.b[1, j] - bmy
+            cosine += w * (dx * ex + dy * ey)
+            sine += w * (dx * ey - dy * ex)
+            spread += w * (dx * dx + dy * dy)
+            turn_c += w * (self.a[2, i] * self.b[2, j] + self.a[3, i] * self.b[3, j])
+            turn_s += w * (self.a[2, i] * self.b[3, j] - self.a[3, i] * self.b[2, j])
         scale = sqrt(cosine * cosine + sine * sine) / spread if spread > 0.0 else 1.0
         if n < FEWEST_FOR_SCALE:
             scale = 1.0
@@ -595,7 +630,6 @@ class LightTable:
     def _keep(self) -> cython.int:
         """Keep the alignment at hand as the best; return the number of its pairs."""
         i: cython.Py_ssize_t
-        pairs: cython.int = 0
         self.best_c = self.c
         self.best_s = self.s
         self.best_x = self.x
@@ -607,6 +641,4 @@ class LightTable:
             self.best_bent[1, i] = self.laid[5, i]
             self.best_bent[2, i] = self.laid[2, i]
             self.best_bent[3, i] = self.laid[3, i]
-            if self.partner[i] >= 0:
-                pairs += 1
-        return pairs
+        return self.pairs

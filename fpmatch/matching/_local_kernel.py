@@ -41,13 +41,10 @@ def _middle_of(number):
 @cython.exceptval(check=False)
 def eighth(c: cython.double, s: cython.double) -> cython.Py_ssize_t:
     """Return in which eighth of the turn a direction lies."""
-    found: cython.Py_ssize_t = 0
-    if c < 0.0:
-        found += 1
-    if s < 0.0:
-        found += 2
-    if fabs(s) > fabs(c):
-        found += 4
+    # sums of truths, for a branch would go either way as often
+    found: cython.Py_ssize_t = c < 0.0
+    found += 2 * (s < 0.0)
+    found += 4 * (fabs(s) > fabs(c))
     return found
 
 
@@ -61,7 +58,7 @@ class NeighbourIndex:
     it without end. A neighbour is entered wherever another may be that is like it: within its own
     tolerance times `slack`, and an angle of `max_turn`. A slack of 1 serves comparisons where the
     tolerance is the indexed print's own; of 1/(1 - growth) also those where it is the other's,
-    which grows as much with the distance.
+    which grows as much with the distance. No other print lists more neighbours than `other_size`.
     """
 
     @cython.locals(
@@ -97,15 +94,15 @@ class NeighbourIndex:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.cdivision(True)
-    def __init__(self, count, frame, side, half, max_turn, slack):
+    def __init__(self, count, frame, side, half, max_turn, slack, other_size):
         self.minutiae = count.shape[0]
         self.size = frame.shape[2]
         self.half = half
         self.per_px = 1.0 / side
-        self.best = np.zeros(self.minutiae * self.size)
+        self.best = np.zeros(self.minutiae * max(self.size, other_size))
         self.total = np.zeros(self.minutiae)
-        self.touched = np.zeros(self.minutiae, np.int32)
-        entry = np.empty((6, self.minutiae * self.size))
+        self.root_weight = np.asarray(frame)[:, 5].T.astype(np.float64).ravel()
+        entry = np.empty((self.minutiae * self.size, 6))
         owner = np.empty(self.minutiae * self.size, np.int32)
         cells = 4 * half * half * EIGHTHS
         start = np.zeros(cells + 1, np.int32)
@@ -116,21 +113,21 @@ class NeighbourIndex:
         for filling in range(2):
             for i in range(self.minutiae):
                 for k in range(count[i]):
-                    e = i * self.size + k
+                    e = k * self.minutiae + i
                     for row in range(6):
-                        entry[row, e] = frame[i, row, k]
+                        entry[e, row] = frame[i, row, k]
                     owner[e] = cython.cast(cython.int, i)
                     turns = 0
                     for turn in range(EIGHTHS):
-                        if entry[2, e] * middle[turn, 0] + entry[3, e] * middle[turn, 1] >= least:
+                        if entry[e, 2] * middle[turn, 0] + entry[e, 3] * middle[turn, 1] >= least:
                             in_reach[turns] = turn
                             turns += 1
-                    reach = entry[4, e] if entry[4, e] > LEAST_PRECISION else LEAST_PRECISION
+                    reach = entry[e, 4] if entry[e, 4] > LEAST_PRECISION else LEAST_PRECISION
                     reach = slack / sqrt(reach) * 1.001 + 0.01
-                    low_column = self._line(entry[0, e] - reach)
-                    high_column = self._line(entry[0, e] + reach)
-                    low_row = self._line(entry[1, e] - reach)
-                    high_row = self._line(entry[1, e] + reach)
+                    low_column = self._line(entry[e, 0] - reach)
+                    high_column = self._line(entry[e, 0] + reach)
+                    low_row = self._line(entry[e, 1] - reach)
+                    high_row = self._line(entry[e, 1] + reach)
                     for row in range(low_row, high_row + 1):
                         for column in range(low_column, high_column + 1):
                             for turn in range(turns):
@@ -199,44 +196,44 @@ class NeighbourIndex:
         weight: cython.double
         near: cython.double
         turn: cython.double
-        value: cython.double
-        best: cython.double
-        scale: cython.double = 1.0 / (1.0 - min_cosine)
+        # a quarter, as either factor of a likeness is doubled below
+        scale: cython.double = 0.25 / (1.0 - min_cosine)
+        n: cython.Py_ssize_t = self.minutiae
+        entry: cython.double[:, ::1] = self.entry
+        owner: cython.int[::1] = self.owner
+        item: cython.int[::1] = self.item
+        best: cython.double[::1] = self.best
+        total: cython.double[::1] = self.total
         for i in range(minutiae):
-            for j in range(self.minutiae):
-                self.total[j] = 0.0
             for k in range(count[i]):
                 u = cython.cast(cython.double, frame[i, 0, k])
                 v = cython.cast(cython.double, frame[i, 1, k])
                 c = cython.cast(cython.double, frame[i, 2, k])
                 s = cython.cast(cython.double, frame[i, 3, k])
                 precision = cython.cast(cython.double, frame[i, 4, k])
-                weight = cython.cast(cython.double, frame[i, 5, k])
                 cell = self._line(v) * 2 * self.half + self._line(u)
                 cell = cell * EIGHTHS + eighth(c, s)
-                j = 0
-                best = 0.0
                 for at in range(self.start[cell], self.start[cell + 1]):
-                    e = self.item[at]
-                    near = self.entry[0, e] - u
-                    turn = self.entry[1, e] - v
+                    e = item[at]
+                    near = entry[e, 0] - u
+                    turn = entry[e, 1] - v
                     near = 1.0 - (near * near + turn * turn) * precision
-                    if near <= 0.0:
-                        continue
-                    turn = (c * self.entry[2, e] + s * self.entry[3, e] - min_cosine) * scale
-                    if turn <= 0.0:
-                        continue
-                    value = near * turn * self.entry[5, e]
-                    if self.owner[e] != j:  # the items of a cell are in order
-                        self.total[j] += best * weight
-                        j = self.owner[e]
-                        best = 0.0
-                    if value > best:
-                        best = value
-                if best > 0.0:
-                    self.total[j] += best * weight
-            for j in range(self.minutiae):
-                likeness[i, j] = cython.cast(cython.float, self.total[j])
+                    turn = (c * entry[e, 2] + s * entry[e, 3] - min_cosine) * scale
+                    # twice each, or nothing where it is negative, without a branch for it
+                    near = near + fabs(near)
+                    turn = turn + fabs(turn)
+                    near = near * turn * entry[e, 5]
+                    j = k * n + owner[e]
+                    best[j] = near if near > best[j] else best[j]
+            for j in range(n):
+                total[j] = 0.0
+            for k in range(count[i]):
+                weight = cython.cast(cython.double, frame[i, 5, k])
+                for j in range(n):
+                    total[j] += best[k * n + j] * weight
+                    best[k * n + j] = 0.0
+            for j in range(n):
+                likeness[i, j] = cython.cast(cython.float, total[j])
         return 0
 
     @cython.ccall
@@ -258,11 +255,11 @@ class NeighbourIndex:
         """
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
         e: cython.Py_ssize_t
         m: cython.Py_ssize_t
         at: cython.Py_ssize_t
         cell: cython.Py_ssize_t
-        reached: cython.Py_ssize_t
         u: cython.double
         v: cython.double
         c: cython.double
@@ -270,13 +267,15 @@ class NeighbourIndex:
         weight: cython.double
         near: cython.double
         turn: cython.double
-        value: cython.double
-        sum_: cython.double
-        scale: cython.double = 1.0 / (1.0 - min_cosine)
+        # a quarter, as either factor of a likeness is doubled below
+        scale: cython.double = 0.25 / (1.0 - min_cosine)
+        n: cython.Py_ssize_t = self.minutiae
+        entry: cython.double[:, ::1] = self.entry
+        item: cython.int[::1] = self.item
+        root_weight: cython.double[::1] = self.root_weight
+        best: cython.double[::1] = self.best
+        total: cython.double[::1] = self.total
         for j in range(minutiae):
-            for i in range(self.minutiae):
-                self.total[i] = 0.0
-            reached = 0
             for m in range(count[j]):
                 u = cython.cast(cython.double, frame[j, 0, m])
                 v = cython.cast(cython.double, frame[j, 1, m])
@@ -286,33 +285,24 @@ class NeighbourIndex:
                 cell = self._line(v) * 2 * self.half + self._line(u)
                 cell = cell * EIGHTHS + eighth(c, s)
                 for at in range(self.start[cell], self.start[cell + 1]):
-                    e = self.item[at]
-                    near = u - self.entry[0, e]
-                    turn = v - self.entry[1, e]
-                    near = 1.0 - (near * near + turn * turn) * self.entry[4, e]
-                    if near <= 0.0:
-                        continue
-                    turn = (self.entry[2, e] * c + self.entry[3, e] * s - min_cosine) * scale
-                    if turn <= 0.0:
-                        continue
-                    value = near * turn * weight
-                    if value > self.best[e]:
-                        self.best[e] = value
-                        i = self.owner[e]
-                        if self.total[i] == 0.0:
-                            self.total[i] = 1.0  # a mark, until it is summed
-                            self.touched[reached] = cython.cast(cython.int, i)
-                            reached += 1
-            for at in range(reached):
-                i = self.touched[at]
-                sum_ = 0.0
-                for e in range(i * self.size, (i + 1) * self.size):
-                    if self.best[e] > 0.0:
-                        sum_ += self.best[e] * self.entry[5, e]
-                        self.best[e] = 0.0
-                self.total[i] = sum_
-            for i in range(self.minutiae):
-                likeness[i, j] = cython.cast(cython.float, self.total[i])
+                    e = item[at]
+                    near = u - entry[e, 0]
+                    turn = v - entry[e, 1]
+                    near = 1.0 - (near * near + turn * turn) * entry[e, 4]
+                    turn = (entry[e, 2] * c + entry[e, 3] * s - min_cosine) * scale
+                    # twice each, or nothing where it is negative, without a branch for it
+                    near = near + fabs(near)
+                    turn = turn + fabs(turn)
+                    near = near * turn * weight
+                    best[e] = near if near > best[e] else best[e]
+            for i in range(n):
+                total[i] = 0.0
+            for k in range(self.size):
+                for i in range(n):
+                    total[i] += best[k * n + i] * root_weight[k * n + i]
+                    best[k * n + i] = 0.0
+            for i in range(n):
+                likeness[i, j] = cython.cast(cython.float, total[i])
         return 0
 
 

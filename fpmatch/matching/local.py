@@ -99,8 +99,9 @@ def index_neighbours(
     side = p.coarse_cell_px if coarse else p.cell_px
     slack = 1.0 if coarse else 1.0 / (1.0 - NeighbourhoodParameters().tolerance_per_px)
     half = math.ceil(p.cells_reach_px / side)
+    size = print_.frame.shape[2]
     index: kernel.NeighbourIndex = kernel.NeighbourIndex(
-        print_.count, print_.frame, side, half, math.radians(p.max_turn_deg), slack
+        print_.count, print_.frame, side, half, math.radians(p.max_turn_deg), slack, size
     )
     return index
 

@@ -175,6 +175,9 @@ def fitted(
     set_transform(table, start)
     for side, given_side in zip(pairing_of(table), (partner, weight), strict=True):
         side[:] = given_side
+    paired = np.flatnonzero(partner >= 0)
+    np.asarray(table.paired)[: len(paired)] = paired
+    table.pairs = len(paired)
     return table.fit(), transform_of(table)
 
 

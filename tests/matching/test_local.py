@@ -98,7 +98,8 @@ def indexed_likeness(
     """Return what the kernel finds by an index of A's neighbours, or of B's."""
     likeness = np.full((len(a[0]), len(b[0])), np.nan, np.float32)
     # the widest tolerance of `some_frames` over the narrowest makes up for any of the other side
-    cells = (side, 12, math.acos(min_cosine), 1.0 if by_a else WIDEST_PX / NARROWEST_PX)
+    slack = 1.0 if by_a else WIDEST_PX / NARROWEST_PX
+    cells = (side, 12, math.acos(min_cosine), slack, a[1].shape[2])
     index = module.NeighbourIndex(*(a if by_a else b), *cells)
     if by_a:
         index.to_prints_after(*b, len(b[0]), min_cosine, likeness)

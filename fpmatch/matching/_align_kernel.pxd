@@ -5,7 +5,8 @@ cdef class LightTable:
     cdef readonly double[::1] reach, weight, rival_weight, support, mass, drift_x, drift_y, nearest
     cdef readonly double[::1] best_weight
     cdef readonly double[:, ::1] best_bent
-    cdef readonly int[::1] partner, rival, chosen, known, best_partner, start, item
+    cdef public int pairs
+    cdef readonly int[::1] partner, paired, rival, chosen, known, best_partner, start, item
     cdef public double c, s, x, y
     cdef readonly double best_c, best_s, best_x, best_y
     cdef readonly double min_cosine, seed_near, seed_spread, seed_far, rigid_reach

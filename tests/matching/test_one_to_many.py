@@ -207,7 +207,7 @@ def plainly(
     before.put_b(probe.points, len(probe))
     after.put_a(probe.points, len(probe))
     n = probe.neighbourhoods
-    index = local.NeighbourIndex(n.count, n.frame, 30.0, 4, math.radians(p.max_turn_deg), 1.2)
+    index = local.NeighbourIndex(n.count, n.frame, 30.0, 4, math.radians(p.max_turn_deg), 1.2, 12)
     reference = as_plain(many[int(np.argmax(np.diff(many.ring_start)))])
     tools = (as_plain(probe), reference, index, before, after, room, p, ScoreParameters(), 3)
     tolerance = (9.0, 0.08)

@@ -46,15 +46,16 @@ install() {
     echo "$state" >"$folder/.fpmatch-$name"
 }
 
-# install_editable run|test|dev: install this folder into .venv, compiled where there is a
-# compiler, with what running, testing or developing needs, unless it is there, or more of it.
+# install_editable run|plot|test|dev: install this folder into .venv, compiled where there is a
+# compiler, with what running, plotting, testing or developing needs, unless it is there, or more.
 install_editable() {
     make_venv .venv
     local state enough
     # shellcheck disable=SC2046  # file names of ours hold no spaces
     state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '_*_kernel.p*' | sort))
     case $1 in
-    run) enough="run test dev" ;;
+    run) enough="run plot test dev" ;;
+    plot) enough="plot dev" ;;
     test) enough="test dev" ;;
     *) enough=$1 ;;
     esac

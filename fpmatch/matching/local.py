@@ -29,17 +29,15 @@ class LocalParameters:
         Neighbourhoods of fewer are taken for as large as this, so that few do not agree easily.
     seeds : int
         Most alike pairs of minutiae that are handed on.
-    cell_px, coarse_cell_px, cells_reach_px : float
-        Side of the cells in which neighbours are looked up, where a print is compared with many
-        others and where with one; and how far from a minutia they reach. They set the time that it
-        takes, and nothing else.
+    cell_px, cells_reach_px : float
+        Side of the cells in which neighbours are looked up, and how far from a minutia they reach.
+        They set the time that it takes, and nothing else.
     """
 
     max_turn_deg: float = 30.0
     fewest_neighbours: int = 4
     seeds: int = 24
-    cell_px: float = 8.0
-    coarse_cell_px: float = 16.0
+    cell_px: float = 12.0
     cells_reach_px: float = 128.0
 
     @property
@@ -67,7 +65,7 @@ def local_likeness(
     """
     p = parameters or LocalParameters()
     likeness = np.empty((len(a.count), len(b.count)), np.float32)
-    index = index_neighbours(a, p, coarse=True)
+    index = index_neighbours(a, p, comes_first=True)
     index.to_prints_after(b.count, b.frame, len(b.count), p.min_cosine, likeness)
     kernel.divide_by_size(
         likeness, a.count, len(a.count), b.count, len(b.count), p.fewest_neighbours
@@ -76,7 +74,7 @@ def local_likeness(
 
 
 def index_neighbours(
-    print_: Neighbourhoods, parameters: LocalParameters, *, coarse: bool
+    print_: Neighbourhoods, parameters: LocalParameters, *, comes_first: bool
 ) -> kernel.NeighbourIndex:
     """Sort the neighbours of one print's minutiae so that those like others are found at once.
 
@@ -86,9 +84,9 @@ def index_neighbours(
         Of the print that is compared with others.
     parameters : LocalParameters
         Tolerances, and the size of the cells.
-    coarse : bool
-        Whether it is compared with one other print, which small cells do not repay, and comes
-        first; else it may come second where both have the same tolerances.
+    comes_first : bool
+        Whether it is print A in all comparisons; else it may be B, where both have the usual
+        tolerances.
 
     Returns
     -------
@@ -96,12 +94,11 @@ def index_neighbours(
         The kernel's; what it finds does not depend on its cells.
     """
     p = parameters
-    side = p.coarse_cell_px if coarse else p.cell_px
-    slack = 1.0 if coarse else 1.0 / (1.0 - NeighbourhoodParameters().tolerance_per_px)
-    half = math.ceil(p.cells_reach_px / side)
+    slack = 1.0 if comes_first else 1.0 / (1.0 - NeighbourhoodParameters().tolerance_per_px)
+    half = math.ceil(p.cells_reach_px / p.cell_px)
     size = print_.frame.shape[2]
     index: kernel.NeighbourIndex = kernel.NeighbourIndex(
-        print_.count, print_.frame, side, half, math.radians(p.max_turn_deg), slack, size
+        print_.count, print_.frame, p.cell_px, half, math.radians(p.max_turn_deg), slack, size
     )
     return index
 

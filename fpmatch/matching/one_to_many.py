@@ -110,7 +110,7 @@ def _bench(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
     return OneToMany(
         probe.for_kernels(),
         _room(references),
-        index_neighbours(probe.neighbourhoods, local, coarse=False),
+        index_neighbours(probe.neighbourhoods, local, comes_first=False),
         before,
         after,
         max(ours, theirs),

@@ -278,16 +278,16 @@ class PreparedMany:
                 return False
             if (np.diff(starts) < 0).any():
                 return False
-        n = np.diff(minutiae)
-        degree = np.concatenate([[0], np.cumsum(self.degree, dtype=np.int64)])
+        n, size = np.diff(minutiae), self.neighbour.shape[1]
         rows, columns = self.shape[:, 0].astype(np.int64), self.shape[:, 1].astype(np.int64)
+        degrees = _of_each(np.add, self.degree, minutiae, np.int64)
         checks = (
             np.isfinite(self.xy),
             np.isfinite(self.direction),
-            self.count <= self.neighbour.shape[1],
-            self.neighbour.max(axis=1, initial=0) < np.repeat(n, n),
-            self.ring < np.repeat(n, np.diff(rings)),
-            degree[minutiae] == rings,
+            self.count <= size,
+            _of_each(np.maximum, self.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
+            _of_each(np.maximum, self.ring, rings) < np.maximum(n, 1),
+            degrees == np.diff(rings),
             (rows >= 0) & (columns >= 0) & (rows * columns == np.diff(cells)),
         )
         return all(bool(check.all()) for check in checks)
@@ -361,6 +361,17 @@ def _packed(print_: PreparedTemplate) -> PreparedMany:
     return PreparedMany(
         **{name: np.ascontiguousarray(columns[name], dtype) for name, dtype in _DTYPES.items()}
     )
+
+
+def _of_each(
+    gather: np.ufunc, values: NDArray[Any], starts: NDArray[np.int64], dtype: Any = None
+) -> NDArray[Any]:
+    """Return the sum, say, of the values of each print; 0 for one that has none."""
+    found = np.zeros(len(starts) - 1, dtype or values.dtype)
+    some = np.flatnonzero(np.diff(starts))
+    if len(some):
+        found[some] = gather.reduceat(values, starts[some], dtype=dtype)
+    return found
 
 
 def _how_prepared() -> str:

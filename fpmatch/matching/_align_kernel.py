@@ -421,7 +421,7 @@ class LightTable:
             apart[k, i] = dx * dx + dy * dy
         for i in range(self.size_a):
             # e^(-64g) is 1/(e^g)^64, where a few terms of the series are as good as all
-            g = scale * apart[k, i]
+            g = scale * float(apart[k, i])
             p = 1.0 + g * (1 / 5.0) * (1.0 + g * (1 / 6.0) * (1.0 + g * (1 / 7.0)))
             p = 1.0 + g * (1.0 + g * (1 / 2.0) * (1.0 + g * (1 / 3.0) * (1.0 + g * (1 / 4.0) * p)))
             p *= p

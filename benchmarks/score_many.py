@@ -17,24 +17,20 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
+from disturbed_prints import disturbed, sample_templates
 
 from fpmatch.engine.engine import make_engine
 from fpmatch.evaluation.scoring import score
 from fpmatch.evaluation.scoring_sides import Item
 from fpmatch.gallery.compact import pack_template
-from fpmatch.image.extract import extract
 from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.minutiae import Minutiae, Template
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from fpmatch.engine.engine import Engine
+    from fpmatch.minutiae import Template
 
-PRINTS = Path(__file__).parents[1] / "sample_data"
-MINUTIAE = 40
-SHIFT_PX = 12.0  # far enough for other neighbourhoods
 MAX_BYTES = 1e9
 REPORT_EVERY_S = 20.0
 
@@ -51,22 +47,8 @@ class Disturbed:
     def items(self, engine: Engine, numbers: Sequence[int]) -> Generator[Item, None, None]:
         """Yield the templates of some numbers."""
         for number in numbers:
-            yield Item(pack_template(self._disturbed(number)))
-
-    def _disturbed(self, number: int) -> Template:
-        rng = np.random.default_rng([number, len(self.place)])
-        template = self._templates[number % len(self._templates)]
-        m = template.minutiae
-        chosen = m.take(rng.permutation(len(m))[:MINUTIAE])
-        n = len(chosen)
-        minutiae = Minutiae(
-            x=np.clip(chosen.x + rng.normal(0, SHIFT_PX, n), 0, template.width - 1),
-            y=np.clip(chosen.y + rng.normal(0, SHIFT_PX, n), 0, template.height - 1),
-            angle=chosen.angle + rng.normal(0, 0.3, n),
-            kind=chosen.kind,
-            quality=chosen.quality,
-        )
-        return Template(minutiae, template.width, template.height, template.dpi, template.field)
+            template = self._templates[number % len(self._templates)]
+            yield Item(pack_template(disturbed(template, number, len(self.place))))
 
 
 class Told:
@@ -97,7 +79,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--matcher", default=DEFAULT_MATCHER)
     asked = parser.parse_args()
-    templates = [extract(path) for path in sorted(PRINTS.glob("*.tif"))]
+    templates = sample_templates()
     begun = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "scores.csv")

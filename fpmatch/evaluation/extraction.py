@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import FpmatchError
+from fpmatch.evaluation.each_image import for_each_image
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from fpmatch.evaluation.dataset import Dataset
+    from fpmatch.evaluation.each_image import ImageChunk
     from fpmatch.minutiae import Template
 
     Extractor = Callable[[Path, float | None], Template]
-    ImageChunk = list[tuple[Path, float | None]]
-
-IMAGES_PER_CHUNK: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,22 +99,10 @@ def extract_datasets(
     list of ExtractedSet
         The databases in their order. Images that cannot be used are kept as failures.
     """
-    images = [(i.path, dataset.dpi) for dataset in datasets for i in dataset.impressions]
-    chunks = [images[k : k + IMAGES_PER_CHUNK] for k in range(0, len(images), IMAGES_PER_CHUNK)]
-    done = 0
-
-    def finished(chunk: ImageChunk) -> None:
-        nonlocal done
-        done += len(chunk)
-        progress("extract", done, len(images))
-
-    progress("extract", 0, len(images))
-    results = run_chunks(_extract_chunk, extractor, chunks, workers=workers, finished=finished)
-    extractions = iter([extraction for chunk in results for extraction in chunk])
-    return [
-        ExtractedSet(dataset, tuple(next(extractions) for _ in dataset.impressions))
-        for dataset in datasets
-    ]
+    found = for_each_image(
+        datasets, _extract_chunk, extractor, stage="extract", workers=workers, progress=progress
+    )
+    return [ExtractedSet(*row) for row in zip(datasets, found, strict=True)]
 
 
 def _extract_chunk(extractor: Extractor, chunk: ImageChunk) -> list[Extraction]:

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError, FpmatchError
+from fpmatch.evaluation.each_image import for_each_image
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -23,12 +24,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.dataset import Dataset
-
-    ImageChunk = list[tuple[Path, float | None]]
+    from fpmatch.evaluation.each_image import ImageChunk
 
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Of a distribution, which quantiles are told."""
-IMAGES_PER_CHUNK: Final = 4
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
 _DIGITS: Final = 4  # significant ones kept in reports
 
@@ -177,21 +176,11 @@ def measure_sets(
     """
     if not datasets:
         raise DatasetError("no database given")
-    images = [(i.path, dataset.dpi) for dataset in datasets for i in dataset.impressions]
-    chunks = [images[k : k + IMAGES_PER_CHUNK] for k in range(0, len(images), IMAGES_PER_CHUNK)]
-    done = 0
-
-    def finished(chunk: ImageChunk) -> None:
-        nonlocal done
-        done += len(chunk)
-        progress("measure", done, len(images))
-
-    progress("measure", 0, len(images))
-    results = run_chunks(_measure_chunk, None, chunks, workers=workers, finished=finished)
-    measured = iter([result for chunk in results for result in chunk])
+    measured = for_each_image(
+        datasets, _measure_chunk, None, stage="measure", workers=workers, progress=progress
+    )
     sets = []
-    for dataset in datasets:
-        of_set = [next(measured) for _ in dataset.impressions]
+    for dataset, of_set in zip(datasets, measured, strict=True):
         prints = tuple(r for r in of_set if isinstance(r, PrintFigures))
         sets.append(
             SetFigures(dataset.name, prints, tuple(r for r in of_set if isinstance(r, str)))

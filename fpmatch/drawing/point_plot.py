@@ -5,10 +5,7 @@ Drawn by matplotlib, which the extra ``fpmatch[plot]`` installs; y points up.
 
 from __future__ import annotations
 
-import io
 import math
-import warnings
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -28,6 +25,7 @@ from fpmatch.drawing.palette import (
     Colour,
     hexadecimal,
 )
+from fpmatch.drawing.plain_style import figure_bytes, plain_style
 from fpmatch.drawing.point_caption import match_facts, match_verdict
 from fpmatch.errors import OutputError
 from fpmatch.output import check_writable, write_whole
@@ -35,7 +33,7 @@ from fpmatch.pointset.points import as_points
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -147,28 +145,13 @@ def save_point_plot(
     """
     check_plot(path)
     source, target = as_points(p, "p"), as_points(q, "q")
-    content = io.BytesIO()
-    with _plain_style():
+    with plain_style():
         if match.transform is None:
             figure = _apart(source, target, match, names)
         else:
             figure = _superposed(match.transform.apply(source), target, match, names)
-        suffix = Path(path).suffix.lower().removeprefix(".")
-        figure.savefig(
-            content, format=suffix, dpi=_DPI, metadata={"Date": None} if suffix == "svg" else None
-        )
-    write_whole(path, content.getvalue())
-
-
-@contextmanager
-def _plain_style() -> Iterator[None]:
-    """Draw the same picture whatever the user's matplotlibrc says, with text as text in an SVG."""
-    import matplotlib.style  # noqa: PLC0415
-
-    settings = {"svg.fonttype": "none", "svg.hashsalt": "fpmatch", "text.parse_math": False}
-    with matplotlib.style.context(["default", settings]), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph")  # a name may be in any script
-        yield
+        content = figure_bytes(figure, path, _DPI)
+    write_whole(path, content)
 
 
 def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> Figure:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from fpmatch.drawing.plain_style import figure_bytes, plain_style
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
 from fpmatch.evaluation.points.places import places
-from fpmatch.output import check_writable, replacing
+from fpmatch.output import check_writable, write_whole
 from fpmatch.pointset.paper_tables import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.pointset.random_sets import READINGS
 
@@ -76,31 +77,33 @@ def save_bench_plot(path: str | os.PathLike[str], results: BenchResults) -> None
     check_plot(path)
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    readings = [r for r in READINGS if any(c.place.reading == r for c in results.cells)]
-    shares = list(dict.fromkeys(row.rho for row in PAPER_ROWS))
-    width, height = _PANEL_INCHES
-    figure = Figure(
-        figsize=(width * len(shares), height * max(1, len(readings)) + 0.6), layout="constrained"
-    )
-    if readings:
-        panels = figure.subplots(
-            len(readings), len(shares), sharex=True, sharey=True, squeeze=False
+    with plain_style():
+        readings = [r for r in READINGS if any(c.place.reading == r for c in results.cells)]
+        shares = list(dict.fromkeys(row.rho for row in PAPER_ROWS))
+        width, height = _PANEL_INCHES
+        figure = Figure(
+            figsize=(width * len(shares), height * max(1, len(readings)) + 0.6),
+            layout="constrained",
         )
-        for reading, row in zip(readings, panels, strict=True):
-            for rho, panel in zip(shares, row, strict=True):
-                cells = {
-                    (cell.matcher, cell.place): cell
-                    for cell in results.cells
-                    if (cell.place.reading, cell.place.parameters.rho) == (reading, rho)
-                }
-                _fill(panel, cells)
-                panel.set_title(f"{reading} reading, ρ = {rho:g}", fontsize="medium")
-            row[0].set_ylabel("time of a match, ms")
-        for panel in panels[-1]:
-            panel.set_xlabel("n, points of Q")
-        _add_legend(figure, results)
-    with replacing(path) as stream:
-        figure.savefig(stream, format=Path(path).suffix.lower()[1:], dpi=_DPI)
+        if readings:
+            panels = figure.subplots(
+                len(readings), len(shares), sharex=True, sharey=True, squeeze=False
+            )
+            for reading, row in zip(readings, panels, strict=True):
+                for rho, panel in zip(shares, row, strict=True):
+                    cells = {
+                        (cell.matcher, cell.place): cell
+                        for cell in results.cells
+                        if (cell.place.reading, cell.place.parameters.rho) == (reading, rho)
+                    }
+                    _fill(panel, cells)
+                    panel.set_title(f"{reading} reading, ρ = {rho:g}", fontsize="medium")
+                row[0].set_ylabel("time of a match, ms")
+            for panel in panels[-1]:
+                panel.set_xlabel("n, points of Q")
+            _add_legend(figure, results)
+        content = figure_bytes(figure, path, _DPI)
+    write_whole(path, content)
 
 
 def _fill(panel: Any, cells: dict[Any, PointCell]) -> None:

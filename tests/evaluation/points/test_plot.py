@@ -48,6 +48,14 @@ def test_a_reading_that_did_not_run_has_no_panels(tmp_path: Path) -> None:
     assert "patch reading" not in text
 
 
+def test_the_same_results_give_the_same_svg(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    one, two = tmp_path / "one.svg", tmp_path / "two.svg"
+    save_bench_plot(one, results())
+    save_bench_plot(two, results())
+    assert one.read_bytes() == two.read_bytes()
+
+
 def test_no_results_are_an_empty_picture(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     save_bench_plot(tmp_path / "bench.PDF", BenchResults({}))

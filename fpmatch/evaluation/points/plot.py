@@ -110,6 +110,7 @@ def _fill(panel: Any, cells: dict[Any, PointCell]) -> None:
     """Draw the times of one reading and one ρ."""
     panel.set_xscale("log", base=2)
     panel.set_yscale("log")
+    panel.yaxis.set_major_formatter(lambda ms, _: f"{ms:,g}")
     sizes = sorted({place.n for place in places()})
     panel.set_xticks(sizes, labels=[f"{n:,}" for n in sizes], minor=False)
     panel.grid(visible=True, which="major", linewidth=0.4, color="#dadce0")

@@ -1,0 +1,160 @@
+"""Image files of every format that is read, made without any library that reads them."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from PIL import Image
+
+Pixels = NDArray[np.uint8]
+
+DATA = Path(__file__).parent / "data"
+GROUP, RECORD, UNIT, FILE = b"\x1d", b"\x1e", b"\x1f", b"\x1c"
+
+
+def rings(height: int = 72, width: int = 60) -> Pixels:
+    """Return concentric ridges that fill the picture."""
+    y, x = np.mgrid[:height, :width].astype(float)
+    return (128 + 90 * np.cos(2 * np.pi * np.hypot(x - 25, y - 40) / 9)).astype(np.uint8)
+
+
+def saved(pixels: Pixels, file_format: str, **options: Any) -> bytes:
+    """Return a picture as a file of one of Pillow's formats."""
+    stream = BytesIO()
+    Image.fromarray(pixels).save(stream, format=file_format, **options)
+    return stream.getvalue()
+
+
+def wsq(name: str = "rings_53x61") -> bytes:
+    """Return a WSQ file that NIST's own encoder made of rings."""
+    return (DATA / f"{name}.wsq").read_bytes()
+
+
+def with_fields(type_: int, fields: list[tuple[int, bytes]]) -> bytes:
+    """Return a record of text fields of ANSI/NIST-ITL, its length first."""
+    body = GROUP.join(b"%d.%03d:%s" % (type_, number, value) for number, value in fields) + FILE
+    length = len(body)
+    while True:
+        head = b"%d.001:%d" % (type_, length) + GROUP
+        if length == len(head) + len(body):
+            return head + body
+        length = len(head) + len(body)
+
+
+def an2(*records: tuple[int, bytes], scan: bytes = b"19.69") -> bytes:
+    """Return an ANSI/NIST file of records, each its type and its bytes."""
+    contents = [b"1" + UNIT + b"%d" % len(records)]
+    contents += [b"%d" % type_ + UNIT + b"%02d" % n for n, (type_, _) in enumerate(records)]
+    fields = [(2, b"0400"), (3, RECORD.join(contents)), (4, b"AMN"), (11, scan), (12, scan)]
+    return with_fields(1, fields) + b"".join(data for _, data in records)
+
+
+def tagged_print(
+    pixels: Pixels,
+    data: bytes | None = None,
+    *,
+    type_: int = 14,
+    compression: bytes = b"NONE",
+    scale: tuple[int, int, int] = (1, 500, 500),
+) -> tuple[int, bytes]:
+    """Return a record of type 13 to 15 with a print; `scale` is its units and resolutions."""
+    height, width = pixels.shape
+    numbers = {6: width, 7: height, 8: scale[0], 9: scale[1], 10: scale[2]}
+    fields = [(number, b"%d" % value) for number, value in numbers.items()]
+    fields += [(11, compression), (12, b"8"), (999, pixels.tobytes() if data is None else data)]
+    return type_, with_fields(type_, fields)
+
+
+def binary_print(
+    pixels: Pixels, data: bytes | None = None, *, compression: int = 0, native: int = 0
+) -> tuple[int, bytes]:
+    """Return a record of type 4 with a print."""
+    height, width = pixels.shape
+    image = pixels.tobytes() if data is None else data
+    head = bytes([1, 0, 1, 255, 255, 255, 255, 255, native])
+    head += width.to_bytes(2, "big") + height.to_bytes(2, "big") + bytes([compression])
+    return 4, (4 + len(head) + len(image)).to_bytes(4, "big") + head + image
+
+
+def finger_image_record(
+    pixels: Pixels,
+    standard: str,
+    *,
+    data: bytes | None = None,
+    compression: int = 0,
+    scale: tuple[int, int] = (1, 500),
+    depth: int = 8,
+) -> bytes:
+    """Return a finger image record: ``"ansi"``, ``"2005"`` or ``"2011"``."""
+
+    def u16(*values: int) -> bytes:
+        return b"".join(value.to_bytes(2, "big") for value in values)
+
+    height, width = pixels.shape
+    image = pixels.tobytes() if data is None else data
+    units, dpi = scale
+    scales = bytes([units]) + u16(dpi, dpi, dpi, dpi) + bytes([depth, compression])
+    if standard == "2011":
+        head = bytes(13) + bytes(5) + bytes([1]) + bytes(5) + bytes([1, 1, 2, 3])
+        head = bytes(4) + head[4:] + bytes([7, 1]) + scales + bytes([0]) + u16(width, height)
+        body = head + len(image).to_bytes(4, "big") + image
+        body = len(body).to_bytes(4, "big") + body[4:]
+        return b"FIR\x00020\x00" + (16 + len(body)).to_bytes(4, "big") + bytes([0, 1, 1, 1]) + body
+    finger = (14 + len(image)).to_bytes(4, "big") + bytes([7, 1, 1, 254, 0])
+    finger += u16(width, height) + b"\x00" + image
+    product = bytes(4) if standard == "ansi" else b""
+    tail = product + u16(0, 31) + b"\x01" + scales + bytes(2) + finger
+    return b"FIR\x00010\x00" + (14 + len(tail)).to_bytes(6, "big") + tail
+
+
+def one_of_each() -> dict[str, bytes]:
+    """Return a small file of every format."""
+    grey = rings()
+    files = {
+        name: saved(grey, name)
+        for name in ("TIFF", "PNG", "BMP", "JPEG", "PPM", "GIF", "WEBP", "JPEG2000")
+    }
+    palette = BytesIO()
+    Image.fromarray(grey).quantize(16).save(palette, format="TIFF", compression="tiff_lzw")
+    return files | {
+        "TIFF, LZW": palette.getvalue(),
+        "TIFF, fax": saved(grey > 128, "TIFF", compression="group4"),
+        "TIFF, JPEG": saved(grey, "TIFF", compression="jpeg"),
+        "PNG, 16 bits": saved(grey.astype(np.uint16) * 257, "PNG", dpi=(500, 500)),
+        "PNG, RGBA": saved(np.dstack([grey, grey, grey, grey]), "PNG"),
+        "WSQ": wsq(),
+        "AN2, type 4": an2(binary_print(grey)),
+        "AN2, type 14": an2(tagged_print(rings(61, 53), wsq(), compression=b"WSQ20")),
+        "FIR 2005": finger_image_record(grey, "2005"),
+        "FIR 2011": finger_image_record(grey, "2011", data=saved(grey, "PNG"), compression=5),
+    }
+
+
+@st.composite
+def damaged(draw: st.DrawFn, whole: bytes) -> bytes:
+    """Draw a file that was cut, or in which bytes were changed, copied, left out or put in."""
+    data = bytearray(whole)
+    for _ in range(draw(st.integers(1, 4))):
+        # the header decides most: aim there half the time
+        at = draw(st.one_of(st.integers(0, min(len(data), 64)), st.integers(0, len(data))))
+        match draw(st.sampled_from(["change", "flip", "cut", "leave out", "put in", "extreme"])):
+            case "change" if at < len(data):
+                data[at] = draw(st.integers(0, 255))
+            case "flip" if at < len(data):
+                data[at] ^= 1 << draw(st.integers(0, 7))
+            case "cut":
+                del data[at:]
+            case "leave out":
+                del data[at : at + draw(st.integers(1, 8))]
+            case "put in":
+                data[at:at] = draw(st.binary(min_size=1, max_size=8))
+            case "extreme" if at + 4 <= len(data):
+                data[at : at + 4] = draw(
+                    st.sampled_from([b"\xff" * 4, b"\x7f" + b"\xff" * 3, bytes(4)])
+                )
+    return bytes(data)

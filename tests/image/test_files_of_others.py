@@ -1,0 +1,88 @@
+"""Image files that other software made: size, resolution and format of each, where they lie."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import ImageReadError
+from fpmatch.image.raw import RawSize
+from fpmatch.image.read import read_image
+
+FORMATS: Final = Path(__file__).parents[3] / "shared" / "formats"
+RAW: Final = [RawSize(332, 533), RawSize(320, 407)]
+GOOD: Final = {
+    "an2/nistref_type-14-tip-eji-wsq.an2": (344, 370, 500, "ANSI/NIST type 14, WSQ"),
+    "an2/nistref_type-9-13-m1.an2": (800, 768, 500, "ANSI/NIST type 13"),
+    "an2/nistref_type-9-4-iafis.an2": (800, 768, 500, "ANSI/NIST type 4"),
+    "bmp/nbis_sivv_card0001_01.bmp": (1090, 995, 1000, "BMP"),
+    "bmp/sourceafis_probe.bmp": (388, 374, None, "BMP"),
+    "bmp_rgba/1__M_Left_index_finger.BMP": (96, 103, None, "BMP"),
+    "gif/jnbis_sample.gif": (545, 622, None, "GIF"),
+    "jp2/libbiomeval_img.jp2": (908, 1007, 1000, "JPEG2000"),
+    "jpeg/sourceafis_probe.jpeg": (388, 374, None, "JPEG"),
+    "pgm/fingerjet_a001_03p.pgm": (364, 536, None, "PPM"),
+    "pgm/fingerjet_a001_04p.pgm": (332, 484, None, "PPM"),
+    "pgm/fingerjet_b001_04p.pgm": (320, 430, None, "PPM"),
+    "pgm/fvc2000db1b_101_1.pgm": (300, 300, None, "PPM"),
+    "png/sourceafis_matching.png": (388, 374, None, "PNG"),
+    "png/sourceafis_nonmatching.png": (388, 374, None, "PNG"),
+    "png/sourceafis_probe.png": (388, 374, None, "PNG"),
+    "png/sourceafis_wsq-converted.png": (832, 768, None, "PNG"),
+    "raw8/sourceafis_gray-matching.dat": (320, 407, None, "raw"),
+    "raw8/sourceafis_gray-probe.dat": (332, 533, None, "raw"),
+    "tif/palette_crop_102_1.TIF": (382, 300, None, "TIFF"),
+    "tif_palette/crossmatch_0123_1.tif": (504, 480, 500, "TIFF"),
+    "wsq/fvc2000db1b_101_1.wsq": (300, 300, None, "WSQ"),
+    "wsq/libbiomeval_img.wsq": (256, 256, 500, "WSQ"),
+    "wsq/sourceafis_wsq-original.wsq": (832, 768, 500, "WSQ"),
+}
+TEMPLATES: Final = ("an2/libbiomeval", "ansi378/", "invalid/", "iso19794-2/", "min/", "xyt/")
+
+pytestmark = pytest.mark.skipif(not FORMATS.is_dir(), reason="the files are not here")
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_size_resolution_and_format(name: str) -> None:
+    image = read_image(FORMATS / name, raw_sizes=RAW if name.startswith("raw8") else ())
+    height, width = image.pixels.shape
+    assert (width, height, image.dpi, image.format) == GOOD[name]
+    assert image.pixels.std() > 20
+
+
+def test_no_file_is_left_out() -> None:
+    files = {str(path.relative_to(FORMATS)) for path in FORMATS.glob("*/*")}
+    assert {name for name in files if not name.startswith(TEMPLATES)} == set(GOOD)
+
+
+def test_templates_are_no_images() -> None:
+    files = [path for start in TEMPLATES for path in FORMATS.glob(f"{start}*")]
+    files += [path for folder in files if folder.is_dir() for path in folder.iterdir()]
+    assert len([path for path in files if path.is_file()]) > 15
+    for path in filter(Path.is_file, files):
+        with pytest.raises(ImageReadError, match=r"known format|without a grey print") as caught:
+            read_image(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_the_same_print_in_several_formats() -> None:
+    original = read_image(FORMATS / "wsq/sourceafis_wsq-original.wsq").pixels.astype(int)
+    converted = read_image(FORMATS / "png/sourceafis_wsq-converted.png").pixels
+    assert np.abs(original - converted).max() <= 1
+    bmp, png, jpeg = (
+        read_image(FORMATS / name).pixels.astype(int)
+        for name in (
+            "bmp/sourceafis_probe.bmp",
+            "png/sourceafis_probe.png",
+            "jpeg/sourceafis_probe.jpeg",
+        )
+    )
+    assert np.array_equal(bmp, png)
+    assert np.abs(jpeg - png).mean() < 4
+    # whoever made this one took the header of the PGM for its first pixels
+    file = (FORMATS / "pgm/fvc2000db1b_101_1.pgm").read_bytes()
+    bare = np.frombuffer(file[: 300 * 300], np.uint8).reshape(300, 300).astype(int)
+    assert np.abs(read_image(FORMATS / "wsq/fvc2000db1b_101_1.wsq").pixels - bare).mean() < 3

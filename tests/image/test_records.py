@@ -1,0 +1,128 @@
+"""Prints inside records: ANSI/NIST-ITL (AN2), ISO/IEC 19794-4, ANSI/INCITS 381."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from made_files import (
+    an2,
+    binary_print,
+    finger_image_record,
+    rings,
+    saved,
+    tagged_print,
+    with_fields,
+    wsq,
+)
+
+from fpmatch.errors import ImageError, ImageReadError
+from fpmatch.image.an2 import decode_an2
+from fpmatch.image.finger_image_record import decode_finger_image_record
+from fpmatch.image.limits import DEFAULT_LIMITS
+from fpmatch.image.wsq import decode_wsq
+
+GREY = rings()
+PNG = saved(GREY, "PNG")
+
+
+@pytest.mark.parametrize("type_", [13, 14, 15])
+def test_a_tagged_record_of_pixels(type_: int) -> None:
+    picture = decode_an2(an2(tagged_print(GREY, type_=type_)), DEFAULT_LIMITS)
+    assert np.array_equal(picture.pixels, GREY)
+    assert (picture.dpi, picture.format) == (500, f"ANSI/NIST type {type_}")
+
+
+def test_a_tagged_record_of_a_compressed_file() -> None:
+    record = tagged_print(rings(61, 53), wsq(), compression=b"WSQ20", scale=(2, 197, 197))
+    picture = decode_an2(an2((2, with_fields(2, [(2, b"00")])), record), DEFAULT_LIMITS)
+    assert np.array_equal(picture.pixels, decode_wsq(wsq(), DEFAULT_LIMITS).pixels)
+    assert (picture.dpi, picture.format) == (500, "ANSI/NIST type 14, WSQ")
+
+
+@pytest.mark.parametrize(("native", "scan", "dpi"), [(0, b"39.37", 500), (1, b"39.37", 1000)])
+def test_a_binary_record_has_the_standard_or_the_scans_resolution(
+    native: int, scan: bytes, dpi: float
+) -> None:
+    picture = decode_an2(an2(binary_print(GREY, native=native), scan=scan), DEFAULT_LIMITS)
+    assert np.array_equal(picture.pixels, GREY)
+    assert (picture.dpi, picture.format) == (dpi, "ANSI/NIST type 4")
+
+
+def test_the_first_of_several_prints_is_read_and_that_is_said() -> None:
+    data = an2(tagged_print(GREY), tagged_print(255 - GREY))
+    picture = decode_an2(data, DEFAULT_LIMITS)
+    assert np.array_equal(picture.pixels, GREY)
+    assert picture.notes == ("the first of its 2 images was read",)
+
+
+def test_a_record_that_tells_another_size_is_noticed() -> None:
+    picture = decode_an2(an2(tagged_print(GREY[:60], PNG, compression=b"PNG")), DEFAULT_LIMITS)
+    assert picture.pixels.shape == GREY.shape
+    assert picture.notes == ("its record tells 60 x 60 pixels of an image that has 60 x 72",)
+
+
+def test_an_unknown_scale_leaves_the_resolution_to_the_file_inside() -> None:
+    inside = saved(GREY, "PNG", dpi=(569, 569))
+    record = tagged_print(GREY, inside, compression=b"PNG", scale=(0, 0, 0))
+    assert decode_an2(an2(record), DEFAULT_LIMITS).dpi == 569
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (
+            an2((9, with_fields(9, [(2, b"00")]))),
+            r"without a grey print \(its records: type 1, 9\)",
+        ),
+        (an2(tagged_print(GREY))[:-100], "a record ends too late"),
+        (an2(tagged_print(GREY))[:20], "a record ends too late"),
+        (b"1.001:many", "does not tell its length"),
+        (an2(tagged_print(GREY, b"")), "pixels are missing"),
+        (an2(tagged_print(GREY, b"text", compression=b"WSQ20")), "cannot be read .WSQ20."),
+        (an2(binary_print(GREY, compression=9)), "unknown compression"),
+        (an2(binary_print(GREY, PNG[:200], compression=6)), "damaged PNG image"),
+        (an2((14, with_fields(14, [(6, b"60"), (8, b"1")]))), "without an image"),
+        (an2((14, with_fields(14, [(6, b"wide"), (999, b"")]))), "text where a number"),
+        (an2(*[tagged_print(GREY[:1, :1])] * 1001), "more than 1000 records"),
+    ],
+)
+def test_bad_transactions_say_what_is_wrong(data: bytes, reason: str) -> None:
+    with pytest.raises(ImageReadError, match=reason):
+        decode_an2(data, DEFAULT_LIMITS)
+
+
+def test_absurd_sizes_are_refused_before_anything_is_made() -> None:
+    huge = np.broadcast_to(np.uint8(0), (9_000, 9_000))
+    for data in (an2(tagged_print(huge, b"")), an2(binary_print(huge, b""))):
+        with pytest.raises(ImageError, match="more than 64 megapixels"):
+            decode_an2(data, DEFAULT_LIMITS)
+
+
+@pytest.mark.parametrize(
+    ("standard", "name"),
+    [
+        ("ansi", "ANSI/INCITS 381"),
+        ("2005", "ISO/IEC 19794-4:2005"),
+        ("2011", "ISO/IEC 19794-4:2011"),
+    ],
+)
+def test_finger_image_records(standard: str, name: str) -> None:
+    bare = decode_finger_image_record(finger_image_record(GREY, standard), DEFAULT_LIMITS)
+    per_cm = finger_image_record(GREY, standard, data=PNG, compression=5, scale=(2, 197))
+    packed = decode_finger_image_record(per_cm, DEFAULT_LIMITS)
+    for picture, form in ((bare, name), (packed, f"{name}, PNG")):
+        assert np.array_equal(picture.pixels, GREY)
+        assert (picture.dpi, picture.format) == (500, form)
+
+
+@pytest.mark.parametrize("standard", ["ansi", "2005", "2011"])
+def test_bad_finger_image_records_say_what_is_wrong(standard: str) -> None:
+    whole = finger_image_record(GREY, standard)
+    for data, reason in (
+        (whole[:-1], "ends too soon"),
+        (whole[:30], "ends too soon"),
+        (finger_image_record(GREY, standard, compression=1), "packed pixels|ends too soon"),
+        (finger_image_record(GREY, standard, depth=4), "pixels of 4 bits|ends too soon"),
+    ):
+        with pytest.raises((ImageReadError, ImageError), match=reason):
+            decode_finger_image_record(data, DEFAULT_LIMITS)

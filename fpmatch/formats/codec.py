@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.minutiae import Template
+    from fpmatch.formats.record import Encoded, Reading, TemplateRecord
 
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
 
@@ -23,19 +23,24 @@ class Codec:
     ----------
     name : str
         Name of the format, as the command line takes it.
-    suffix : str
-        Suffix of its files, with the dot, in lower case.
+    title : str
+        Its full name, for people.
+    suffixes : tuple of str
+        Suffixes of its files, with the dot, in lower case; the first is the one to write.
     recognises : callable
-        Tells from a file's bytes whether they are meant to be this format.
+        Tells from a file's bytes, or its first few thousand, whether they are meant to be this
+        format.
     decode : callable
-        Makes a Template of a file's bytes; raises an `FpmatchError` that names the reason (and
-        the line, where the format has lines) but not the file.
-    encode : callable
-        Makes a file's bytes of a Template; the same template always gives the same bytes.
+        Makes a TemplateRecord of a file's bytes, as a Reading says; raises an `FpmatchError` that
+        names the reason (and the line, where the format has lines) but not the file.
+    encode : callable or None
+        Makes a file's bytes of a TemplateRecord; the same record always gives the same bytes. None
+        where the format is only read.
     """
 
     name: str
-    suffix: str
+    title: str
+    suffixes: tuple[str, ...]
     recognises: Callable[[bytes], bool]
-    decode: Callable[[bytes], Template]
-    encode: Callable[[Template], bytes]
+    decode: Callable[[bytes, Reading], TemplateRecord]
+    encode: Callable[[TemplateRecord], Encoded] | None = None

@@ -22,7 +22,9 @@ import numpy as np
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import LARGEST, Codec
-from fpmatch.minutiae import Minutiae, MinutiaKind, Template
+from fpmatch.formats.columns import minutiae_of
+from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
+from fpmatch.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,33 +38,41 @@ COLUMNS: Final = ["x", "y", "angle_deg", "kind", "quality"]
 DIGITS: Final = 9  # significant digits that give back the same float32
 
 
-def encode(template: Template) -> bytes:
-    """Return `template` as the bytes of a CSV file."""
-    m = template.minutiae
+def encode(record: TemplateRecord) -> Encoded:
+    """Return a record as the bytes of a CSV file, and what they could not hold."""
+    view = record.single()
+    template, m = view.template, view.template.minutiae
+    notes = [] if template.field is None else ["the ridge field dropped"]
+    if view.extended is not None:
+        notes.append(f"extended data of {view.extended.layout} dropped")
     frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
     lines = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
     degrees = np.degrees(m.angle.astype(np.float64))
     for x, y, angle, kind, quality in zip(m.x, m.y, degrees, m.kind, m.quality, strict=True):
         numbers = ",".join(f"{float(value):.{DIGITS}g}" for value in (x, y, angle))
         lines.append(f"{numbers},{MinutiaKind(kind).name.lower()},{quality}")
-    return ("\n".join(lines) + "\n").encode()
+    return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
 
 
-def decode(data: bytes) -> Template:
+def decode(data: bytes, how: Reading) -> TemplateRecord:
     """Return the template that the bytes of a CSV file hold, or raise TemplateError."""
     try:
         lines = data.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise TemplateError(f"not UTF-8 text (byte {error.start})") from error
-    width, height, dpi = _frame(lines[0])
+    width, height, dpi = _frame(lines[0] if lines else "")
     rows = _rows(lines)
     number, header = next(rows, (len(lines), []))
     if header != COLUMNS:
         raise TemplateError(f"line {number}: expected the columns {','.join(COLUMNS)}")
-    table = [_minutia(number, row) for number, row in rows]
+    how.limits.check_size(width, height)
+    table: list[tuple[float, ...]] = []
+    for number, row in rows:
+        how.limits.check_minutiae(len(table) + 1)
+        table.append(_minutia(number, row))
     x, y, degrees, kind, quality = np.array(table, dtype=np.float64).reshape(-1, len(COLUMNS)).T
-    minutiae = Minutiae(x, y, np.radians(degrees), kind, quality)  # type: ignore[arg-type]
-    return Template(minutiae, width, height, dpi)
+    minutiae = minutiae_of(x, y, np.radians(degrees), kind, quality)
+    return TemplateRecord(CODEC.name, (View(Template(minutiae, width, height, dpi)),))
 
 
 def _recognises(data: bytes) -> bool:
@@ -104,4 +114,4 @@ def _minutia(number: int, row: list[str]) -> tuple[float, float, float, float, f
     return x, y, angle, MinutiaKind[kind.upper()].value, grade
 
 
-CODEC: Final = Codec("csv", ".csv", _recognises, decode, encode)
+CODEC: Final = Codec("csv", "fpmatch CSV 1", (".csv",), _recognises, decode, encode)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import stat
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import FpmatchError, TemplateError
-from fpmatch.formats.registry import codec_of_content, codec_of_suffix
+from fpmatch.formats.record import Reading, TemplateRecord, View
+from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
 from fpmatch.output import write_whole
 
 if TYPE_CHECKING:
@@ -14,7 +16,8 @@ if TYPE_CHECKING:
 
     from fpmatch.minutiae import Template
 
-MAX_TEMPLATE_BYTES: Final = 16 * 2**20  # a hundred times what a full palm print takes
+MAX_TEMPLATE_BYTES: Final = Reading().limits.max_bytes
+HEAD_BYTES: Final = 4096  # by which a template file is told from others
 
 
 def load_template(path: str | os.PathLike[str]) -> Template:
@@ -23,26 +26,59 @@ def load_template(path: str | os.PathLike[str]) -> Template:
     Parameters
     ----------
     path : path-like
-        A file that `save_template` or another writer of a known format made.
+        A file in any of the formats that docs/formats.md lists: fpmatch's own JSON and CSV,
+        ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT and MIN, ANSI/NIST-ITL type 9.
 
     Returns
     -------
     Template
-        What the file holds.
+        The first print in it. `load_record` gives all, and what the file says besides.
 
     Raises
     ------
     TemplateError
         If the file is missing, unreadable, of no known format, or breaks its format's rules.
     """
-    data = _read(path)
+    return load_record(path).views[0].template
+
+
+def load_record(
+    path: str | os.PathLike[str], *, file_format: str | None = None, how: Reading | None = None
+) -> TemplateRecord:
+    """Load all prints of a template file, with what it says of them.
+
+    Parameters
+    ----------
+    path : path-like
+        A template file.
+    file_format : str, optional
+        Name of its format (default: found by its content).
+    how : Reading, optional
+        What holds where the file says nothing, and what is refused (default: `Reading()`).
+
+    Returns
+    -------
+    TemplateRecord
+        Its prints, one at least.
+
+    Raises
+    ------
+    TemplateError
+        If the file is missing, unreadable, of no known format, or breaks its format's rules or
+        the limits.
+    """
+    how = Reading() if how is None else how
+    data = _read(path, how.limits.max_bytes)
     try:
-        return codec_of_content(data).decode(data)
+        codec = codec_of_name(file_format) if file_format else codec_of_content(data)
+        return codec.decode(data, how)
     except FpmatchError as error:
         raise TemplateError(f"{path}: {error}") from error
 
 
-def save_template(path: str | os.PathLike[str], template: Template) -> None:
+def save_template(
+    path: str | os.PathLike[str], template: Template, *, file_format: str | None = None
+) -> tuple[str, ...]:
     """Save a template in the format that the suffix of `path` names.
 
     The file appears whole or not at all: it is written beside its place and then moved there.
@@ -50,14 +86,23 @@ def save_template(path: str | os.PathLike[str], template: Template) -> None:
     Parameters
     ----------
     path : path-like
-        Ends in ``.json`` (keeps everything) or ``.csv`` (keeps all but the ridge field).
+        Ends in ``.json`` (keeps everything), ``.csv`` (all but the ridge field), ``.iso``
+        (ISO/IEC 19794-2:2005), ``.xyt``, or another suffix of docs/formats.md.
     template : Template
         What to save.
+    file_format : str, optional
+        Name of the format (default: by the suffix).
+
+    Returns
+    -------
+    tuple of str
+        What the format could not hold, each in a few words; empty where nothing was lost but
+        rounding.
 
     Raises
     ------
     TemplateError
-        If the suffix names no known format.
+        If the suffix names no known format, or the format cannot hold such a template.
     OutputError
         If the file cannot be written.
 
@@ -67,15 +112,78 @@ def save_template(path: str | os.PathLike[str], template: Template) -> None:
     >>> from fpmatch.minutiae import Minutiae, Template
     >>> template = Template(Minutiae(x=[10], y=[20], angle=[1.5]), width=100, height=120)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     save_template(Path(folder, "print.csv"), template)
+    ...     notes = save_template(Path(folder, "print.csv"), template)
     ...     load_template(Path(folder, "print.csv")) == template
     True
     """
-    write_whole(path, codec_of_suffix(path).encode(template))
+    return save_record(path, TemplateRecord("", (View(template),)), file_format=file_format)
 
 
-def _read(path: str | os.PathLike[str]) -> bytes:
-    """Return the bytes of the regular file at `path`, not empty and not absurdly many."""
+def save_record(
+    path: str | os.PathLike[str], record: TemplateRecord, *, file_format: str | None = None
+) -> tuple[str, ...]:
+    """Save prints with what is known of them, as `save_template` does.
+
+    Parameters
+    ----------
+    path : path-like
+        Where to.
+    record : TemplateRecord
+        The prints; its own format does not matter.
+    file_format : str, optional
+        Name of the format (default: by the suffix of `path`).
+
+    Returns
+    -------
+    tuple of str
+        What the format could not hold.
+
+    Raises
+    ------
+    TemplateError
+        If the format is unknown, only read, or cannot hold such prints.
+    OutputError
+        If the file cannot be written.
+    """
+    codec = codec_of_name(file_format) if file_format else codec_of_suffix(path)
+    if codec.encode is None:
+        raise TemplateError(f"{path}: {codec.title} is only read, not written")
+    try:
+        encoded = codec.encode(record)
+    except FpmatchError as error:
+        raise TemplateError(f"{path}: {error}") from error
+    write_whole(path, encoded.data)
+    return encoded.notes
+
+
+def is_template_file(path: str | os.PathLike[str]) -> bool:
+    """Tell by its first bytes whether a file is meant to be a template.
+
+    Parameters
+    ----------
+    path : path-like
+        Any path.
+
+    Returns
+    -------
+    bool
+        False also where there is no such file, or it cannot be read.
+    """
+    try:
+        if not stat.S_ISREG(Path(path).stat().st_mode):
+            return False
+        with Path(path).open("rb") as stream:
+            head = stream.read(HEAD_BYTES)
+        codec_of_content(head)
+    except (OSError, ValueError):
+        return False
+    except TemplateError:
+        return head.startswith(b"FMR\x00")
+    return True
+
+
+def _read(path: str | os.PathLike[str], most: int) -> bytes:
+    """Return the bytes of the regular file at `path`, not empty and `most` at most."""
     try:
         if Path(path).is_dir():
             raise TemplateError(f"{path}: is a folder, not a template file")
@@ -84,12 +192,12 @@ def _read(path: str | os.PathLike[str]) -> bytes:
         if not Path(path).is_file():
             raise TemplateError(f"{path}: is not a regular file")
         with Path(path).open("rb") as stream:
-            data = stream.read(MAX_TEMPLATE_BYTES + 1)
+            data = stream.read(most + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise TemplateError(f"{path}: {reason}") from error
     if not data:
         raise TemplateError(f"{path}: the file is empty")
-    if len(data) > MAX_TEMPLATE_BYTES:
+    if len(data) > most:
         raise TemplateError(f"{path}: too large for a template file")
     return data

@@ -23,6 +23,7 @@ import numpy as np
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import LARGEST, Codec
+from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -34,8 +35,11 @@ COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
 ORIENTATION_STEPS: Final = 256  # of a half turn
 
 
-def encode(template: Template) -> bytes:
-    """Return `template` as the bytes of a JSON file."""
+def encode(record: TemplateRecord) -> Encoded:
+    """Return a record as the bytes of a JSON file, and what they could not hold."""
+    view = record.single()
+    template = view.template
+    notes = [] if view.extended is None else [f"extended data of {view.extended.layout} dropped"]
     document = {
         "format": FORMAT,
         "version": VERSION,
@@ -46,10 +50,10 @@ def encode(template: Template) -> bytes:
         "ridge_field": None if template.field is None else _encode_field(template.field),
     }
     members = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in document.items()]
-    return ("{\n " + ",\n ".join(members) + "\n}\n").encode()
+    return Encoded(("{\n " + ",\n ".join(members) + "\n}\n").encode(), tuple(notes))
 
 
-def decode(data: bytes) -> Template:
+def decode(data: bytes, how: Reading) -> TemplateRecord:
     """Return the template that the bytes of a JSON file hold, or raise TemplateError."""
     document = _parse(data)
     if document.get("format") != FORMAT:
@@ -57,15 +61,14 @@ def decode(data: bytes) -> Template:
     if document.get("version") != VERSION:
         raise TemplateError(f"unknown version of the format (known: {VERSION})")
     columns = _member(document, "minutiae", dict)
-    minutiae = Minutiae(*(_column(columns, name) for name in COLUMNS))
-    stored_field = document.get("ridge_field")
-    return Template(
-        minutiae,
-        _member(document, "width", int),
-        _member(document, "height", int),
-        _number(document, "dpi"),
-        None if stored_field is None else _decode_field(_member(document, "ridge_field", dict)),
-    )
+    minutiae = Minutiae(*(_column(columns, name, how) for name in COLUMNS))
+    width, height = _member(document, "width", int), _member(document, "height", int)
+    how.limits.check_size(width, height)
+    field = None
+    if document.get("ridge_field") is not None:
+        field = _decode_field(_member(document, "ridge_field", dict))
+    template = Template(minutiae, width, height, _number(document, "dpi"), field)
+    return TemplateRecord(CODEC.name, (View(template),))
 
 
 def _recognises(data: bytes) -> bool:
@@ -102,9 +105,10 @@ def _number(parent: dict[str, Any], name: str) -> float:
     return float(value)
 
 
-def _column(columns: dict[str, Any], name: str) -> NDArray[Any]:
+def _column(columns: dict[str, Any], name: str, how: Reading) -> NDArray[Any]:
     """Return one column of numbers."""
     values = _member(columns, name, list)
+    how.limits.check_minutiae(len(values))
     if not all(type(value) in (int, float) and abs(value) <= LARGEST for value in values):
         raise TemplateError(f"minutiae: {name} must be a list of finite numbers")
     return np.array(values, dtype=np.float64)
@@ -158,4 +162,4 @@ def _from_base64(stored: dict[str, Any], name: str, length: int) -> NDArray[np.u
     return np.frombuffer(data, dtype=np.uint8)
 
 
-CODEC: Final = Codec("json", ".json", _recognises, decode, encode)
+CODEC: Final = Codec("json", "fpmatch JSON 1", (".json",), _recognises, decode, encode)

@@ -6,7 +6,17 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats import csv_format, json_format
+from fpmatch.formats import (
+    an2,
+    ansi378_2004,
+    ansi378_2009,
+    csv_format,
+    iso19794_2_2005,
+    iso19794_2_2011,
+    json_format,
+    min_format,
+    xyt,
+)
 
 if TYPE_CHECKING:
     import os
@@ -14,25 +24,49 @@ if TYPE_CHECKING:
     from fpmatch.formats.codec import Codec
 
 # A new format is a module with a CODEC and its name here, the stricter recognisers first.
-CODECS: Final = (csv_format.CODEC, json_format.CODEC)
+CODECS: Final = (
+    csv_format.CODEC,
+    json_format.CODEC,
+    iso19794_2_2005.CODEC,
+    iso19794_2_2011.CODEC,
+    ansi378_2004.CODEC,
+    ansi378_2009.CODEC,
+    ansi378_2009.AMENDED_CODEC,
+    an2.CODEC,
+    min_format.CODEC,
+    xyt.M1_CODEC,
+    xyt.CODEC,
+)
+_FINGER_MINUTIAE_RECORD: Final = b"FMR\x00"
 
 
 def codec_of_content(data: bytes) -> Codec:
     """Return the codec that recognises `data`.
 
+    Parameters
+    ----------
+    data : bytes
+        A file, or its first few thousand bytes.
+
     Raises
     ------
     TemplateError
-        If none does.
+        If none does; where the file says what it is, the message names it.
     """
     for codec in CODECS:
         if codec.recognises(data):
             return codec
+    if data.startswith(_FINGER_MINUTIAE_RECORD):
+        version = data[4:7].decode("ascii", "replace").strip()
+        raise TemplateError(
+            f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "
+            "which is not known"
+        )
     raise TemplateError("not a template file of a known format")
 
 
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
-    """Return the codec whose suffix `path` carries, in any case.
+    """Return the codec that writes files with the suffix of `path`, in any case.
 
     Raises
     ------
@@ -41,7 +75,27 @@ def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
     """
     suffix = PurePath(path).suffix.lower()
     for codec in CODECS:
-        if codec.suffix == suffix:
+        if codec.encode is not None and suffix in codec.suffixes:
             return codec
-    known = ", ".join(codec.suffix for codec in CODECS)
+    known = ", ".join(codec.suffixes[0] for codec in CODECS if codec.encode is not None)
     raise TemplateError(f"{path}: no template format has the suffix {suffix!r} (known: {known})")
+
+
+def codec_of_name(name: str) -> Codec:
+    """Return the codec of the format `name`.
+
+    Raises
+    ------
+    TemplateError
+        If there is none.
+    """
+    for codec in CODECS:
+        if codec.name == name:
+            return codec
+    known = ", ".join(codec.name for codec in CODECS)
+    raise TemplateError(f"unknown template format {name!r} (known: {known})")
+
+
+def written_formats() -> list[str]:
+    """Return the names of the formats that can be written."""
+    return [codec.name for codec in CODECS if codec.encode is not None]

@@ -1,0 +1,264 @@
+"""Minutiae of ANSI/NIST-ITL files (AN2, EFT, EBTS): their records of type 9. Only read.
+
+A record of type 9 may hold minutiae in several blocks of fields; of these one is read, the first
+that is there of
+
+- 9.126 to 9.150, ANSI/INCITS 378 ("M1"): pixels from the top left, units of two degrees;
+- 9.300 to 9.399, the extended feature set: 0.01 mm from the top left of a region, degrees;
+- 9.013 to 9.030, FBI IAFIS: 0.01 mm from the top left, degrees;
+- 9.005 to 9.012, the standard's own: 0.01 mm from the bottom left, degrees in the direction
+  opposite to that of ISO/IEC 19794-2.
+
+Size and resolution come from the block, or from the image record of the same number, or, the
+resolution only, from the first record. Ridge counts, cores and deltas are read past.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import TemplateError
+from fpmatch.formats.an2_records import START, Record, contents, records, table
+from fpmatch.formats.codec import LARGEST, Codec
+from fpmatch.formats.columns import minutiae_of
+from fpmatch.formats.fmr import span
+from fpmatch.formats.record import Reading, TemplateRecord, View
+from fpmatch.formats.resolution import CM_PER_INCH, ROUND_DPI
+from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+MINUTIAE_TYPE: Final = 9
+TEXT_IMAGES: Final = frozenset({13, 14, 15})
+BINARY_IMAGES: Final = frozenset(range(3, 7))
+BINARY_HEADER_BYTES: Final = 18
+UNITS_PER_INCH: Final = 2540  # of 0.01 mm
+MM_PER_INCH: Final = 25.4
+WORST_QUALITY: Final = 63  # of the scale on which 2 is best, 1 unknown, and 0 set by hand
+BEST_QUALITY: Final = 2
+KINDS: Final = {
+    b"A": MinutiaKind.ENDING,
+    b"B": MinutiaKind.BIFURCATION,
+    b"E": MinutiaKind.ENDING,
+    b"1": MinutiaKind.ENDING,
+    b"2": MinutiaKind.BIFURCATION,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """Size in pixels and resolution in dpi of a print, None where nothing tells."""
+
+    size: tuple[int, int] | None = None
+    dpi: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    """Minutiae as numbers: position in the block's unit, ISO angle in degrees, kind, quality."""
+
+    name: str
+    rows: Sequence[tuple[float, float, float, int, float | None]]
+    finger: bytes
+    y_up: bool = False
+    pixels: bool = False
+
+
+def decode(data: bytes, how: Reading) -> TemplateRecord:
+    """Return the prints whose minutiae a file holds, or raise TemplateError."""
+    first, *others = records(data)
+    frames = _frames(first, others)
+    native = _native_dpi(first)
+    views, notes = [], list[str]()
+    for record in others:
+        if record.type != MINUTIAE_TYPE:
+            continue
+        fields = record.fields()
+        block = _block(fields, how)
+        if block is None:
+            notes.append(f"a record of type 9 (IDC {record.idc}) without minutiae passed over")
+            continue
+        frame = _m1_frame(fields) if block.pixels else frames.get(record.idc, _Frame())
+        views.append(_view(block, frame, native, fields, how))
+        how.limits.check_views(len(views))
+    if not views:
+        raise TemplateError("no minutiae in the file (no record of type 9 that has some)")
+    return TemplateRecord(CODEC.name, tuple(views), tuple(notes))
+
+
+def _view(
+    block: _Block, frame: _Frame, native: float | None, fields: dict[int, bytes], how: Reading
+) -> View:
+    """Return the view that a block of minutiae gives in its frame."""
+    told = frame.dpi or native
+    dpi = told or how.dpi or STANDARD_DPI
+    scale = 1.0 if block.pixels else dpi / UNITS_PER_INCH
+    x, y, degrees, kind, quality = zip(*block.rows, strict=True) if block.rows else [()] * 5
+    px, py = np.array(x) * scale, np.array(y) * scale
+    size = frame.size or how.size
+    if block.y_up:
+        py = (size[1] if size else np.ceil(py.max(initial=1.0))) - py
+    known = any(value is not None for value in quality) or not quality
+    grades = [100.0 if value is None else value for value in quality]
+    minutiae = minutiae_of(px, py, np.radians(np.array(degrees)), kind, grades)
+    width, height = size or span(minutiae)
+    how.limits.check_size(width, height)
+    return View(
+        Template(minutiae, width, height, dpi),
+        finger=_code(block.finger),
+        impression=_code(fields.get(3, b"0")),
+        dpi_known=told is not None,
+        size_known=frame.size is not None,
+        quality_known=known,
+        fields=(("minutiae of", block.name),),
+    )
+
+
+def _block(fields: dict[int, bytes], how: Reading) -> _Block | None:
+    """Return the minutiae of a record of type 9, None where it has none."""
+    for number, read in ((137, _m1), (331, _efs), (23, _iafis), (12, _standard)):
+        if number in fields:
+            subfields = table(fields[number])
+            how.limits.check_minutiae(len(subfields))
+            try:
+                return read(subfields, fields)
+            except (IndexError, ValueError) as error:
+                raise TemplateError(f"field 9.{number:03d} is malformed") from error
+    return None
+
+
+def _m1(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
+    rows = []
+    for items in subfields:
+        quality = _number(items[5])
+        rows.append(
+            (
+                _number(items[1]),
+                _number(items[2]),
+                _number(items[3]) * 2.0,
+                KINDS.get(items[4], MinutiaKind.OTHER),
+                min(100.0, quality) if quality > 0 else None,
+            )
+        )
+    return _Block("ANSI/INCITS 378 block", rows, fields.get(134, b"0"), pixels=True)
+
+
+def _efs(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
+    region = [_number(item) for item in table(fields.get(300, b""))[0] if item]
+    left, top = (region[2], region[3]) if len(region) >= 4 else (0.0, 0.0)
+    rows = [
+        (
+            _number(items[0]) + left,
+            _number(items[1]) + top,
+            _number(items[2]),
+            KINDS.get(items[3], MinutiaKind.OTHER),
+            None,
+        )
+        for items in subfields
+    ]
+    finger = table(fields.get(302, b"0"))[0][0]
+    return _Block("extended feature set", rows, finger)
+
+
+def _iafis(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
+    rows = [_packed(items, 0.0) for items in subfields]
+    return _Block("FBI IAFIS block", rows, fields.get(14, b"0"))
+
+
+def _standard(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
+    rows = [_packed(items, 180.0) for items in subfields]
+    return _Block("standard block", rows, fields.get(6, b"0"), y_up=True)
+
+
+def _packed(items: Sequence[bytes], turn: float) -> tuple[float, float, float, int, float | None]:
+    """Return the minutia of an item XXXXYYYYTTT, a quality and a kind, turned by `turn` degrees."""
+    word = items[1]
+    x, y, degrees = _number(word[:4]), _number(word[4:8]), _number(word[8:11])
+    quality = None
+    if len(items) > 2 and items[2].strip():
+        grade = _number(items[2])
+        if grade >= BEST_QUALITY:
+            quality = 100 * max(0.0, WORST_QUALITY - grade) / (WORST_QUALITY - BEST_QUALITY)
+    kind = KINDS.get(items[3], MinutiaKind.OTHER) if len(items) > 3 else MinutiaKind.OTHER
+    return x, y, degrees + turn, kind, quality
+
+
+def _frames(first: Record, others: list[Record]) -> dict[int, _Frame]:
+    """Return what the image records tell of the prints, by number."""
+    frames: dict[int, _Frame] = {}
+    for record in others:
+        if record.type in TEXT_IMAGES:
+            frames.setdefault(record.idc, _text_frame(record))
+        elif record.type in BINARY_IMAGES and len(record.data) >= BINARY_HEADER_BYTES:
+            sides = (int.from_bytes(record.data[k : k + 2], "big") for k in (13, 15))
+            width, height = sides
+            frames.setdefault(record.idc, _Frame((width, height) if width and height else None))
+    return frames
+
+
+def _text_frame(record: Record) -> _Frame:
+    """Return what an image record of text tells: sides in 6 and 7, resolution in 8 to 10."""
+    fields = record.fields()
+    sides = [_code(fields.get(number, b"0")) for number in (6, 7)]
+    size = (sides[0], sides[1]) if all(sides) else None
+    return _Frame(size, _scaled(_code(fields.get(8, b"0")), _code(fields.get(9, b"0"))))
+
+
+def _m1_frame(fields: dict[int, bytes]) -> _Frame:
+    """Return what an M1 block tells: sides in 128 and 129, resolution in 130 to 132."""
+    sides = [_code(fields.get(number, b"0")) for number in (128, 129)]
+    size = (sides[0], sides[1]) if all(sides) else None
+    return _Frame(size, _scaled(_code(fields.get(130, b"0")), _code(fields.get(131, b"0"))))
+
+
+def _scaled(unit: int, value: int) -> float | None:
+    """Return a resolution in dpi: `unit` 1 is pixels an inch, 2 a centimetre."""
+    if not value or unit not in (1, 2):
+        return None
+    return float(value) if unit == 1 else _rounded(value * CM_PER_INCH, CM_PER_INCH / 2)
+
+
+def _native_dpi(first: Record) -> float | None:
+    """Return the scanning resolution in the first record, given in pixels a millimetre."""
+    value = first.fields().get(11, b"")
+    try:
+        dpi = _number(value) * MM_PER_INCH
+    except ValueError:
+        return None
+    return _rounded(dpi, 0.5) if dpi > 0 else None
+
+
+def _rounded(dpi: float, slack: float) -> float:
+    """Return the multiple of 100 within `slack` of a resolution, else the nearest whole number."""
+    multiple = round(dpi / ROUND_DPI) * ROUND_DPI
+    return float(multiple if abs(multiple - dpi) <= slack else round(dpi))
+
+
+def _number(value: bytes) -> float:
+    """Return a number written as text, or raise ValueError."""
+    number = float(value)
+    if not abs(number) <= LARGEST:
+        raise ValueError("not finite")
+    return number
+
+
+def _code(value: bytes) -> int:
+    """Return the whole number that a field begins with, 0 where there is none."""
+    first = table(value)[0][0].strip()
+    return int(first) if first.isdigit() and len(first) < 7 else 0
+
+
+def _recognises(data: bytes) -> bool:
+    if not START.match(data):
+        return False
+    try:
+        return any(kind == MINUTIAE_TYPE for kind, _ in contents(data))
+    except TemplateError:
+        return False
+
+
+CODEC: Final = Codec("an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), _recognises, decode)

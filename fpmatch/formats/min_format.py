@@ -1,0 +1,115 @@
+"""Templates as the MIN files of NIST's minutiae detector, mindtct.
+
+A file looks like this::
+
+    Image (w,h) 300 300
+
+    20 Minutiae Detected
+
+       0 :   22,  284 : 31 :  0.162 :BIF : DIS :  2 :   23, 273;  0 :   40, 134;  7
+
+that is: number; x and y in pixels from the top left; direction in 32 steps, clockwise from
+straight up; reliability, 0 to 1; ridge ending or bifurcation; whether the ridge appears or
+disappears there; the pattern of pixels that gave it away; neighbours with the ridges between.
+
+The last three are read past, and on writing there are no neighbours, and ``APP`` and 0 stand for
+the other two, as only mindtct knows them. Other kinds are written as ridge endings. A file tells no
+resolution.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import TemplateError
+from fpmatch.formats.codec import Codec
+from fpmatch.formats.columns import minutiae_of
+from fpmatch.formats.fitting import fit_minutiae, whole_pixels
+from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
+from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MOST_MINUTIAE: Final = 9999  # what the four digits of their numbers can count
+STEPS: Final = 32  # of a turn
+STRAIGHT_UP: Final = STEPS // 4  # in steps counter-clockwise from +x
+HEAD: Final = re.compile(rb"\s*Image \(w,h\) (\d{1,6}) (\d{1,6})\s")
+TITLE: Final = b"Image (w,h) "
+_ROW: Final = re.compile(
+    r"\s*\d+ *: *(-?\d{1,6}), *(-?\d{1,6}) *: *(\d{1,2}) *: *(\d{1,3}\.\d{1,9}) *: *(RIG|BIF) *:.*"
+)
+_COUNT: Final = re.compile(r"\s*(\d{1,9}) Minutiae Detected\s*")
+
+
+def decode(data: bytes, how: Reading) -> TemplateRecord:
+    """Return the print that a file holds, or raise TemplateError."""
+    head = HEAD.match(data)
+    if head is None:
+        raise TemplateError("line 1: expected Image (w,h) and two numbers")
+    size = int(head[1]), int(head[2])
+    how.limits.check_size(*size)
+    lines = [line for line in _lines(data) if line[1].strip()][1:]
+    told = _COUNT.fullmatch(lines[0][1]) if lines else None
+    if told is None:
+        raise TemplateError("expected the number of minutiae after the size")
+    how.limits.check_minutiae(max(int(told[1]), len(lines) - 1))
+    if len(lines) - 1 != int(told[1]):
+        raise TemplateError(f"tells {int(told[1])} minutiae and has {len(lines) - 1}")
+    table = np.array([_minutia(*line) for line in lines[1:]], dtype=np.float64).reshape(-1, 5)
+    x, y, step, reliability, kind = table.T
+    angle = np.mod(STRAIGHT_UP - step, STEPS) * (2 * np.pi / STEPS)
+    minutiae = minutiae_of(x, y, angle, kind, np.clip(reliability * 100.0, 0, 100))
+    dpi = STANDARD_DPI if how.dpi is None else how.dpi
+    return TemplateRecord(CODEC.name, (View(Template(minutiae, *size, dpi), dpi_known=False),))
+
+
+def encode(record: TemplateRecord) -> Encoded:
+    """Return a record as bytes, and what they could not hold."""
+    view = record.single()
+    template, notes = view.template, ["resolution dropped, angles in steps of 11.25°"]
+    minutiae = fit_minutiae(template, MOST_MINUTIAE, notes)
+    if view.extended is not None:
+        notes.append(f"extended data of {view.extended.layout} dropped")
+    x = whole_pixels(minutiae.x, template.width)
+    y = whole_pixels(minutiae.y, template.height)
+    turn = np.rint(minutiae.angle.astype(np.float64) * (STEPS / (2 * np.pi)))
+    step = np.mod(STRAIGHT_UP - turn, STEPS).astype(np.int64)
+    lines = [f"Image (w,h) {template.width} {template.height}", ""]
+    lines += [f"{len(minutiae)} Minutiae Detected", ""]
+    for k in range(len(minutiae)):
+        kind = "BIF" if minutiae.kind[k] == MinutiaKind.BIFURCATION else "RIG"
+        reliability = int(minutiae.quality[k]) / 100
+        lines.append(
+            f"{k:4d} : {x[k]:4d}, {y[k]:4d} : {step[k]:2d} : {reliability:6.3f} :{kind} : APP :  0 "
+        )
+    return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
+
+
+def _lines(data: bytes) -> Iterator[tuple[int, str]]:
+    try:
+        text = data.decode("ascii")
+    except UnicodeDecodeError as error:
+        raise TemplateError(f"not ASCII text (byte {error.start})") from error
+    yield from enumerate(text.split("\n"), start=1)
+
+
+def _minutia(number: int, line: str) -> tuple[float, float, float, float, float]:
+    """Return x, y, direction, reliability and kind of one line."""
+    row = _ROW.fullmatch(line.rstrip("\r"))
+    if row is None:
+        raise TemplateError(f"line {number}: not a minutia as mindtct writes them")
+    kind = MinutiaKind.BIFURCATION if row[5] == "BIF" else MinutiaKind.ENDING
+    if int(row[3]) >= STEPS:
+        raise TemplateError(f"line {number}: a direction of {row[3]}, where 31 is the last")
+    return float(row[1]), float(row[2]), float(row[3]), float(row[4]), float(kind)
+
+
+def _recognises(data: bytes) -> bool:
+    return data.lstrip().startswith(TITLE)
+
+
+CODEC: Final = Codec("min", "NIST MIN (mindtct)", (".min",), _recognises, decode, encode)

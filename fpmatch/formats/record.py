@@ -1,0 +1,205 @@
+"""`TemplateRecord`: all that a template file says, one `View` for each print in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import TemplateError
+
+if TYPE_CHECKING:
+    from fpmatch.minutiae import Template
+
+# Impression types that most formats share (ISO/IEC 19794-2, ANSI/INCITS 378, ANSI/NIST-ITL).
+IMPRESSIONS: Final = {
+    0: "live plain",
+    1: "live rolled",
+    2: "nonlive plain",
+    3: "nonlive rolled",
+    4: "latent impression",
+    5: "latent tracing",
+    6: "latent photo",
+    7: "latent lift",
+    8: "swipe",
+    9: "vertical roll",
+}
+FINGERS: Final = (
+    "unknown finger",
+    "right thumb",
+    "right index",
+    "right middle",
+    "right ring",
+    "right little",
+    "left thumb",
+    "left index",
+    "left middle",
+    "left ring",
+    "left little",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ReadLimits:
+    """Bound what is read from a template file.
+
+    Parameters
+    ----------
+    max_bytes : int
+        Size of the file; the default is a hundred times what a full palm print takes.
+    max_minutiae : int
+        Minutiae of one print.
+    max_views : int
+        Prints in one file.
+    max_side_px : int
+        Width and height of a print in pixels.
+    """
+
+    max_bytes: int = 16 * 2**20
+    max_minutiae: int = 10_000
+    max_views: int = 256
+    max_side_px: int = 65_535
+
+    def check_minutiae(self, count: int) -> None:
+        """Raise TemplateError if a print may not have `count` minutiae."""
+        if count > self.max_minutiae:
+            raise TemplateError(f"more than {self.max_minutiae} minutiae in one print")
+
+    def check_views(self, count: int) -> None:
+        """Raise TemplateError unless a file may have `count` prints."""
+        if count < 1:
+            raise TemplateError("holds no print")
+        if count > self.max_views:
+            raise TemplateError(f"holds more than {self.max_views} prints")
+
+    def check_size(self, width: int, height: int) -> None:
+        """Raise TemplateError unless a print may have `width` x `height` pixels."""
+        if max(width, height) > self.max_side_px:
+            raise TemplateError(f"a side of the print has more than {self.max_side_px} pixels")
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Say how a file is to be read.
+
+    Parameters
+    ----------
+    dpi : float or None
+        Resolution where the file does not tell; None for 500.
+    size : tuple of int or None
+        Width and height in pixels where the file does not tell; None for what the minutiae span.
+    limits : ReadLimits
+        What is refused.
+    """
+
+    dpi: float | None = None
+    size: tuple[int, int] | None = None
+    limits: ReadLimits = ReadLimits()
+
+
+@dataclass(frozen=True, slots=True)
+class ExtendedData:
+    """Hold extended data as the file has them; only the format they are of can keep them.
+
+    Parameters
+    ----------
+    layout : str
+        Name of that format.
+    data : bytes
+        The blocks, each with its header.
+    """
+
+    layout: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Hold one print of a template file.
+
+    Parameters
+    ----------
+    template : Template
+        Its minutiae and frame.
+    finger : int
+        Code of the finger: 0 unknown, 1 to 5 right thumb to little finger, 6 to 10 left.
+    number : int
+        Which view of that finger this is, from 0.
+    impression : int
+        Impression type, as `IMPRESSIONS` names it.
+    quality : int or None
+        Quality of the whole print, 0 to 100; None where the file does not tell.
+    dpi_known, size_known, quality_known : bool
+        Whether the file tells the resolution, the size, and the quality of each minutia. Where it
+        does not, `template` has 500 dpi (or what the reader was told), the box that the minutiae
+        span, and 100.
+    extended : ExtendedData or None
+        Ridge counts, cores, deltas and makers' own data, kept but not read.
+    fields : tuple of (str, str)
+        What else the file says, in words.
+    """
+
+    template: Template
+    finger: int = 0
+    number: int = 0
+    impression: int = 0
+    quality: int | None = None
+    dpi_known: bool = True
+    size_known: bool = True
+    quality_known: bool = True
+    extended: ExtendedData | None = None
+    fields: tuple[tuple[str, str], ...] = ()
+
+    def at(self, dpi: float | None) -> View:
+        """Return this print at another resolution (None: at its own)."""
+        if dpi is None:
+            return self
+        return replace(self, template=replace(self.template, dpi=dpi), dpi_known=True)
+
+
+@dataclass(frozen=True, slots=True)
+class TemplateRecord:
+    """Hold what a template file says.
+
+    Parameters
+    ----------
+    format : str
+        Name of its format.
+    views : tuple of View
+        Its prints, one at least.
+    notes : tuple of str
+        What in the file is odd, or was passed over, each in a few words.
+    """
+
+    format: str
+    views: tuple[View, ...]
+    notes: tuple[str, ...] = ()
+
+    def single(self) -> View:
+        """Return the only view.
+
+        Raises
+        ------
+        TemplateError
+            If there is another.
+        """
+        if len(self.views) != 1:
+            raise TemplateError(
+                f"the format holds one print a file, and there are {len(self.views)}; choose one"
+            )
+        return self.views[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Encoded:
+    """Hold the bytes of a template file, and what they could not hold.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    notes : tuple of str
+        What was left out or changed, each in a few words; empty where nothing was.
+    """
+
+    data: bytes
+    notes: tuple[str, ...] = ()

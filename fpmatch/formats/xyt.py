@@ -1,0 +1,150 @@
+"""Templates as the XYT files of NIST's minutiae detector and matcher, mindtct and bozorth3.
+
+A line for each minutia: x, y, angle and, where the file has it, quality, all whole numbers, with
+spaces between. A file tells neither size nor resolution nor kinds. There are two conventions, and
+nothing in a file names the one it follows:
+
+- ``xyt``, NIST's own, which `mindtct` writes unless told otherwise: origin at the bottom left, y
+  up; degrees counter-clockwise from +x, in the direction opposite to that of ISO/IEC 19794-2;
+- ``xyt-m1``, that of ANSI/INCITS 378, ``mindtct -m1``: origin at the top left, y down; the
+  direction of ISO/IEC 19794-2 in units of two degrees, 0 to 179.
+
+By content, a file without an angle above 179 is taken for the second, any other for the first: of
+a print with n minutiae NIST's convention has no angle above 179 once in some 2ⁿ times. The record's
+note says which was taken.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import TemplateError
+from fpmatch.formats.codec import Codec
+from fpmatch.formats.columns import minutiae_of
+from fpmatch.formats.fitting import fit_minutiae, whole_steps
+from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
+from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+MOST_MINUTIAE: Final = 1000  # what bozorth3 reads of a file
+FARTHEST: Final = 99_999  # of a position, in pixels
+FULL_TURN: Final = 360
+M1_STEPS: Final = 180
+_ROW: Final = re.compile(rb"[ \t]*-?\d{1,5}([ \t]+-?\d{1,5}){2,3}[ \t]*\r?(\n|$)")
+
+
+def decode(data: bytes, how: Reading, *, m1: bool) -> TemplateRecord:
+    """Return the print that a file holds, by one of the conventions, or raise TemplateError."""
+    rows = list(_rows(data, how))
+    widths = {len(row) for row in rows}
+    if len(widths) > 1:
+        raise TemplateError("some lines have a quality, others have none")
+    table = np.array(rows, dtype=np.int64).reshape(len(rows), *(widths or {3}))
+    x, y, angle = table[:, 0], table[:, 1], table[:, 2]
+    quality = table[:, 3] if table.shape[1] == 4 else np.full(len(rows), 100)
+    width, height = how.size or (max(1, int(x.max(initial=0)) + 1), _height(y, m1=m1))
+    how.limits.check_size(width, height)
+    y = y if m1 else height - y
+    degrees = angle * 2 if m1 else angle + FULL_TURN // 2
+    minutiae = minutiae_of(
+        x,
+        y,
+        np.radians(degrees.astype(np.float64)),
+        np.full(len(rows), MinutiaKind.OTHER),
+        np.clip(quality, 0, 100),
+    )
+    view = View(
+        Template(minutiae, width, height, STANDARD_DPI if how.dpi is None else how.dpi),
+        dpi_known=False,
+        size_known=False,
+        quality_known=table.shape[1] == 4,
+    )
+    convention = "ANSI/INCITS 378: y down, units of 2°" if m1 else "NIST: y up, degrees"
+    return TemplateRecord("xyt-m1" if m1 else "xyt", (view,), (f"angles taken for {convention}",))
+
+
+def encode(record: TemplateRecord, *, m1: bool) -> Encoded:
+    """Return a record as bytes, by one of the conventions, and what they could not hold."""
+    view = record.single()
+    template, notes = view.template, list[str]()
+    minutiae = fit_minutiae(template, MOST_MINUTIAE, notes)
+    if not len(minutiae):
+        raise TemplateError("a print without minutiae would be an empty file of this format")
+    x, y = _whole(minutiae.x), _whole(minutiae.y)
+    if m1:
+        angle = whole_steps(minutiae.angle, M1_STEPS)
+    else:
+        y = template.height - y
+        angle = (whole_steps(minutiae.angle, FULL_TURN) + FULL_TURN // 2) % FULL_TURN
+    columns = [x, y, angle]
+    if view.quality_known:
+        columns.append(minutiae.quality.astype(np.int64))
+    table = np.column_stack(columns)
+    notes += ["kinds, size and resolution dropped"]
+    if view.extended is not None:
+        notes.append(f"extended data of {view.extended.layout} dropped")
+    lines = "".join(" ".join(map(str, row)) + "\n" for row in table.tolist())
+    return Encoded(lines.encode(), tuple(notes))
+
+
+def _height(y: NDArray[np.int64], *, m1: bool) -> int:
+    """Return the least height that has room for the positions of a file."""
+    return max(1, int(y.max(initial=0)) + (1 if m1 else 0))
+
+
+def _whole(values: NDArray[np.float32]) -> NDArray[np.int64]:
+    return np.rint(values.astype(np.float64)).astype(np.int64)
+
+
+def _rows(data: bytes, how: Reading) -> Iterator[list[int]]:
+    """Yield the numbers of each line that is not blank."""
+    found = 0
+    for number, line in enumerate(data.split(b"\n"), start=1):
+        if not line.strip():
+            continue
+        if not _ROW.fullmatch(line):
+            raise TemplateError(f"line {number}: expected x, y, angle and perhaps quality")
+        row = [int(value) for value in line.split()]
+        if not -FULL_TURN <= row[2] <= FULL_TURN:
+            raise TemplateError(f"line {number}: an angle of {row[2]}")
+        found += 1
+        how.limits.check_minutiae(found)
+        yield row
+
+
+def _looks_like_rows(data: bytes) -> bool:
+    return _ROW.match(data.lstrip(b"\r\n")) is not None
+
+
+def _is_m1(data: bytes) -> bool:
+    """Tell whether `data` look like rows without an angle that only NIST's convention has."""
+    if not _looks_like_rows(data):
+        return False
+    rows = (row.split() for row in data.split(b"\n") if _ROW.fullmatch(row))
+    return all(0 <= int(row[2]) < M1_STEPS for row in rows)
+
+
+M1_CODEC: Final = Codec(
+    "xyt-m1",
+    "NIST XYT, angles of ANSI/INCITS 378",
+    (".xyt-m1",),
+    _is_m1,
+    partial(decode, m1=True),
+    partial(encode, m1=True),
+)
+CODEC: Final = Codec(
+    "xyt",
+    "NIST XYT",
+    (".xyt",),
+    _looks_like_rows,
+    partial(decode, m1=False),
+    partial(encode, m1=False),
+)

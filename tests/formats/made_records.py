@@ -1,0 +1,145 @@
+"""Records of prints that never were, and what the formats keep of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from fpmatch.formats.codec import Codec
+from fpmatch.formats.record import Reading, TemplateRecord, View
+from fpmatch.formats.registry import CODECS, codec_of_name
+from fpmatch.minutiae import Minutiae, Template
+
+FORMATS: Final = Path(__file__).parents[3] / "shared" / "formats"  # files of other software
+WRITTEN: Final = [codec.name for codec in CODECS if codec.encode is not None]
+FMR: Final = ["iso2005", "iso2011", "ansi2004", "ansi2009", "ansi2009am1"]
+ANGLE_STEP_DEG: Final = {
+    "iso2005": 360 / 256,
+    "iso2011": 360 / 256,
+    "ansi2004": 2.0,
+    "ansi2009": 2.0,
+    "ansi2009am1": 2.0,
+    "xyt-m1": 2.0,
+    "xyt": 1.0,
+    "min": 11.25,
+    "csv": 1e-4,
+    "json": 0.0,
+}
+
+
+@st.composite
+def templates(draw: st.DrawFn, most: int = 12, fewest: int = 0) -> Template:
+    """Return a template whose minutiae lie inside it."""
+    n = draw(st.integers(fewest, most))
+    width, height = draw(st.tuples(st.integers(2, 3000), st.integers(2, 3000)))
+
+    def column(values: st.SearchStrategy[Any]) -> list[Any]:
+        return draw(st.lists(values, min_size=n, max_size=n))
+
+    minutiae = Minutiae(
+        column(st.floats(0, width - 1, width=32)),
+        column(st.floats(0, height - 1, width=32)),
+        column(st.floats(0, 6.25, width=32)),
+        column(st.integers(0, 2)),
+        column(st.integers(0, 100)),
+    )
+    return Template(minutiae, width, height, draw(st.integers(100, 4000)))
+
+
+@st.composite
+def records(draw: st.DrawFn, views: int = 1, fewest: int = 0) -> TemplateRecord:
+    """Return a record of as many views as `views` at most, of one frame."""
+    first = draw(templates(fewest=fewest))
+    others = draw(st.lists(templates(), max_size=views - 1))
+    found = []
+    for template in [first, *others]:
+        inside = (template.minutiae.x < first.width) & (template.minutiae.y < first.height)
+        found.append(
+            View(
+                replace(first, minutiae=template.minutiae.take(inside)),
+                finger=draw(st.integers(0, 10)),
+                impression=draw(st.integers(0, 9)),
+                quality=draw(st.none() | st.integers(0, 100)),
+                quality_known=draw(st.booleans()),
+            )
+        )
+    return TemplateRecord("", tuple(found))
+
+
+def written(codec: Codec, record: TemplateRecord) -> bytes:
+    """Return a record as a file of a format that can be written."""
+    assert codec.encode is not None
+    return codec.encode(record).data
+
+
+def reading_of(record: TemplateRecord) -> Reading:
+    """Return what a reader must be told of a record whose format keeps neither size nor dpi."""
+    template = record.views[0].template
+    return Reading(dpi=template.dpi, size=(template.width, template.height))
+
+
+def turn_deg(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the angles between directions, in degrees."""
+    difference = a.astype(float) - b.astype(float)
+    return np.abs(np.degrees(np.angle(np.exp(1j * difference))))
+
+
+def sample_record(count: int = 20) -> TemplateRecord:
+    """Return a record of one view with `count` minutiae, always the same."""
+    rng = np.random.default_rng(8)
+    minutiae = Minutiae(
+        rng.integers(0, 300, count),
+        rng.integers(0, 400, count),
+        rng.uniform(0, 2 * np.pi, count),
+        rng.integers(0, 3, count),
+        rng.integers(1, 101, count),
+    )
+    view = View(Template(minutiae, 300, 400, 500.0), finger=7, impression=1, quality=80)
+    return TemplateRecord("", (view,))
+
+
+def sample_files() -> dict[str, bytes]:
+    """Return a file of every format that can be written, by name, and one of AN2."""
+    record = sample_record()
+    files = {name: written(codec_of_name(name), record) for name in WRITTEN}
+    return files | {"an2": an2_file()}
+
+
+def an2_file(block: str = "standard", image: str = "13", resolution: str = "19.69") -> bytes:
+    """Return an AN2 file with three minutiae in a block of type 9, and an image record."""
+    blocks = {
+        "standard": [(6, "07"), (12, "001\x1f10000500090\x1f0\x1fA\x1e002\x1f20001000270\x1f2\x1fB"
+                                     "\x1e003\x1f00000000000\x1f63\x1fD")],
+        "iafis": [(14, "07"), (23, "001\x1f10000500270\x1f00\x1fA\x1e002\x1f20001000090\x1f02\x1fB"
+                                   "\x1e003\x1f00000000180\x1f63\x1fC")],
+        "m1": [(128, "300"), (129, "400"), (130, "2"), (131, "197"), (132, "197"), (134, "07"),
+               (137, "001\x1f100\x1f50\x1f135\x1f1\x1f90\x1e002\x1f200\x1f100\x1f45\x1f2\x1f80"
+                     "\x1e003\x1f0\x1f0\x1f90\x1f0\x1f0")],
+        "efs": [(300, "1500\x1f2000\x1f100\x1f200"), (302, "7"),
+                (331, "1000\x1f500\x1f270\x1fE\x1e2000\x1f1000\x1f90\x1fB\x1e0\x1f0\x1f180\x1fX")],
+        "none": [(6, "07")],
+    }  # fmt: skip
+    images = {
+        "13": _text(13, [(2, "01"), (6, "300"), (7, "400"), (8, "1"), (9, "500"), (10, "500"),
+                         (999, "pixels\x1d13.006:9\x1d")]),
+        "4": (36).to_bytes(4, "big") + bytes([1, 1, *[255] * 6, 0, 1, 44, 1, 144, 0]) + bytes(18),
+        "none": b"",
+    }  # fmt: skip
+    kind = {"13": "\x1e13\x1f01", "4": "\x1e4\x1f01", "none": ""}[image]
+    count = 2 if image == "none" else 3
+    contents = f"1\x1f{count - 1}\x1e9\x1f01{kind}"
+    first = _text(1, [(2, "0400"), (3, contents), (11, resolution), (12, resolution)])
+    return first + _text(9, [(2, "01"), (3, "1"), *blocks[block]]) + images[image]
+
+
+def _text(kind: int, fields: list[tuple[int, str]]) -> bytes:
+    """Return a record of text that begins with its own length."""
+    rest = "".join(f"\x1d{kind}.{number:03d}:{value}" for number, value in fields) + "\x1c"
+    length = len(rest) + len(f"{kind}.001:")
+    length += len(str(length + len(str(length))))
+    return f"{kind}.001:{length}{rest}".encode("latin-1")

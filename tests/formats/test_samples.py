@@ -1,0 +1,130 @@
+"""Files that other software wrote: counts, resolutions, conventions. Skipped where they are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from made_records import FORMATS, turn_deg
+
+from fpmatch.errors import TemplateError
+from fpmatch.formats.files import load_record, load_template
+from fpmatch.image.extract import extract
+from fpmatch.matching.verify import verify
+from fpmatch.minutiae import Template
+
+pytestmark = pytest.mark.skipif(not FORMATS.is_dir(), reason="no files of other software here")
+
+# Format, and for each view how many minutiae.
+EXPECTED = {
+    "an2/libbiomeval_type9.an2k": ("an2", [28]),
+    "an2/nistref_type-9-13-m1.an2": ("an2", [48]),
+    "an2/nistref_type-9-4-iafis.an2": ("an2", [48]),
+    "ansi378/fingerprintio_ansi378v2004_ansi378v2004-sample.dat": ("ansi2004", [27, 22]),
+    "ansi378/fingerprintio_ansi378v2009_ansi378v2009-sample.dat": ("ansi2009", [27, 22]),
+    "ansi378/fingerprintio_ansi378v2009am1_ansi378v2009am1-sample.dat": ("ansi2009am1", [27, 22]),
+    "ansi378/libbiomeval_fmr.ansi2004": ("ansi2004", [27, 22, 28]),
+    "ansi378/libbiomeval_fmr.ansi2007": ("ansi2009", [27, 22]),
+    "iso19794-2/fingerjet_a001_03p.ist": ("iso2005", [68]),
+    "iso19794-2/fingerjet_a001_04p.ist": ("iso2005", [68]),
+    "iso19794-2/fingerjet_b001_04p.ist": ("iso2005", [50]),
+    "iso19794-2/fingerprintio_iso19794p2v2005_iso19794p2v2005-sample.dat": ("iso2005", [27, 22]),
+    "iso19794-2/fingerprintio_iso19794p2v2011_iso19794p2v2011-sample.dat": ("iso2011", [27, 22]),
+    "iso19794-2/libbiomeval_fmr.iso2005": ("iso2005", [27, 22]),
+    "iso19794-2/sourceafis_iso-matching.dat": ("iso2005", [38]),
+    "iso19794-2/sourceafis_iso-nonmatching.dat": ("iso2005", [39]),
+    "iso19794-2/sourceafis_iso-probe.dat": ("iso2005", [38]),
+    "min/fvc2000db1b_101_1.min": ("min", [20]),
+    "xyt/fvc2000db1b_101_1.xyt": ("xyt-m1", [20]),
+}
+TOLERANCE_PX, TOLERANCE_DEG = 12, 30
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_counts_and_resolution(name: str) -> None:
+    record = load_record(FORMATS / name)
+    expected, counts = EXPECTED[name]
+    assert record.format == expected
+    assert [len(view.template.minutiae) for view in record.views] == counts
+    for view in record.views:
+        assert view.template.dpi == 500
+        assert view.dpi_known is (expected not in {"min", "xyt-m1"})
+        minutiae = view.template.minutiae
+        assert 0 <= minutiae.x.min() <= minutiae.x.max() < view.template.width
+        assert 0 <= minutiae.y.min() <= minutiae.y.max() <= view.template.height
+
+
+def test_every_template_file_is_expected() -> None:
+    folders = {name.partition("/")[0] for name in EXPECTED}
+    found = {f"{folder}/{path.name}" for folder in folders for path in (FORMATS / folder).iterdir()}
+    images_only = {"an2/nistref_type-14-tip-eji-wsq.an2"}
+    assert found == set(EXPECTED) | images_only
+
+
+@pytest.mark.parametrize("bytes_missing", ["1_byte", "2_bytes", "3_bytes"])
+def test_truncated_files_are_refused(bytes_missing: str) -> None:
+    path = FORMATS / "invalid" / f"openafis_101_1_truncate_{bytes_missing}.iso"
+    with pytest.raises(TemplateError, match="cut short"):
+        load_record(path)
+
+
+def test_prints_of_one_finger_match_and_of_two_do_not() -> None:
+    def sourceafis(name: str) -> Template:
+        return load_template(FORMATS / "iso19794-2" / f"sourceafis_iso-{name}.dat")
+
+    assert verify(sourceafis("probe"), sourceafis("matching")).match
+    assert not verify(sourceafis("probe"), sourceafis("nonmatching")).match
+
+
+def test_the_writers_of_one_print_agree_across_formats() -> None:
+    """Two samples were written by their makers in several formats, from the same minutiae."""
+    samples = [
+        load_record(FORMATS / name).views[0].template.minutiae
+        for name, (_, counts) in EXPECTED.items()
+        if counts[0] == 27
+    ]
+    assert len(samples) == 8
+    for other in samples[1:]:
+        assert np.array_equal(other.xy, samples[0].xy)
+        assert np.array_equal(other.kind, samples[0].kind)
+        # of two minutiae the makers themselves give two directions
+        alike = turn_deg(other.angle, samples[0].angle) <= 360 / 256 + 2
+        assert np.count_nonzero(alike) >= len(other) - 2
+
+
+def test_the_standard_block_of_type_9_is_turned_and_upside_down() -> None:
+    a = load_template(FORMATS / "an2" / "libbiomeval_type9.an2k").minutiae
+    b = load_record(FORMATS / "ansi378" / "libbiomeval_fmr.ansi2004").views[2].template.minutiae
+    a, b = a.take(np.lexsort((a.y, np.rint(a.x)))), b.take(np.lexsort((b.y, b.x)))
+    assert np.abs(a.x - b.x).max() < 0.5
+    assert np.ptp(a.y - b.y) < 1  # but for the height of the image, which that file does not tell
+    assert turn_deg(a.angle, b.angle).max() < 1e-3
+    assert np.array_equal(a.kind, b.kind)
+
+
+def test_mindtct_wrote_the_same_into_both_its_files() -> None:
+    a = load_template(FORMATS / "min" / "fvc2000db1b_101_1.min").minutiae
+    b = load_template(FORMATS / "xyt" / "fvc2000db1b_101_1.xyt").minutiae
+    assert np.array_equal(a.xy, b.xy)
+    assert turn_deg(a.angle, b.angle).max() < 2
+    assert np.abs(a.quality.astype(int) - b.quality).max() <= 1
+
+
+@pytest.mark.parametrize("name", ["a001_03p", "a001_04p", "b001_04p"])
+def test_another_extractors_minutiae_lie_on_ours(name: str) -> None:
+    """The better half of what FingerJetFX found; of all it is 62 to 80 %, by the print."""
+    theirs = load_template(FORMATS / "iso19794-2" / f"fingerjet_{name}.ist")
+    ours = extract(FORMATS / "pgm" / f"fingerjet_{name}.pgm", 500)
+    assert (theirs.width, theirs.height) == (ours.width, ours.height)
+    found = _found(theirs, ours)
+    best = np.argsort(-theirs.minutiae.quality.astype(int), kind="stable")
+    assert found[best[: len(best) // 2]].mean() >= 0.7
+    assert found.mean() >= 0.6
+
+
+def _found(theirs: Template, ours: Template) -> np.ndarray:
+    """Tell of each minutia whether one of ours lies near it and points alike."""
+    a, b = theirs.minutiae, ours.minutiae
+    apart = np.hypot(np.subtract.outer(a.x, b.x), np.subtract.outer(a.y, b.y))
+    turned = turn_deg(a.angle[:, None], b.angle[None, :])
+    near: np.ndarray = ((apart <= TOLERANCE_PX) & (turned <= TOLERANCE_DEG)).any(axis=1)
+    return near

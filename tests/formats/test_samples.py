@@ -86,9 +86,9 @@ def test_the_writers_of_one_print_agree_across_formats() -> None:
     for other in samples[1:]:
         assert np.array_equal(other.xy, samples[0].xy)
         assert np.array_equal(other.kind, samples[0].kind)
-        # of two minutiae the makers themselves give two directions
+        # of three minutiae the makers themselves give two directions
         alike = turn_deg(other.angle, samples[0].angle) <= 360 / 256 + 2
-        assert np.count_nonzero(alike) >= len(other) - 2
+        assert np.count_nonzero(alike) >= len(other) - 3
 
 
 def test_the_standard_block_of_type_9_is_turned_and_upside_down() -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read
 from fpmatch.cli.words import count
 from fpmatch.minutiae import STANDARD_DPI
@@ -19,6 +20,7 @@ from fpmatch.minutiae import STANDARD_DPI
 if TYPE_CHECKING:
     from fpmatch.gallery.enrol import Enrolment
     from fpmatch.gallery.summary import GallerySummary
+    from fpmatch.image.raw import RawSize
 
 FAILURES_SHOWN: Final = 20
 _STAGES: Final = {"enrol": "enrolling"}
@@ -55,6 +57,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 )
 @click.option("--pattern", metavar="REGEX", help="How names tell subject, finger and impression.")
 @click.option("--dpi", type=float, help="Resolution of all the pictures, in dots per inch.")
+@raw_option
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
 )
@@ -67,6 +70,7 @@ def enrol(
     places: tuple[Path, ...],
     pattern: str | None,
     dpi: float | None,
+    raw: tuple[RawSize, ...],
     workers: int | None,
     as_json: bool,
 ) -> None:
@@ -91,7 +95,7 @@ def enrol(
             prints,
             pattern=names,
             engine=cores(workers),
-            extractor=partial(extract_print, reader=read),
+            extractor=partial(extract_print, reader=partial(read, raw=raw)),
             progress=bars.show,
         )
         summary, name = summarise(opened), opened.name

@@ -9,12 +9,16 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
 from fpmatch.errors import FpmatchError, OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from fpmatch.image.raw import RawSize
+    from fpmatch.image.read import GreyImage
 
 SUFFIXES: Final = {"json": (".json",), "csv": (".csv",), "both": (".json", ".csv")}
 
@@ -48,6 +52,7 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
     help="JSON keeps everything; CSV the minutiae, for eyes and spreadsheets.",
 )
 @click.option("--dpi", type=float, help="Resolution of all the images, in dots per inch.")
+@raw_option
 @click.pass_context
 def extract(
     ctx: click.Context,
@@ -56,6 +61,7 @@ def extract(
     output: Path,
     file_format: str,
     dpi: float | None,
+    raw: tuple[RawSize, ...],
 ) -> None:
     """Write the template of each IMAGE into a folder, under the image's name.
 
@@ -76,7 +82,9 @@ def extract(
     ) as bar:
         for image in bar:
             try:
-                minutiae += _extract_one(image, output, SUFFIXES[file_format], resolution, dpi)
+                minutiae += _extract_one(
+                    read(image, raw), output / image.stem, SUFFIXES[file_format], resolution, dpi
+                )
             except OutputError:
                 raise
             except FpmatchError as error:
@@ -89,20 +97,19 @@ def extract(
 
 
 def _extract_one(
-    image: Path,
-    folder: Path,
+    picture: GreyImage,
+    stem: Path,
     suffixes: Sequence[str],
     resolution: ResolutionChoice,
     dpi: float | None,
 ) -> int:
-    """Write the template of one image; return the number of its minutiae."""
+    """Write the template of one image under `stem`; return the number of its minutiae."""
     from fpmatch.formats.files import save_template
     from fpmatch.image.extract import extract as extract_template
 
-    picture = read(image)
     template = extract_template(picture, resolution.of(picture, dpi))
     for suffix in suffixes:
-        save_template(folder / f"{image.stem}{suffix}", template)
+        save_template(stem.parent / f"{stem.name}{suffix}", template)
     return len(template.minutiae)
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read
 from fpmatch.cli.words import count
 from fpmatch.errors import FpmatchError
@@ -20,6 +22,7 @@ from fpmatch.minutiae import STANDARD_DPI
 if TYPE_CHECKING:
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.identify import Candidate, Identification
+    from fpmatch.image.raw import RawSize
 
 _STAGES: Final = {"prepare": "preparing prints"}
 
@@ -75,6 +78,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 )
 @click.option("--transform", "transforms", is_flag=True, help="Tell how the probe lies on each.")
 @click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
+@raw_option
 @click.option("--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use.")
 @click.option(
     "--calibration",
@@ -98,6 +102,7 @@ def identify(
     threshold: float,
     transforms: bool,
     dpi: float | None,
+    raw: tuple[RawSize, ...],
     matcher: str,
     calibration: Path | None,
     as_json: bool,
@@ -125,7 +130,7 @@ def identify(
             search = open_search(opened, matcher, engine=cores(workers), progress=bars.show)
         for file in files:
             try:
-                probe = extract_print(file, reader=read)
+                probe = extract_print(file, reader=partial(read, raw=raw))
             except FpmatchError as error:
                 failures.append(error)
                 continue

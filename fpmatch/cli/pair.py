@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
 from fpmatch.matching.matchers import DEFAULT_MATCHER
@@ -15,6 +16,7 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from fpmatch.image.raw import RawSize
     from fpmatch.image.read import GreyImage
     from fpmatch.matching.result import Verification
 
@@ -40,6 +42,8 @@ class PairOptions:
         False match rate or score to decide at; at most one of them.
     calibration : Path or None
         What `fpmatch calibrate` wrote; None for the package's own.
+    raw : tuple of RawSize
+        Sizes of files that are bare pixels.
     """
 
     probe: Path
@@ -51,10 +55,12 @@ class PairOptions:
     fmr: float | None
     threshold: float | None
     calibration: Path | None
+    raw: tuple[RawSize, ...] = ()
 
 
 def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the arguments and options that `PairOptions` holds."""
+    command = raw_option(command)
     for decorate in reversed(
         [
             click.argument("probe", type=IMAGE),
@@ -98,7 +104,7 @@ def compare(options: PairOptions) -> tuple[GreyImage, GreyImage, Verification]:
         load_calibration(options.matcher, options.calibration) if options.calibration else None
     )
     resolution = ResolutionChoice()
-    images = read(options.probe), read(options.reference)
+    images = read(options.probe, options.raw), read(options.reference, options.raw)
     own = options.probe_dpi, options.reference_dpi
     probe, reference = (
         extract(image, resolution.of(image, options.dpi if dpi is None else dpi))

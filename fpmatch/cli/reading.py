@@ -7,20 +7,21 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
+    from fpmatch.image.raw import RawSize
     from fpmatch.image.read import GreyImage
 
 STDERR: Final = 2
 
 
-def read(path: Path) -> GreyImage:
-    """Read an image as `fpmatch.image.read.read_image` does."""
+def read(path: Path, raw: Sequence[RawSize] = ()) -> GreyImage:
+    """Read an image as `fpmatch.image.read.read_image` does, bare pixels of a size in `raw` too."""
     from fpmatch.image.read import read_image
 
     with _c_libraries_silenced():
-        return read_image(path)
+        return read_image(path, raw_sizes=raw)
 
 
 @contextmanager

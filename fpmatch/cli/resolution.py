@@ -1,4 +1,4 @@
-"""Which resolution holds: an option's, the file's, or the assumed one, said once."""
+"""Which resolution holds: an option's, the file's, or the assumed one; what is doubtful is said."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class ResolutionChoice:
-    """Choose resolutions for the images of one command.
+    """Choose resolutions for the images of one command, and say what was noticed on reading them.
 
     Parameters
     ----------
@@ -21,12 +21,13 @@ class ResolutionChoice:
 
     def __init__(self, hint: str = "--dpi") -> None:
         self._hint = hint
-        self._said = False
+        self._said: set[str] = set()
 
     def of(self, image: GreyImage, asked: float | None = None) -> float:
         """Return the resolution of `image` in dpi: `asked`, else its own, else 500.
 
-        The first time that 500 is assumed, a note on stderr says so.
+        The first time that 500 is assumed, a note on stderr says so; what was noticed on reading
+        the image (white ridges, say) is said so too, each once.
 
         Raises
         ------
@@ -35,15 +36,20 @@ class ResolutionChoice:
         """
         from fpmatch.minutiae import STANDARD_DPI, check_dpi
 
+        for note in image.notes:
+            self._say_once(note, f"{image.source}: {note}")
         if asked is not None:
             return check_dpi(asked)
         if image.dpi is not None:
             return image.dpi
-        if not self._said:
-            click.echo(
-                f"fpmatch: note: {image.source} does not tell its resolution; "
-                f"{STANDARD_DPI:g} dpi assumed ({self._hint} sets it)",
-                err=True,
-            )
-            self._said = True
+        self._say_once(
+            "assumed",
+            f"{image.source} does not tell its resolution; "
+            f"{STANDARD_DPI:g} dpi assumed ({self._hint} sets it)",
+        )
         return STANDARD_DPI
+
+    def _say_once(self, what: str, words: str) -> None:
+        if what not in self._said:
+            click.echo(f"fpmatch: note: {words}", err=True)
+            self._said.add(what)

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
+
+if TYPE_CHECKING:
+    from fpmatch.image.raw import RawSize
 
 
 @click.command(
@@ -27,13 +32,14 @@ Examples:
     help="Folder for the pictures; made if missing.",
 )
 @click.option("--dpi", type=float, help="Resolution of the image, in dots per inch.")
-def stages(image: Path, output: Path, dpi: float | None) -> None:
+@raw_option
+def stages(image: Path, output: Path, dpi: float | None, raw: tuple[RawSize, ...]) -> None:
     """Write what each stage of the extraction makes of IMAGE, and one sheet of them all."""
     from fpmatch.drawing.stage_sheet import write_stages
     from fpmatch.image.extract import extract
     from fpmatch.image.recorder import StageRecorder
 
-    picture = read(image)
+    picture = read(image, raw)
     recorder = StageRecorder()
     template = extract(picture, ResolutionChoice().of(picture, dpi), recorder=recorder)
     write_stages(recorder.stages, output)

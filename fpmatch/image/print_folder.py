@@ -22,7 +22,14 @@ if TYPE_CHECKING:
     import os
 
 DESCRIPTION_FILE: Final = "dataset.toml"
-IMAGE_EXTENSIONS: Final = frozenset({".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".tif", ".tiff"})
+IMAGE_EXTENSIONS: Final = frozenset(
+    (
+        *(".bmp", ".gif", ".jpeg", ".jpg", ".pbm", ".pgm", ".png", ".pnm", ".ppm"),
+        *(".tif", ".tiff", ".webp"),
+        *(".j2k", ".jp2", ".wsq"),
+        *(".an2", ".eft"),
+    )
+)
 _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 

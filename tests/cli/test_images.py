@@ -1,0 +1,77 @@
+"""What commands say of the images that they are given: bare pixels, negatives, odd resolutions."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from fpmatch import load_template
+from fpmatch.image.polarity import INVERTED
+
+Pixels = NDArray[np.uint8]
+
+
+@pytest.fixture
+def bare(tmp_path: Path, fingers: list[Pixels]) -> Path:
+    """Return a file that is the pixels of a print, 280 x 300."""
+    path = tmp_path / "1_1.dat"
+    path.write_bytes(fingers[0].tobytes())
+    return path
+
+
+def test_bare_pixels_are_the_print_that_they_are(run: Any, prints: Path, bare: Path) -> None:
+    words = ("--raw", "100x100", "--raw", "280x300", "--dpi", 500)
+    result = run("verify", bare, prints / "1_1.png", *words, "--json")
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    assert json.loads(result.stdout)["score"] == 100
+
+
+@pytest.mark.parametrize("command", ["extract", "stages"])
+def test_every_command_takes_bare_pixels(
+    run: Any, bare: Path, tmp_path: Path, command: str
+) -> None:
+    result = run(command, bare, "-o", tmp_path / "out", "--raw", "280x300", "--dpi", 500)
+    assert (result.exit_code, result.stderr) == (0, "")
+    if command == "extract":
+        assert load_template(tmp_path / "out" / "1_1.json").width == 280
+
+
+def test_galleries_take_bare_pixels(run: Any, bare: Path, tmp_path: Path) -> None:
+    gallery = tmp_path / "prints.db"
+    words = ("--raw", "280x300", "--dpi", 500, "--workers", 1)
+    assert run("enrol", gallery, bare, *words).exit_code == 0
+    found = run("identify", gallery, bare, *words, "--json")
+    assert found.exit_code == 0
+    assert '"score": 100' in found.stdout
+
+
+def test_a_size_that_does_not_fit_is_one_line(run: Any, prints: Path, bare: Path) -> None:
+    result = run("verify", bare, prints / "1_1.png", "--raw", "100x100")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == (
+        f"fpmatch: error: {bare}: not an image of a known format; "
+        "its 84000 bytes are no raw 100x100 (10000)\n"
+    )
+    wrong = run("verify", bare, bare, "--raw", "280")
+    assert wrong.exit_code == 2
+    assert "WIDTHxHEIGHT, as in 388x374, not '280'" in wrong.stderr
+
+
+def test_what_was_noticed_on_reading_is_said_once(
+    run: Any, prints: Path, tmp_path: Path, fingers: list[Pixels]
+) -> None:
+    for name in ("a.png", "b.png"):
+        Image.fromarray(255 - fingers[0]).save(tmp_path / name, dpi=(500, 500))
+    result = run("extract", tmp_path / "a.png", tmp_path / "b.png", "-o", tmp_path / "out")
+    assert result.exit_code == 0
+    assert result.stderr == f"fpmatch: note: {tmp_path / 'a.png'}: {INVERTED}\n"
+    run("extract", prints / "1_1.png", "-o", tmp_path / "out")
+    turned, plain = (load_template(tmp_path / "out" / f"{name}.json") for name in ("a", "1_1"))
+    assert turned.minutiae == plain.minutiae

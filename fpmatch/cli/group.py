@@ -18,6 +18,8 @@ SUMMARIES: Final = {
     "verify": "Decide whether two images show the same finger.",
     "overlay": "Draw one print, moved, over another.",
     "extract": "Write the templates of images as files.",
+    "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
+    "inspect": "Tell what files are: images, templates, their size and minutiae.",
     "stages": "Write every stage of an extraction as a picture.",
     "enrol": "Enrol prints in a gallery, a database of templates.",
     "identify": "Rank the prints of a gallery by how well they match a probe.",

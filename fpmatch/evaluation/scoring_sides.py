@@ -16,17 +16,17 @@ import numpy as np
 from fpmatch.errors import FpmatchError, ScoringError
 from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.prints import PrintFile, extract_print, find_prints
-from fpmatch.image.read import GreyImage, read_image
+from fpmatch.gallery.prints import PrintFile, extract_print, find_prints, read_print
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Generator, Iterable, Sequence
+    from collections.abc import Generator, Iterable, Sequence
 
     from fpmatch.engine.engine import Engine
-
-    Reader = Callable[[Path], GreyImage]
+    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.gallery.prints import Reader
+    from fpmatch.image.read import GreyImage
 
 IMAGES_PER_CHUNK: Final = 2
 _ZIP: Final = b"PK"  # how what `pack` returns begins
@@ -68,7 +68,7 @@ class Side(Protocol):
 
 
 def open_side(
-    place: str | os.PathLike[str], *, dpi: float | None = None, reader: Reader = read_image
+    place: str | os.PathLike[str], *, dpi: float | None = None, reader: Reader = read_print
 ) -> Side:
     """Open one side of a scoring.
 
@@ -80,7 +80,7 @@ def open_side(
         Resolution of all prints of a folder; by default what its ``dataset.toml`` says, else each
         file's own.
     reader : callable
-        Reads an image file (default: `read_image`).
+        Reads the file of a print (default: `read_print`).
 
     Returns
     -------
@@ -98,7 +98,7 @@ def open_side(
 
 
 class FolderSide:
-    """The images of a folder, by name; templates are extracted."""
+    """The images of a folder, by name, from which templates are extracted; or its templates."""
 
     def __init__(self, folder: Path, dpi: float | None, reader: Reader) -> None:
         self._files = find_prints([folder], dpi)
@@ -118,7 +118,7 @@ class FolderSide:
             for items in results:
                 yield from items
 
-    def _read(self, file: PrintFile) -> tuple[PrintFile, GreyImage] | Item:
+    def _read(self, file: PrintFile) -> tuple[PrintFile, GreyImage | TemplateRecord] | Item:
         try:
             return file, self._reader(file.path)
         except FpmatchError as error:
@@ -182,13 +182,15 @@ def unpack(data: bytes) -> Template:
     return Template(minutiae, int(width), int(height), dpi, field)
 
 
-def _extract_chunk(_: None, chunk: list[tuple[PrintFile, GreyImage] | Item]) -> list[Item]:
+def _extract_chunk(
+    _: None, chunk: list[tuple[PrintFile, GreyImage | TemplateRecord] | Item]
+) -> list[Item]:
     return [part if isinstance(part, Item) else _extract(*part) for part in chunk]
 
 
-def _extract(file: PrintFile, image: GreyImage) -> Item:
+def _extract(file: PrintFile, found: GreyImage | TemplateRecord) -> Item:
     try:
-        extracted = extract_print(file, reader=lambda _: image)
+        extracted = extract_print(file, reader=lambda _: found)
     except FpmatchError as error:
         return _failed(file, error)
     return Item(pack(extracted.template), dpi_assumed=extracted.dpi_assumed)

@@ -252,13 +252,23 @@ def _code(value: bytes) -> int:
     return int(first) if first.isdigit() and len(first) < 7 else 0
 
 
+def holds_image(data: bytes) -> bool:
+    """Tell whether data begin as a file that has a record of an image."""
+    return bool(_types(data) & (TEXT_IMAGES | BINARY_IMAGES))
+
+
 def _recognises(data: bytes) -> bool:
+    return MINUTIAE_TYPE in _types(data)
+
+
+def _types(data: bytes) -> set[int]:
+    """Return the types of the records that a file lists, none where it is no such file."""
     if not START.match(data):
-        return False
+        return set()
     try:
-        return any(kind == MINUTIAE_TYPE for kind, _ in contents(data))
+        return {kind for kind, _ in contents(data)}
     except TemplateError:
-        return False
+        return set()
 
 
 CODEC: Final = Codec("an2", "ANSI/NIST-ITL, type 9", (".an2", ".an2k", ".eft"), _recognises, decode)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import FpmatchError, TemplateError
+from fpmatch.formats.an2 import holds_image
 from fpmatch.formats.record import Reading, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
 from fpmatch.output import write_whole
@@ -180,6 +181,25 @@ def is_template_file(path: str | os.PathLike[str]) -> bool:
     except TemplateError:
         return head.startswith(b"FMR\x00")
     return True
+
+
+def holds_minutiae_only(path: str | os.PathLike[str]) -> bool:
+    """Tell a template file that has no image beside its minutiae.
+
+    Parameters
+    ----------
+    path : path-like
+        Any path.
+
+    Returns
+    -------
+    bool
+        True for all template files but those of ANSI/NIST-ITL that have a record of an image.
+    """
+    if not is_template_file(path):
+        return False
+    with Path(path).open("rb") as stream:
+        return not holds_image(stream.read(HEAD_BYTES))
 
 
 def _read(path: str | os.PathLike[str], most: int) -> bytes:

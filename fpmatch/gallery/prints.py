@@ -1,4 +1,4 @@
-"""Pictures on disk: which are meant, each with its resolution, and their templates."""
+"""Prints on disk, images or templates: which are meant, each with its resolution."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fpmatch.errors import ImageError, ImageReadError
+from fpmatch.errors import DatasetError, ImageError, ImageReadError
+from fpmatch.formats.files import holds_minutiae_only, load_record
+from fpmatch.formats.record import TemplateRecord
+from fpmatch.formats.registry import CODECS
 from fpmatch.image.print_folder import describe_folder, images_in
 from fpmatch.image.read import read_image
 from fpmatch.minutiae import check_dpi
@@ -16,20 +19,23 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterable
 
+    from fpmatch.formats.codec import Codec
     from fpmatch.image.read import GreyImage
     from fpmatch.minutiae import Template
+
+    Reader = Callable[[Path], GreyImage | TemplateRecord]
 
 
 @dataclass(frozen=True, slots=True)
 class PrintFile:
-    """Hold where a picture lies, and its resolution.
+    """Hold where an image or a template lies, and its resolution.
 
     Parameters
     ----------
     path : Path
         The file.
     dpi : float or None
-        In dots per inch; None leaves it to the file's own tag.
+        In dots per inch; None leaves it to what the file says.
     """
 
     path: Path
@@ -38,7 +44,7 @@ class PrintFile:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedPrint:
-    """Hold the template of a picture, and whether its resolution had to be assumed."""
+    """Hold the template of a print, and whether its resolution had to be assumed."""
 
     template: Template
     dpi_assumed: bool = False
@@ -47,12 +53,13 @@ class ExtractedPrint:
 def find_prints(
     places: Iterable[str | os.PathLike[str]], dpi: float | None = None
 ) -> list[PrintFile]:
-    """Find the pictures of some files and folders.
+    """Find the prints of some files and folders.
 
     Parameters
     ----------
     places : iterable of path-like
-        Files, and folders whose images are meant.
+        Files, and folders whose images are meant, or, where a folder has none, its templates. Of
+        templates that differ in their suffixes only, one is meant: JSON before CSV before others.
     dpi : float, optional
         Resolution of them all; by default what the ``dataset.toml`` beside a file says, else the
         file's own.
@@ -65,7 +72,7 @@ def find_prints(
     Raises
     ------
     ImageReadError
-        If one of `places` is not there, or is a folder without images.
+        If one of `places` is not there, or is a folder without images and templates.
     DatasetError
         If a folder cannot be listed, or its ``dataset.toml`` is malformed.
     ResolutionError
@@ -82,17 +89,40 @@ def find_prints(
     return list(found.values())
 
 
-def extract_print(
-    file: PrintFile, reader: Callable[[Path], GreyImage] = read_image
-) -> ExtractedPrint:
-    """Extract the template of a picture.
+def read_print(
+    path: Path, image_reader: Callable[[Path], GreyImage] = read_image
+) -> GreyImage | TemplateRecord:
+    """Read a file as a template if it is one, else as an image.
+
+    Parameters
+    ----------
+    path : Path
+        The file. One that has both an image and minutiae, as AN2 may, is read as an image.
+    image_reader : callable
+        Reads images (default: `read_image`).
+
+    Returns
+    -------
+    GreyImage or TemplateRecord
+        What it holds.
+
+    Raises
+    ------
+    TemplateError, ImageReadError, ImageError
+        If it cannot be read.
+    """
+    return load_record(path) if holds_minutiae_only(path) else image_reader(path)
+
+
+def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrint:
+    """Return the template of a print: extracted from an image, or the first one of a template file.
 
     Parameters
     ----------
     file : PrintFile
-        The picture.
+        The print.
     reader : callable
-        Reads it (default: `read_image`).
+        Reads it (default: `read_print`).
 
     Returns
     -------
@@ -101,24 +131,48 @@ def extract_print(
 
     Raises
     ------
-    ImageReadError, ImageError
+    TemplateError, ImageReadError, ImageError
         If it cannot be read, cannot hold a fingerprint, or has no minutiae.
     """
-    from fpmatch.image.extract import extract  # noqa: PLC0415
+    found = reader(file.path)
+    if isinstance(found, TemplateRecord):
+        view = found.views[0].at(file.dpi)
+        template, assumed = view.template, not view.dpi_known
+    else:
+        from fpmatch.image.extract import extract  # noqa: PLC0415
 
-    image = reader(file.path)
-    template = extract(image, file.dpi)
+        template = extract(found, file.dpi)
+        assumed = file.dpi is None and found.dpi is None
     if not len(template.minutiae):
         raise ImageError(f"{file.path}: no minutiae found")
-    return ExtractedPrint(template, dpi_assumed=file.dpi is None and image.dpi is None)
+    return ExtractedPrint(template, dpi_assumed=assumed)
 
 
 def _files(place: Path) -> list[Path]:
     if place.is_dir():
-        images = images_in(place)
-        if not images:
+        files = images_in(place) or _templates_in(place)
+        if not files:
             raise ImageReadError(f"{place}: the folder holds no images")
-        return images
+        return files
     if not place.exists():
         raise ImageReadError(f"{place}: no such file or folder")
     return [place]
+
+
+def _templates_in(folder: Path) -> list[Path]:
+    """Return the template files of a folder, one of each name, by name."""
+    suffixes = [suffix for codec in sorted(CODECS, key=_rank) for suffix in codec.suffixes]
+    try:
+        files = [path for path in folder.iterdir() if path.suffix.lower() in suffixes]
+    except OSError as error:
+        raise DatasetError(f"{folder}: cannot be listed: {error.strerror}") from error
+    found: dict[str, Path] = {}
+    for path in sorted(files, key=lambda path: suffixes.index(path.suffix.lower())):
+        if holds_minutiae_only(path) and not path.name.startswith("."):
+            found.setdefault(path.stem, path)
+    return sorted(found.values())
+
+
+def _rank(codec: Codec) -> bool:
+    """Return a key that puts the one format first that keeps everything."""
+    return codec.name != "json"

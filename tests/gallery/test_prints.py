@@ -1,11 +1,21 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.errors import DatasetError, ImageError, ImageReadError, ResolutionError
+from fpmatch.errors import (
+    DatasetError,
+    ImageError,
+    ImageReadError,
+    ResolutionError,
+    TemplateError,
+)
+from fpmatch.formats.files import load_template, save_template
 from fpmatch.gallery.prints import PrintFile, extract_print, find_prints
+from fpmatch.minutiae import Minutiae
 
 
 @pytest.fixture
@@ -53,3 +63,44 @@ def test_a_template_tells_whether_its_resolution_was_assumed(tmp_path, fingers):
     Image.fromarray(np.full((200, 200), 255, np.uint8)).save(untagged)
     with pytest.raises(ImageError, match=r"untagged\.png: no minutiae found"):
         extract_print(PrintFile(untagged))
+
+
+def test_a_folder_without_images_is_its_templates_one_of_each_name(tmp_path, template):
+    for name in ("2_1.json", "2_1.csv", "10_1.iso", "1_1.csv", "1_1.iso", ".3_1.iso"):
+        save_template(tmp_path / name, template)
+    (tmp_path / "scores.csv").write_text("probe,reference,score\n")
+    (tmp_path / "notes.json").write_text("[]")
+    assert [file.path.name for file in find_prints([tmp_path])] == [
+        "10_1.iso",
+        "1_1.csv",
+        "2_1.json",
+    ]
+    (tmp_path / "1_1.png").touch()
+    assert [file.path.name for file in find_prints([tmp_path])] == ["1_1.png"]
+
+
+@pytest.mark.parametrize("suffix", [".json", ".iso", ".ansi2009", ".xyt"])
+def test_a_template_is_taken_as_it_is(tmp_path, template, suffix):
+    path = tmp_path / f"print{suffix}"
+    save_template(path, template)
+    extracted = extract_print(PrintFile(path))
+    assert len(extracted.template.minutiae) == len(template.minutiae)
+    assert extracted.template == load_template(path)
+    assert extracted.dpi_assumed is (suffix == ".xyt")
+    assert extract_print(PrintFile(path, 1000.0)).template.dpi == 1000
+    assert not extract_print(PrintFile(path, 1000.0)).dpi_assumed
+
+
+def test_a_template_without_minutiae_is_no_print(tmp_path, template):
+    path = tmp_path / "print.iso"
+    save_template(path, replace(template, minutiae=Minutiae.empty()))
+    with pytest.raises(ImageError, match=r"print\.iso: no minutiae found"):
+        extract_print(PrintFile(path))
+
+
+def test_a_damaged_template_is_not_taken_for_an_image(tmp_path, template):
+    path = tmp_path / "print.tif"
+    save_template(path, template, file_format="iso2005")
+    path.write_bytes(path.read_bytes()[:50])
+    with pytest.raises(TemplateError, match=r"print\.tif: cut short"):
+        extract_print(PrintFile(path))

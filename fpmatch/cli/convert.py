@@ -1,0 +1,134 @@
+"""`fpmatch convert`: a template in another format."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fpmatch.cli.reading import read
+from fpmatch.cli.resolution import ResolutionChoice
+from fpmatch.cli.words import count
+from fpmatch.errors import TemplateError
+from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
+
+if TYPE_CHECKING:
+    from fpmatch.formats.record import TemplateRecord
+
+SIZE_METAVAR = "WxH"
+
+
+@click.command(
+    epilog="""\b
+Formats, with their suffixes:
+  json .json       fpmatch's own, complete and exact
+  csv .csv         fpmatch's own, for eyes and spreadsheets
+  iso2005 .iso     ISO/IEC 19794-2:2005; .ist and .fmr as well
+  iso2011 .iso2011 ISO/IEC 19794-2:2011
+  ansi2004 .ansi   ANSI/INCITS 378-2004
+  ansi2009 .ansi2009, ansi2009am1 .ansi2009am1
+                   ANSI/INCITS 378-2009 and its amendment 1
+  xyt .xyt         NIST's, as mindtct writes: y up, degrees, opposite direction
+  xyt-m1 .xyt-m1   as mindtct -m1 writes: y down, units of two degrees
+  min .min         NIST's, as mindtct writes
+  an2              ANSI/NIST-ITL, type 9: only read
+
+\b
+What does not fit:
+  Minutiae outside the print are dropped; of too many, those of lowest quality first. Each loss is
+  a note on stderr.
+
+\b
+Examples:
+  fpmatch convert print.json print.iso
+  fpmatch convert card.an2 print.dat --format ansi2004 --view 2
+  fpmatch convert print.xyt print.json --size 388x374 --dpi 500
+  fpmatch convert print.tif print.iso
+"""
+)
+@click.argument("source", metavar="IN", type=click.Path(path_type=Path))
+@click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
+@click.option(
+    "--format",
+    "file_format",
+    type=click.Choice(written_formats()),
+    help="Format of OUT.  [default: by its suffix]",
+)
+@click.option(
+    "--from",
+    "source_format",
+    type=click.Choice([codec.name for codec in CODECS]),
+    help="Format of IN.  [default: by its content]",
+)
+@click.option("--view", type=click.IntRange(min=1), help="Take only this print of IN, from 1.")
+@click.option("--dpi", type=float, help="Resolution of IN, in dots per inch.")
+@click.option("--size", metavar=SIZE_METAVAR, help="Size of IN in pixels, where it does not tell.")
+def convert(
+    source: Path,
+    target: Path,
+    file_format: str | None,
+    source_format: str | None,
+    view: int | None,
+    dpi: float | None,
+    size: str | None,
+) -> None:
+    """Write the template IN, or that of the image IN, as OUT in another format.
+
+    The format of IN is found by its content. All its prints are kept where the format of OUT can
+    hold several.
+    """
+    from fpmatch.formats.files import is_template_file, save_record
+
+    codec = codec_of_name(file_format) if file_format else codec_of_suffix(target)
+    if source_format or is_template_file(source):
+        record = _template(source, source_format, dpi, _size(size))
+    else:
+        record = _extracted(source, dpi)
+    if view is not None:
+        if view > len(record.views):
+            raise TemplateError(f"{source}: holds {count(len(record.views), 'print')}, not {view}")
+        record = replace(record, views=(record.views[view - 1],))
+    notes = save_record(target, record, file_format=codec.name)
+    for path, words in [(source, record.notes), (target, notes)]:
+        for note in words:
+            click.echo(f"fpmatch: note: {path}: {note}", err=True)
+    minutiae = sum(len(print_.template.minutiae) for print_ in record.views)
+    prints = "" if len(record.views) == 1 else f"{len(record.views)} prints, "
+    click.echo(f"{target}: {codec.title}, {prints}{minutiae} minutiae")
+
+
+def _template(
+    path: Path, file_format: str | None, dpi: float | None, size: tuple[int, int] | None
+) -> TemplateRecord:
+    """Return the record of a template file, at `dpi` where that is given."""
+    from fpmatch.formats.files import load_record
+    from fpmatch.formats.record import Reading
+    from fpmatch.minutiae import check_dpi
+
+    how = Reading(dpi=None if dpi is None else check_dpi(dpi), size=size)
+    record = load_record(path, file_format=file_format, how=how)
+    return replace(record, views=tuple(view.at(dpi) for view in record.views))
+
+
+def _extracted(path: Path, dpi: float | None) -> TemplateRecord:
+    """Return a record of the template that is extracted from an image."""
+    from fpmatch.formats.record import TemplateRecord, View
+    from fpmatch.image.extract import extract
+
+    image = read(path)
+    return TemplateRecord("", (View(extract(image, ResolutionChoice().of(image, dpi))),))
+
+
+def _size(words: str | None) -> tuple[int, int] | None:
+    """Return width and height as ``WxH`` names them."""
+    if words is None:
+        return None
+    sides = words.lower().split("x")
+    if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
+        raise click.BadParameter(f"{words!r} is not {SIZE_METAVAR}", param_hint="--size")
+    width, height = (int(side) if len(side) < 7 else 0 for side in sides)
+    if width < 1 or height < 1:
+        raise click.BadParameter(f"{words!r} is no size of an image", param_hint="--size")
+    return width, height

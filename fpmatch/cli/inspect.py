@@ -1,0 +1,61 @@
+"""`fpmatch inspect`: what files are, a line each."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fpmatch.cli.raw import raw_option
+from fpmatch.cli.reading import read
+from fpmatch.errors import FpmatchError
+
+if TYPE_CHECKING:
+    from fpmatch.gallery.inspection import Inspection
+    from fpmatch.image.raw import RawSize
+
+
+@click.command(
+    epilog="""\b
+Examples:
+  fpmatch inspect print.tif template.iso
+  fpmatch inspect prints/* --json
+
+Exit status: 0 when every file is known, 1 when some are not or are damaged, 2 when none is known.
+"""
+)
+@click.argument(
+    "files", metavar="FILE...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+@raw_option
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON array.")
+@click.pass_context
+def inspect(
+    ctx: click.Context, /, files: tuple[Path, ...], raw: tuple[RawSize, ...], as_json: bool
+) -> None:
+    """Tell of each FILE what it is: format, size, resolution, minutiae, and what is odd.
+
+    Images and templates are told by their content, whatever their names. Where a file holds
+    several prints, what differs between them stands between bars.
+    """
+    from fpmatch.gallery.inspection import inspect_file
+
+    found: list[Inspection] = []
+    failures = 0
+    for file in files:
+        try:
+            inspection = inspect_file(file, image_reader=partial(read, raw=raw))
+        except FpmatchError as error:
+            failures += 1
+            click.echo(f"fpmatch: error: {error}", err=True)
+            continue
+        found.append(inspection)
+        if not as_json:
+            click.echo(inspection.in_words())
+    if as_json:
+        document = [inspection.as_dict() for inspection in found]
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
+    ctx.exit(0 if not failures else 1 if found else 2)

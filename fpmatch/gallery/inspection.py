@@ -1,0 +1,241 @@
+"""What a file holds, in words and as data: an image, a template, or both."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fpmatch.errors import FpmatchError
+from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_record
+from fpmatch.formats.fmr import extended_kinds
+from fpmatch.formats.record import FINGERS, IMPRESSIONS
+from fpmatch.formats.registry import codec_of_name
+from fpmatch.image.read import read_image
+from fpmatch.minutiae import MinutiaKind
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Iterator
+
+    from fpmatch.formats.record import Reading, View
+    from fpmatch.image.read import GreyImage
+
+
+@dataclass(frozen=True, slots=True)
+class InspectedImage:
+    """Hold what is known of an image: size in pixels, dpi (None: not told), what was noticed."""
+
+    width: int
+    height: int
+    dpi: float | None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class InspectedPrint:
+    """Hold what a template file says of one print.
+
+    Parameters
+    ----------
+    width, height : int
+        Size in pixels; where the file does not tell, what the minutiae span.
+    size_known : bool
+        Whether the file tells it.
+    dpi : float or None
+        Resolution; None where the file does not tell.
+    minutiae, endings, bifurcations : int
+        How many, and of which kinds.
+    finger, impression : str
+        In words.
+    quality : int or None
+        Of the whole print, 0 to 100; None where the file does not tell.
+    minutia_quality : float or None
+        Mean of the minutiae's; None where the file tells none.
+    ridge_field : bool
+        Whether there is a ridge orientation field.
+    extended : tuple of str
+        What extended data there are.
+    fields : dict of str
+        What else the file says.
+    """
+
+    width: int
+    height: int
+    size_known: bool
+    dpi: float | None
+    minutiae: int
+    endings: int
+    bifurcations: int
+    finger: str
+    impression: str
+    quality: int | None
+    minutia_quality: float | None
+    ridge_field: bool
+    extended: tuple[str, ...]
+    fields: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Inspection:
+    """Hold what a file is found to hold.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    format : str
+        Short name of its format.
+    title : str
+        Full name of its format.
+    image : InspectedImage or None
+        Its image, if it has one.
+    prints : tuple of InspectedPrint
+        Its templates.
+    notes : tuple of str
+        What is odd in it, or was passed over.
+    """
+
+    path: str
+    format: str
+    title: str
+    image: InspectedImage | None = None
+    prints: tuple[InspectedPrint, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it, ready for JSON."""
+        return asdict(self)
+
+    def in_words(self) -> str:
+        """Return all of it on one line."""
+        parts = [self.title, *_prints_in_words(self.prints)]
+        if self.image is not None:
+            prefix = "image of " if self.prints else ""
+            parts += [f"{prefix}{_size(self.image)}", _dpi(self.image.dpi)]
+        notes = (*self.notes, *(self.image.notes if self.image else ()))
+        return "; ".join([f"{self.path}: {', '.join(parts)}", *notes])
+
+
+def inspect_file(
+    path: str | os.PathLike[str],
+    *,
+    how: Reading | None = None,
+    image_reader: Callable[[Path], GreyImage] = read_image,
+) -> Inspection:
+    """Find out what a file holds.
+
+    Parameters
+    ----------
+    path : path-like
+        An image or a template, of any format that is known; by its content, whatever its name.
+    how : Reading, optional
+        How templates are read.
+    image_reader : callable
+        Reads images (default: `read_image`).
+
+    Returns
+    -------
+    Inspection
+        What it holds.
+
+    Raises
+    ------
+    TemplateError, ImageReadError, ImageError
+        If it is no such file, or damaged.
+    """
+    if not is_template_file(path):
+        image = image_reader(Path(path))
+        return Inspection(str(path), image.format, f"{image.format} image", _image(image))
+    record = load_record(path, how=how)
+    picture, notes = None, record.notes
+    if not holds_minutiae_only(path):
+        try:
+            picture = _image(image_reader(Path(path)))
+        except FpmatchError as error:
+            notes += (f"its image cannot be read: {str(error).removeprefix(f'{path}: ')}",)
+    return Inspection(
+        str(path),
+        record.format,
+        codec_of_name(record.format).title,
+        picture,
+        tuple(_print(view) for view in record.views),
+        notes,
+    )
+
+
+def _image(image: GreyImage) -> InspectedImage:
+    height, width = image.pixels.shape
+    return InspectedImage(width, height, image.dpi, image.notes)
+
+
+def _print(view: View) -> InspectedPrint:
+    template, minutiae = view.template, view.template.minutiae
+    mean = float(np.mean(minutiae.quality)) if view.quality_known and len(minutiae) else None
+    return InspectedPrint(
+        template.width,
+        template.height,
+        view.size_known,
+        template.dpi if view.dpi_known else None,
+        len(minutiae),
+        int(np.count_nonzero(minutiae.kind == MinutiaKind.ENDING)),
+        int(np.count_nonzero(minutiae.kind == MinutiaKind.BIFURCATION)),
+        FINGERS[view.finger] if view.finger < len(FINGERS) else f"position {view.finger}",
+        IMPRESSIONS.get(view.impression, f"impression type {view.impression}"),
+        view.quality,
+        None if mean is None else round(mean, 1),
+        template.field is not None,
+        tuple(extended_kinds(view.extended)),
+        dict(view.fields),
+    )
+
+
+def _prints_in_words(prints: tuple[InspectedPrint, ...]) -> list[str]:
+    """Return what there is to say of prints: first what all have alike, then each between bars."""
+    rows = list(zip(*(_print_parts(print_) for print_ in prints), strict=True))
+    shared = [row[0] for row in rows if len(set(row)) == 1 and row[0]]
+    if len(prints) < 2:
+        return shared
+    own = [row for row in rows if len(set(row)) > 1]
+    each = [", ".join(filter(None, parts)) for parts in zip(*own, strict=True)]
+    return [*shared, f"{len(prints)} prints" + (f": {' | '.join(each)}" if own else "")]
+
+
+def _print_parts(print_: InspectedPrint) -> Iterator[str]:
+    """Yield what there is to say of a print, always as many parts, "" for nothing."""
+    yield _size(print_) if print_.size_known else "size unknown"
+    yield _dpi(print_.dpi)
+    yield "" if print_.finger == FINGERS[0] else print_.finger
+    yield "" if print_.impression == IMPRESSIONS[0] else print_.impression
+    yield _minutiae(print_)
+    yield "" if print_.quality is None else f"quality {print_.quality}"
+    yield "" if print_.minutia_quality is not None else "no quality of minutiae"
+    yield "ridge field" if print_.ridge_field else ""
+    yield " and ".join(print_.extended)
+    yield ", ".join(f"{name} {value}" for name, value in print_.fields.items())
+
+
+def _minutiae(print_: InspectedPrint) -> str:
+    """Return how many minutiae there are, and of which kinds where any is told."""
+    other = print_.minutiae - print_.endings - print_.bifurcations
+    kinds = [
+        _count(print_.endings, "ending", "endings"),
+        _count(print_.bifurcations, "bifurcation", "bifurcations"),
+        _count(other, "other", "other"),
+    ]
+    told = f" ({', '.join(filter(None, kinds))})" if other < print_.minutiae else ""
+    return (_count(print_.minutiae, "minutia", "minutiae") or "no minutiae") + told
+
+
+def _count(number: int, one: str, many: str) -> str:
+    return f"{number} {one if number == 1 else many}" if number else ""
+
+
+def _size(thing: InspectedImage | InspectedPrint) -> str:
+    return f"{thing.width} x {thing.height} px"
+
+
+def _dpi(dpi: float | None) -> str:
+    return "resolution unknown" if dpi is None else f"{dpi:g} dpi"

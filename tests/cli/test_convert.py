@@ -1,0 +1,116 @@
+"""`fpmatch convert`: from any format to any other, and what is lost on the way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fpmatch import extract, load_template, save_template
+from fpmatch.formats.files import load_record, save_record
+from fpmatch.formats.record import TemplateRecord, View
+from fpmatch.formats.registry import CODECS, codec_of_name, written_formats
+from fpmatch.minutiae import Minutiae, Template
+
+
+@pytest.fixture
+def small() -> Template:
+    return Template(Minutiae([10, 20], [5, 6], [0, 4], [1, 2], [50, 60]), 300, 400, 569)
+
+
+@pytest.mark.parametrize("name", written_formats())
+def test_every_format_is_written_and_read(
+    run: Any, tmp_path: Path, small: Template, name: str
+) -> None:
+    save_template(tmp_path / "in.json", small)
+    codec = codec_of_name(name)
+    out = tmp_path / f"out{codec.suffixes[0]}"
+    result = run("convert", tmp_path / "in.json", out)
+    assert result.exit_code == 0
+    assert result.stdout == f"{out}: {codec.title}, 2 minutiae\n"
+    assert load_record(out).format == name
+    back = run("convert", out, tmp_path / "back.json", "--size", "300x400", "--dpi", "569")
+    assert back.exit_code == 0
+    again = load_template(tmp_path / "back.json")
+    assert (again.width, again.height, again.dpi) == (300, 400, 569)
+    assert np.allclose(again.minutiae.xy, small.minutiae.xy, atol=0.51)
+
+
+def test_help_names_every_format(run: Any) -> None:
+    words = run("convert", "--help").output.split("Formats, with their suffixes:")[1]
+    for codec in CODECS:
+        assert f"{codec.name} " in words
+        if codec.encode is not None:
+            assert codec.suffixes[0] in words
+
+
+def test_losses_are_notes(run: Any, tmp_path: Path) -> None:
+    n = 260
+    many = Template(Minutiae(np.arange(n), np.arange(n), np.zeros(n)), 300, 300)
+    save_template(tmp_path / "in.json", many)
+    result = run("convert", tmp_path / "in.json", tmp_path / "out.iso")
+    assert result.stderr == (
+        f"fpmatch: note: {tmp_path / 'out.iso'}: 5 minutiae of lowest quality dropped: 255 fit in\n"
+    )
+    assert len(load_template(tmp_path / "out.iso").minutiae) == 255
+
+
+def test_an_images_template_is_extracted(run: Any, prints: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.iso"
+    assert run("convert", prints / "1_1.png", out).exit_code == 0
+    assert len(load_template(out).minutiae) == len(extract(prints / "1_1.png").minutiae)
+
+
+def test_prints_stay_together_or_one_is_taken(run: Any, tmp_path: Path, small: Template) -> None:
+    views = (View(small, finger=1), View(small, finger=2))
+    source = tmp_path / "in.iso"
+    save_record(source, TemplateRecord("", views))
+    assert run("convert", source, tmp_path / "out.ansi").stdout.endswith("2 prints, 4 minutiae\n")
+    assert [view.finger for view in load_record(tmp_path / "out.ansi").views] == [1, 2]
+    refused = run("convert", source, tmp_path / "out.csv")
+    assert refused.exit_code == 2
+    assert "one print a file, and there are 2; choose one" in refused.stderr
+    assert not (tmp_path / "out.csv").exists()
+    assert run("convert", source, tmp_path / "out.csv", "--view", 2).exit_code == 0
+    gone = run("convert", source, tmp_path / "out.csv", "--view", 3)
+    assert gone.stderr == f"fpmatch: error: {source}: holds 2 prints, not 3\n"
+
+
+def test_the_format_may_be_named_against_content_and_suffix(run: Any, tmp_path: Path) -> None:
+    source = tmp_path / "in.txt"
+    source.write_text("22 16 50 16\n")
+    for name, y in (("xyt", 300 - 16), ("xyt-m1", 16)):
+        out = tmp_path / "out.dat"
+        words = ["--from", name, "--format", "csv", "--size", "300x300"]
+        assert run("convert", source, out, *words).exit_code == 0
+        assert load_template(out).minutiae.y.tolist() == [y]
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["gone.iso", "out.csv"], "gone.iso: no such file"),
+        (["in.json", "out.doc"], "no template format has the suffix '.doc'"),
+        (["in.json", "out.an2"], "no template format has the suffix '.an2'"),
+        (["in.json", "gone/out.csv"], "cannot be written"),
+        (["in.json", "out.csv", "--size", "300"], "'300' is not WxH"),
+        (["in.json", "out.csv", "--size", "0x5"], "is no size of an image"),
+        (["in.json", "out.csv", "--dpi", "9"], "9 dpi is outside"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(
+    run: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    small: Template,
+    words: list[str],
+    reason: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_template("in.json", small)
+    result = run("convert", *words)
+    assert result.exit_code == 2
+    assert reason in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["in.json"]

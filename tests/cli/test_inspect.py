@@ -1,0 +1,94 @@
+"""`fpmatch inspect`: a line for every file that is known, an error for every one that is not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fpmatch.formats.files import save_record, save_template
+from fpmatch.formats.record import ExtendedData, TemplateRecord, View
+from fpmatch.minutiae import Minutiae, Template
+
+
+@pytest.fixture
+def small() -> Template:
+    return Template(Minutiae([10, 20, 30], [5, 6, 7], [0, 1, 4], [1, 2, 2], [50, 60, 70]), 300, 400)
+
+
+def test_an_image_and_a_template_are_a_line_each(
+    run: Any, prints: Path, tmp_path: Path, small: Template
+) -> None:
+    path = tmp_path / "odd name.tif"
+    save_template(path, small, file_format="iso2005")
+    result = run("inspect", prints / "1_1.png", path)
+    assert result.exit_code == 0
+    assert result.stdout.splitlines() == [
+        f"{prints / '1_1.png'}: PNG image, 280 x 300 px, 500 dpi",
+        f"{path}: ISO/IEC 19794-2:2005, 300 x 400 px, 500 dpi, "
+        "3 minutiae (1 ending, 2 bifurcations), quality 60",
+    ]
+    assert result.stderr == ""
+
+
+def test_what_a_file_does_not_tell_is_unknown(run: Any, tmp_path: Path, small: Template) -> None:
+    path = tmp_path / "print.xyt"
+    save_template(path, small)
+    assert run("inspect", path).stdout == (
+        f"{path}: NIST XYT, size unknown, resolution unknown, 3 minutiae; "
+        "angles taken for NIST: y up, degrees\n"
+    )
+
+
+def test_prints_of_one_file_stand_between_bars(run: Any, tmp_path: Path, small: Template) -> None:
+    path = tmp_path / "hand.iso2011"
+    views = (
+        View(small, finger=2, quality=80),
+        View(
+            replace(small, minutiae=small.minutiae.take([0])),
+            finger=7,
+            impression=1,
+            quality_known=False,
+            extended=ExtendedData("iso2011", b"\x00\x02\x00\x05\x00"),
+        ),
+    )
+    save_record(path, TemplateRecord("", views))
+    assert run("inspect", path).stdout == (
+        f"{path}: ISO/IEC 19794-2:2011, 300 x 400 px, 500 dpi, 2 prints: "
+        "right index, 3 minutiae (1 ending, 2 bifurcations), quality 80 | "
+        "left index, live rolled, 1 minutia (1 ending), no quality of minutiae, "
+        "cores and deltas\n"
+    )
+    found = json.loads(run("inspect", path, "--json").stdout)
+    assert [print_["finger"] for print_ in found[0]["prints"]] == ["right index", "left index"]
+    assert [print_["minutia_quality"] for print_ in found[0]["prints"]] == [60, None]
+    assert found[0]["image"] is None
+
+
+def test_json_of_an_image(run: Any, prints: Path) -> None:
+    (found,) = json.loads(run("inspect", prints / "untagged.tif", "--json").stdout)
+    assert found["format"] == "TIFF"
+    assert found["image"] == {"width": 280, "height": 300, "dpi": None, "notes": []}
+    assert found["prints"] == []
+
+
+def test_what_is_not_known_is_an_error_a_line_and_the_rest_is_told(run: Any, prints: Path) -> None:
+    bad = [prints / name for name in ("text.png", "gone.png", "truncated.png", "folder.png")]
+    result = run("inspect", *bad[:2], prints / "1_1.png", *bad[2:])
+    assert result.exit_code == 1
+    assert result.stdout.count("\n") == 1
+    lines = result.stderr.splitlines()
+    assert len(lines) == len(bad)
+    for line, path in zip(lines, bad, strict=True):
+        assert line.startswith(f"fpmatch: error: {path}: ")
+    assert run("inspect", *bad).exit_code == 2
+
+
+def test_bare_pixels_take_a_size(run: Any, tmp_path: Path) -> None:
+    path = tmp_path / "scan.raw"
+    path.write_bytes(bytes(range(256)) * 30)
+    assert run("inspect", path).exit_code == 2
+    assert "96 x 80 px" in run("inspect", path, "--raw", "96x80").stdout

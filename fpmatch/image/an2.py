@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 SIGNATURES: Final = (b"1.001:", b"1.01:")
 MAX_RECORDS: Final = 1000
+MAX_FIELDS: Final = 10_000  # of one record
+MAX_FIRST_RECORD: Final = 1_000_000  # bytes
 _GROUP, _RECORD, _UNIT = b"\x1d", b"\x1e", b"\x1f"
 _DATA: Final = 999
 _BINARY_TYPES: Final = range(3, 9)
@@ -75,7 +77,7 @@ def decode_an2(data: bytes, limits: ImageLimits) -> Picture:
 def _records(data: bytes) -> list[_Record]:
     """Split a file into its records, by the first one's list of contents."""
     at = _tagged_length(data, 0)
-    if at > len(data):
+    if at > min(len(data), MAX_FIRST_RECORD):
         raise ImageReadError("damaged ANSI/NIST file (a record ends too late)")
     first = _Record(1, data[:at])
     types = [
@@ -111,7 +113,7 @@ def _fields(record: _Record) -> dict[int, bytes]:
     """Return the text fields of a record, by number; the last may be an image."""
     fields: dict[int, bytes] = {}
     at = 0
-    while at < len(record.data):
+    for _ in range(MAX_FIELDS):
         name, colon, _ = record.data[at : at + 32].partition(b":")
         number = name.partition(b".")[2]
         if not colon or not number.isdigit():

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from fpmatch.image.picture import ByteReader
 
 LONGEST_CODE: Final = 16
+MAX_TABLES: Final = 8  # of one segment
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +42,13 @@ def read_huffman_tables(body: ByteReader) -> dict[int, HuffmanTable]:
         If the codes do not fit into their lengths, or symbols are missing.
     """
     tables = {}
-    while body.left:
+    for _ in range(MAX_TABLES):
+        if not body.left:
+            return tables
         number = body.u8()
         counts = body.take(LONGEST_CODE)
         tables[number] = _table(counts, body.take(sum(counts)))
-    return tables
+    raise ImageReadError("damaged WSQ image (too many Huffman tables)")
 
 
 def _table(counts: bytes, values: bytes) -> HuffmanTable:

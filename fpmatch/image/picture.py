@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageReadError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+_MARKER: Final = re.compile(rb"\xff[^\x00]", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,14 +87,9 @@ class ByteReader:
 
     def entropy_coded(self) -> bytes:
         """Return the bytes up to the next marker, 0xFF and not 0, without their stuffing."""
-        end = self._at
-        while True:
-            end = self._data.find(b"\xff", end)
-            if end < 0 or end + 1 >= len(self._data):
-                raise ImageReadError(f"damaged {self._name} image (it ends too soon)")
-            if self._data[end + 1] != 0:
-                break
-            end += 2
-        coded = self._data[self._at : end]
-        self._at = end
+        marker = _MARKER.search(self._data, self._at)
+        if marker is None:
+            raise ImageReadError(f"damaged {self._name} image (it ends too soon)")
+        coded = self._data[self._at : marker.start()]
+        self._at = marker.start()
         return coded.replace(b"\xff\x00", b"\xff")

@@ -15,6 +15,7 @@ import numpy as np
 from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
+from fpmatch.image.bombs import refuse_bombs
 from fpmatch.image.grey import as_grey, flatten_transparency
 from fpmatch.image.picture import Picture
 from fpmatch.image.resolution_tags import tagged_dpi
@@ -76,6 +77,7 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> Pictur
     ImageError
         If the picture is too small or too large, or its values make no grey image.
     """
+    refuse_bombs(decoder, data)
     try:
         with (
             _decoder_warnings_held(),

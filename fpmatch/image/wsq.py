@@ -32,6 +32,7 @@ _END, _FRAME, _BLOCK, _FILTERS, _QUANTISERS, _HUFFMAN, _COMMENT = (
     0xFFA8,
 )
 _LARGEST_TAP: Final = 2.0  # of a filter: those in use stay below 1
+MAX_SEGMENTS: Final = 1000
 SUBBANDS: Final = 60  # that are transmitted, of 64 that a quantiser table tells of
 MAX_MEGAPIXELS: Final = 16.0  # symbols are decoded one by one: about a second a megapixel
 _PPI: Final = re.compile(rb"(?:^|\n)PPI (\d{2,5})(?:\n|$)")
@@ -98,7 +99,11 @@ def decode_wsq(data: bytes, limits: ImageLimits) -> Picture:
     reader = ByteReader(data, "WSQ")
     if reader.take(2) != START_OF_IMAGE:
         raise ImageReadError("not a WSQ image")
+    segments = 0
     while (marker := reader.u16()) != _END:
+        segments += 1
+        if segments > MAX_SEGMENTS:
+            raise ImageReadError(f"WSQ image of more than {MAX_SEGMENTS} segments, which is absurd")
         if marker == _BLOCK:
             _read_block(reader, header)
         else:
@@ -202,8 +207,10 @@ def _decode_values(table: HuffmanTable, data: bytes, values: list[int], most: in
             at += bits
             if sign:
                 values.append(sign * number)
-            else:
+            elif number:
                 values.extend([0] * number)
+            else:
+                raise ImageReadError("damaged WSQ image (a run of no coefficients)")
         else:
             raise ImageReadError("damaged WSQ image (a coefficient has no meaning)")
 

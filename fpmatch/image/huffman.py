@@ -41,7 +41,7 @@ def read_huffman_tables(body: ByteReader) -> dict[int, HuffmanTable]:
     ImageReadError
         If the codes do not fit into their lengths, or symbols are missing.
     """
-    tables = {}
+    tables: dict[int, HuffmanTable] = {}
     for _ in range(MAX_TABLES):
         if not body.left:
             return tables

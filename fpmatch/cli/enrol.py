@@ -13,7 +13,7 @@ import click
 
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.raw import raw_option
-from fpmatch.cli.reading import read
+from fpmatch.cli.reading import read_print
 from fpmatch.cli.words import count
 from fpmatch.minutiae import STANDARD_DPI
 
@@ -50,13 +50,13 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 @click.argument("gallery")
 @click.argument(
     "places",
-    metavar="IMAGE|DIR...",
+    metavar="FILE|DIR...",
     nargs=-1,
     required=True,
     type=click.Path(path_type=Path),
 )
 @click.option("--pattern", metavar="REGEX", help="How names tell subject, finger and impression.")
-@click.option("--dpi", type=float, help="Resolution of all the pictures, in dots per inch.")
+@click.option("--dpi", type=float, help="Resolution of all the prints, in dots per inch.")
 @raw_option
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
@@ -76,8 +76,9 @@ def enrol(
 ) -> None:
     """Enrol prints in GALLERY: a file, or the URL of a PostgreSQL database.
 
-    It is made where it is missing. Each picture is enrolled once, whatever its name: a run that
-    was interrupted goes on when it is started again, and two may enrol at once.
+    A print is an image or a template; of a folder its images are meant or, if it has none, its
+    templates. The gallery is made where it is missing. Each file is enrolled once, whatever its
+    name: a run that was interrupted goes on when it is started again, and two may enrol at once.
     """
     from fpmatch.engine.engine import cores
     from fpmatch.gallery import enrol as work
@@ -95,7 +96,7 @@ def enrol(
             prints,
             pattern=names,
             engine=cores(workers),
-            extractor=partial(extract_print, reader=partial(read, raw=raw)),
+            extractor=partial(extract_print, reader=partial(read_print, raw=raw)),
             progress=bars.show,
         )
         summary, name = summarise(opened), opened.name

@@ -9,18 +9,20 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.cli.prints import open_print
 from fpmatch.cli.raw import raw_option
-from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
 from fpmatch.errors import FpmatchError, OutputError
+from fpmatch.formats.registry import codec_of_name, written_formats
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fpmatch.image.raw import RawSize
-    from fpmatch.image.read import GreyImage
+    from fpmatch.minutiae import Template
 
-SUFFIXES: Final = {"json": (".json",), "csv": (".csv",), "both": (".json", ".csv")}
+OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
+FORMATS: Final = OWN_FORMATS | {name: (name,) for name in written_formats()}
 
 
 @click.command(
@@ -28,6 +30,7 @@ SUFFIXES: Final = {"json": (".json",), "csv": (".csv",), "both": (".json", ".csv
 Examples:
   fpmatch extract print.tif -o templates
   fpmatch extract prints/*.tif -o templates --format json --dpi 569
+  fpmatch extract prints/*.tif -o templates --format iso2005
 
 Exit status: 0 when every template is written, 2 when an image failed; the others are kept.
 """
@@ -46,10 +49,10 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
 @click.option(
     "--format",
     "file_format",
-    type=click.Choice(list(SUFFIXES)),
+    type=click.Choice(list(FORMATS)),
     default="both",
     show_default=True,
-    help="JSON keeps everything; CSV the minutiae, for eyes and spreadsheets.",
+    help="JSON keeps everything; CSV the minutiae, for eyes; the others are those of convert.",
 )
 @click.option("--dpi", type=float, help="Resolution of all the images, in dots per inch.")
 @raw_option
@@ -63,7 +66,7 @@ def extract(
     dpi: float | None,
     raw: tuple[RawSize, ...],
 ) -> None:
-    """Write the template of each IMAGE into a folder, under the image's name.
+    """Write the template of each IMAGE, or template file, into a folder, under its name.
 
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
@@ -82,9 +85,9 @@ def extract(
     ) as bar:
         for image in bar:
             try:
-                minutiae += _extract_one(
-                    read(image, raw), output / image.stem, SUFFIXES[file_format], resolution, dpi
-                )
+                template = open_print(image, resolution, dpi, raw).template
+                _write(template, output / image.stem, file_format)
+                minutiae += len(template.minutiae)
             except OutputError:
                 raise
             except FpmatchError as error:
@@ -96,21 +99,15 @@ def extract(
     ctx.exit(2 if failures else 0)
 
 
-def _extract_one(
-    picture: GreyImage,
-    stem: Path,
-    suffixes: Sequence[str],
-    resolution: ResolutionChoice,
-    dpi: float | None,
-) -> int:
-    """Write the template of one image under `stem`; return the number of its minutiae."""
+def _write(template: Template, stem: Path, file_format: str) -> None:
+    """Write a template under `stem`; say what its format could not hold."""
     from fpmatch.formats.files import save_template
-    from fpmatch.image.extract import extract as extract_template
 
-    template = extract_template(picture, resolution.of(picture, dpi))
-    for suffix in suffixes:
-        save_template(stem.parent / f"{stem.name}{suffix}", template)
-    return len(template.minutiae)
+    for name in FORMATS[file_format]:
+        path = stem.parent / f"{stem.name}{codec_of_name(name).suffixes[0]}"
+        notes = save_template(path, template, file_format=name)
+        for note in notes if file_format not in OWN_FORMATS else ():
+            click.echo(f"fpmatch: note: {path}: {note}", err=True)
 
 
 def _refuse_shared_names(images: Sequence[Path]) -> None:

@@ -13,7 +13,7 @@ import click
 
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.raw import raw_option
-from fpmatch.cli.reading import read
+from fpmatch.cli.reading import read_print
 from fpmatch.cli.words import count
 from fpmatch.errors import FpmatchError
 from fpmatch.matching.matchers import DEFAULT_MATCHER
@@ -108,7 +108,7 @@ def identify(
     as_json: bool,
     workers: int | None,
 ) -> None:
-    """Rank the prints of GALLERY by how well they match each PROBE, an image or a folder of them.
+    """Rank the prints of GALLERY by how well they match each PROBE: image, template or folder.
 
     GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. It is
     prepared when it is searched for the first time, and when it has changed.
@@ -130,7 +130,7 @@ def identify(
             search = open_search(opened, matcher, engine=cores(workers), progress=bars.show)
         for file in files:
             try:
-                probe = extract_print(file, reader=partial(read, raw=raw))
+                probe = extract_print(file, reader=partial(read_print, raw=raw))
             except FpmatchError as error:
                 failures.append(error)
                 continue

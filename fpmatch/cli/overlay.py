@@ -33,12 +33,19 @@ def overlay(output: Path, side_by_side: bool, **values: Any) -> None:
     """Draw PROBE, moved by the recovered transform, over REFERENCE.
 
     The picture shows where ridges agree, the paired minutiae with their directions, the unpaired
-    ones fainter, and the decision in words. Where no transform is found the prints stand beside
+    ones fainter, and the decision in words. A template in place of an image shows its minutiae on
+    white. Where no transform is found the prints stand beside
     each other.
     """
     from fpmatch.drawing.caption import verdict
     from fpmatch.drawing.overlay import save_overlay
 
     probe, reference, verification = compare(PairOptions(**values))
-    save_overlay(output, probe, reference, verification, side_by_side=side_by_side)
+    save_overlay(
+        output,
+        probe.picture(),
+        reference.picture(),
+        verification,
+        side_by_side=side_by_side,
+    )
     click.echo(f"{verdict(verification)}, score {verification.score:.1f}: {output}")

@@ -1,4 +1,4 @@
-"""What `verify` and `overlay` share: two images, their options, and the comparison."""
+"""What `verify` and `overlay` share: two prints, their options, and the comparison."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.prints import open_print
 from fpmatch.cli.raw import raw_option
-from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from fpmatch.cli.prints import GivenPrint
     from fpmatch.image.raw import RawSize
-    from fpmatch.image.read import GreyImage
     from fpmatch.matching.result import Verification
 
 IMAGE: Final = click.Path(path_type=Path)
@@ -33,7 +33,7 @@ class PairOptions:
     Parameters
     ----------
     probe, reference : Path
-        The two images.
+        The two files, images or templates.
     dpi, probe_dpi, reference_dpi : float or None
         Resolution of both, or of either, in dots per inch; None where the file shall tell.
     matcher : str
@@ -65,7 +65,7 @@ def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
         [
             click.argument("probe", type=IMAGE),
             click.argument("reference", type=IMAGE),
-            click.option("--dpi", type=float, help="Resolution of both images, in dots per inch."),
+            click.option("--dpi", type=float, help="Resolution of both prints, in dots per inch."),
             click.option("--probe-dpi", type=float, help="Resolution of the probe."),
             click.option("--reference-dpi", type=float, help="Resolution of the reference."),
             click.option("--fmr", type=float, metavar="RATE", help=FMR_HELP),
@@ -87,15 +87,14 @@ def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def compare(options: PairOptions) -> tuple[GreyImage, GreyImage, Verification]:
-    """Return both images of a pair as they were read, and the decision on them.
+def compare(options: PairOptions) -> tuple[GivenPrint, GivenPrint, Verification]:
+    """Return both prints of a pair as they were read, and the decision on them.
 
     Raises
     ------
     FpmatchError
-        If an image cannot be read or used, or an option is out of its range.
+        If a print cannot be read or used, or an option is out of its range.
     """
-    from fpmatch.image.extract import extract
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.verify import verify
 
@@ -104,19 +103,19 @@ def compare(options: PairOptions) -> tuple[GreyImage, GreyImage, Verification]:
         load_calibration(options.matcher, options.calibration) if options.calibration else None
     )
     resolution = ResolutionChoice()
-    images = read(options.probe, options.raw), read(options.reference, options.raw)
-    own = options.probe_dpi, options.reference_dpi
+    sides = (options.probe, options.probe_dpi), (options.reference, options.reference_dpi)
     probe, reference = (
-        extract(image, resolution.of(image, options.dpi if dpi is None else dpi))
-        for image, dpi in zip(images, own, strict=True)
+        open_print(path, resolution, options.dpi if dpi is None else dpi, options.raw)
+        for path, dpi in sides
     )
-    return *images, verify(
-        probe,
-        reference,
+    verification = verify(
+        probe.template,
+        reference.template,
         matcher=options.matcher,
         threshold=threshold,
         calibration=calibration,
     )
+    return probe, reference, verification
 
 
 def _threshold(options: PairOptions) -> float:

@@ -1,15 +1,17 @@
-"""Read an image for a command, with nothing on stderr but what fpmatch itself has to say."""
+"""Read prints for a command, with nothing on stderr but what fpmatch itself has to say."""
 
 from __future__ import annotations
 
 import os
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
+    from fpmatch.formats.record import TemplateRecord
     from fpmatch.image.raw import RawSize
     from fpmatch.image.read import GreyImage
 
@@ -22,6 +24,13 @@ def read(path: Path, raw: Sequence[RawSize] = ()) -> GreyImage:
 
     with _c_libraries_silenced():
         return read_image(path, raw_sizes=raw)
+
+
+def read_print(path: Path, raw: Sequence[RawSize] = ()) -> GreyImage | TemplateRecord:
+    """Read a file as a template if it is one, else as `read` does."""
+    from fpmatch.gallery import prints
+
+    return prints.read_print(path, partial(read, raw=raw))
 
 
 @contextmanager

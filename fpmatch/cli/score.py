@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.cli.reading import read
+from fpmatch.cli.reading import read_print
 from fpmatch.cli.words import count
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI
@@ -113,9 +113,9 @@ def score(
 ) -> None:
     """Score probes against references, each with each, and write a row a pair.
 
-    A side is a folder of images, whose templates are extracted, or a gallery. The rows are the
-    same whichever engine works: processes of this machine, or a Dask cluster, whose workers may
-    join and die meanwhile.
+    A side is a folder of images, whose templates are extracted, or of templates, or a gallery. The
+    rows are the same whichever engine works: processes of this machine, or a Dask cluster, whose
+    workers may join and die meanwhile.
     """
     from fpmatch.engine.engine import make_engine
     from fpmatch.evaluation import scoring
@@ -124,7 +124,7 @@ def score(
 
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other")
-    opened = partial(open_side, dpi=dpi, reader=read)
+    opened = partial(open_side, dpi=dpi, reader=read_print)
     fitted = load_calibration(matcher, calibration) if calibration else None
     try:
         with ProgressBars(_STAGES) as bars:

@@ -1,4 +1,4 @@
-"""`fpmatch verify`: the decision on two images."""
+"""`fpmatch verify`: the decision on two prints."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ Examples:
   fpmatch verify probe.tif reference.tif
   fpmatch verify probe.tif reference.tif --fmr 0.001 --overlay overlay.png
   fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
+  fpmatch verify probe.iso reference.tif
 
 Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 """
@@ -32,9 +33,10 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @click.pass_context
 def verify(ctx: click.Context, /, overlay_file: Path | None, as_json: bool, **values: Any) -> None:
-    """Decide whether two images show the same finger.
+    """Decide whether two prints are of the same finger.
 
-    PROBE and REFERENCE are TIFF, PNG, BMP, JPEG or PGM files of one print each. The score is
+    PROBE and REFERENCE are images of one print each (TIFF, PNG, BMP, JPEG, WSQ and others), or
+    templates (ISO/IEC 19794-2, ANSI 378, XYT, AN2, JSON, CSV), found by content. The score is
     -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000 would
     reach it. The transform maps the probe's pixels onto the reference's.
     """
@@ -43,7 +45,7 @@ def verify(ctx: click.Context, /, overlay_file: Path | None, as_json: bool, **va
     if overlay_file is not None:
         from fpmatch.drawing.overlay import save_overlay
 
-        save_overlay(overlay_file, probe, reference, verification)
+        save_overlay(overlay_file, probe.picture(), reference.picture(), verification)
     from fpmatch.cli.report import as_dict, as_text
 
     if as_json:

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fpmatch.errors import DatasetError, ImageError, ImageReadError
+from fpmatch.errors import DatasetError, ImageError, ImageReadError, TemplateError
 from fpmatch.formats.files import holds_minutiae_only, load_record
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.registry import CODECS
@@ -115,7 +115,7 @@ def read_print(
 
 
 def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrint:
-    """Return the template of a print: extracted from an image, or the first one of a template file.
+    """Return the template of a print: extracted from an image, or the one in a template file.
 
     Parameters
     ----------
@@ -132,10 +132,15 @@ def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrin
     Raises
     ------
     TemplateError, ImageReadError, ImageError
-        If it cannot be read, cannot hold a fingerprint, or has no minutiae.
+        If it cannot be read, cannot hold a fingerprint, has no minutiae, or holds several prints.
     """
     found = reader(file.path)
     if isinstance(found, TemplateRecord):
+        if len(found.views) > 1:
+            raise TemplateError(
+                f"{file.path}: holds {len(found.views)} prints, and one is expected "
+                "(fpmatch convert --view takes one out)"
+            )
         view = found.views[0].at(file.dpi)
         template, assumed = view.template, not view.dpi_known
     else:

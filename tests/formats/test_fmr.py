@@ -112,10 +112,18 @@ def test_no_quality_is_not_the_worst() -> None:
 
 @pytest.mark.parametrize("name", FMR)
 def test_bytes_after_a_record_are_passed_over_with_a_word(name: str) -> None:
-    data = written(codec_of_name(name), sample_record()) + bytes(7)
+    data = written(codec_of_name(name), sample_record()) + b"foreign"
     record = codec_of_content(data).decode(data, Reading())
     assert record.format == name
     assert "7 bytes after the record passed over" in record.notes
+
+
+@pytest.mark.parametrize("name", FMR)
+def test_zeros_after_a_record_are_passed_over_in_silence(name: str) -> None:
+    data = written(codec_of_name(name), sample_record()) + bytes(7)
+    record = codec_of_content(data).decode(data, Reading())
+    assert record.format == name
+    assert record.notes == ()
 
 
 def test_extended_data_cut_short_cost_no_minutiae() -> None:

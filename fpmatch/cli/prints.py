@@ -1,0 +1,67 @@
+"""A print that a command was given: an image, whose template is extracted, or a template."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fpmatch.cli.reading import read_print
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from fpmatch.cli.resolution import ResolutionChoice
+    from fpmatch.image.raw import RawSize
+    from fpmatch.image.read import GreyImage
+    from fpmatch.minutiae import Template
+
+
+@dataclass(frozen=True, slots=True)
+class GivenPrint:
+    """Hold the template of a print, and its image if it was given as one."""
+
+    path: Path
+    template: Template
+    image: GreyImage | None
+
+    def picture(self) -> GreyImage:
+        """Return the image, or a white one of the template's size.
+
+        Raises
+        ------
+        ImageError
+            If the template tells a size too large for a picture.
+        """
+        if self.image is not None:
+            return self.image
+        import numpy as np
+
+        from fpmatch.errors import ImageError
+        from fpmatch.image.limits import DEFAULT_LIMITS
+        from fpmatch.image.read import GreyImage
+
+        width, height = self.template.width, self.template.height
+        if width * height > DEFAULT_LIMITS.max_megapixels * 1e6:
+            raise ImageError(f"{self.path}: {width} x {height} pixels are too many to draw")
+        return GreyImage(np.full((height, width), 255, np.uint8), self.template.dpi, str(self.path))
+
+
+def open_print(
+    path: Path, resolution: ResolutionChoice, dpi: float | None, raw: Sequence[RawSize] = ()
+) -> GivenPrint:
+    """Return the print in a file, at the resolution that holds.
+
+    Raises
+    ------
+    FpmatchError
+        If it can be read neither as a template nor as an image.
+    """
+    from fpmatch.formats.record import TemplateRecord
+
+    found = read_print(path, raw)
+    if isinstance(found, TemplateRecord):
+        return GivenPrint(path, resolution.first_of(found, path, dpi), None)
+    from fpmatch.image.extract import extract
+
+    return GivenPrint(path, extract(found, resolution.of(found, dpi)), found)

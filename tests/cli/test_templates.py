@@ -1,0 +1,125 @@
+"""Every command that takes an image takes a template too, of any format and under any name."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from fpmatch import extract, load_template, save_template
+from fpmatch.formats.files import save_record
+from fpmatch.formats.record import TemplateRecord, View
+
+
+@pytest.fixture(scope="session")
+def templates(prints: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with templates of two fingers in several formats."""
+    folder = tmp_path_factory.mktemp("templates")
+    for stem, suffix in (("1_1", ".iso"), ("1_2", ".ansi2009"), ("2_1", ".xyt"), ("2_2", ".csv")):
+        image = "2_1" if stem == "2_2" else stem
+        save_template(folder / f"{stem}{suffix}", extract(prints / f"{image}.png"))
+    return folder
+
+
+@pytest.mark.parametrize("reference", ["1_2.ansi2009", "1_2.png"])
+def test_verify_compares_templates_and_images(
+    run: Any, prints: Path, templates: Path, reference: str
+) -> None:
+    other = (prints if reference.endswith("png") else templates) / reference
+    same = run("verify", templates / "1_1.iso", other, "--json")
+    assert same.exit_code == 0
+    assert same.stderr == ""
+    found = json.loads(same.stdout)
+    assert found["transform"]["rotation_deg"] == pytest.approx(-90, abs=1)
+    assert run("verify", templates / "2_2.csv", other).exit_code == 1
+
+
+def test_what_a_template_does_not_tell_is_said(run: Any, templates: Path) -> None:
+    path = templates / "2_1.xyt"
+    result = run("verify", path, templates / "2_2.csv")
+    assert result.exit_code == 0
+    assert result.stderr.splitlines() == [
+        f"fpmatch: note: {path}: angles taken for NIST: y up, degrees",
+        f"fpmatch: note: {path} does not tell its resolution; 500 dpi assumed (--dpi sets it)",
+    ]
+    told = run("verify", path, templates / "2_2.csv", "--probe-dpi", 500)
+    assert "assumed" not in told.stderr
+
+
+def test_of_several_prints_the_first_is_taken_and_said(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "two.iso2011"
+    views = tuple(View(extract(prints / name)) for name in ("1_1.png", "2_1.png"))
+    save_record(path, TemplateRecord("", views))
+    result = run("verify", path, prints / "1_1.png")
+    assert result.exit_code == 0
+    assert result.stderr == f"fpmatch: note: {path}: the first of its 2 prints is taken\n"
+    enrolled = run("enrol", tmp_path / "x.db", path, "--pattern", "(?P<subject>two)")
+    assert enrolled.exit_code == 1
+    assert "holds 2 prints, and one is expected" in enrolled.stderr
+
+
+@pytest.mark.parametrize("words", [("verify", "--overlay"), ("overlay", "-o")])
+def test_overlays_show_templates_on_white(
+    run: Any, prints: Path, templates: Path, tmp_path: Path, words: tuple[str, str]
+) -> None:
+    out = tmp_path / "out.png"
+    command, option = words
+    result = run(command, templates / "1_1.iso", prints / "1_2.png", option, out)
+    assert result.exit_code == 0
+    with Image.open(out) as picture:
+        assert picture.size[0] > 300
+
+
+def test_a_damaged_template_is_one_line(run: Any, templates: Path, tmp_path: Path) -> None:
+    path = tmp_path / "cut.tif"
+    path.write_bytes((templates / "1_1.iso").read_bytes()[:60])
+    result = run("verify", path, templates / "1_1.iso")
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"fpmatch: error: {path}: cut short: ")
+
+
+def test_extract_takes_templates_and_writes_any_format(
+    run: Any, prints: Path, templates: Path, tmp_path: Path
+) -> None:
+    words = [templates / "1_1.iso", prints / "2_1.png", "-o", tmp_path]
+    assert run("extract", *words, "--format", "iso2011").exit_code == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"1_1.iso2011", "2_1.iso2011"}
+    again = load_template(tmp_path / "1_1.iso2011")
+    assert again.minutiae == load_template(templates / "1_1.iso").minutiae
+
+
+def test_galleries_are_filled_and_searched_with_templates(
+    run: Any, prints: Path, templates: Path, tmp_path: Path
+) -> None:
+    gallery = tmp_path / "prints.db"
+    enrolled = run("enrol", gallery, templates, "--workers", 1, "--json")
+    assert enrolled.exit_code == 0
+    assert json.loads(enrolled.stdout)["enrolled"] == 4
+    assert json.loads(enrolled.stdout)["dpi_assumed"] == 1
+    words = ["--json", "-k", 1, "--workers", 1]
+    found = run("identify", gallery, templates / "1_2.ansi2009", prints / "2_1.png", *words)
+    assert found.exit_code == 0
+    probes = json.loads(found.stdout)["probes"]
+    assert [probe["candidates"][0]["subject"] for probe in probes] == ["1", "2"]
+
+
+def test_scores_of_a_folder_of_templates(
+    run: Any, prints: Path, templates: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "images").mkdir()
+    shutil.copy(prints / "1_1.png", tmp_path / "images")
+    out = tmp_path / "scores.csv"
+    sides = ["--references", templates, "--probes", tmp_path / "images", "-o", out]
+    assert run("score", *sides, "--workers", 1).exit_code == 0
+    with out.open(newline="") as stream:
+        scores = {row["reference"]: float(row["score"]) for row in csv.DictReader(stream)}
+    assert set(scores) == {"1_1.iso", "1_2.ansi2009", "2_1.xyt", "2_2.csv"}
+    assert min(scores["1_1.iso"], scores["1_2.ansi2009"]) > 40
+    assert max(scores["2_1.xyt"], scores["2_2.csv"]) < 40

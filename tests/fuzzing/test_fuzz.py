@@ -1,0 +1,78 @@
+"""`scripts/fuzz`: it finds what is planted, keeps the input, and finds nothing in what is sound."""
+
+from __future__ import annotations
+
+import random
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from fuzz_loop import damaged, run
+from fuzz_targets import all_targets
+from planted_targets import GOOD, planted
+
+from fpmatch.formats.registry import CODECS
+
+SCRIPT = Path(__file__).parents[2] / "scripts" / "fuzz"
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("raises", "ZeroDivisionError in planted_targets.py:"),
+        ("dies", "the process died (exit status -9)"),
+        ("hangs", "took more than 0.5 s"),
+        ("wordy", "an error that is not one line"),
+    ],
+)
+def test_a_planted_bug_is_found_and_its_input_kept(tmp_path: Path, name: str, reason: str) -> None:
+    count = run(name, planted, [], 0.1, 0, tmp_path / "found", hang_seconds=0.5)
+    while not count.failures:  # a process that starts slowly
+        count = run(name, planted, [], 5.0, 0, tmp_path / "found", hang_seconds=0.5)
+    path, words = count.failures[0]
+    assert words.startswith(reason)
+    assert path.parent == tmp_path / "found"
+    assert path.name.startswith(f"{name}-")
+    assert path.read_bytes() != GOOD
+
+
+def test_a_sound_reader_has_no_failures(tmp_path: Path) -> None:
+    count = run("sound", planted, [b"more"], 2.0, 0, tmp_path)
+    assert count.failures == []
+    assert count.inputs > count.refused > 0
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_same_seed_gives_the_same_inputs() -> None:
+    inputs = [[damaged(random.Random(seed), [GOOD]) for _ in range(9)] for seed in (1, 1, 2)]
+    assert inputs[0] == inputs[1] != inputs[2]
+
+
+def test_every_template_format_and_more_is_a_target_with_good_files() -> None:
+    targets = {target.name: target for target in all_targets()}
+    assert {codec.name for codec in CODECS} <= set(targets)
+    assert any(name.startswith("image-") for name in targets)
+    for target in targets.values():
+        assert target.corpus
+        for data in target.corpus:
+            target.read(data)
+
+
+def test_the_script_ends_clean_and_counts(tmp_path: Path) -> None:
+    extra = tmp_path / "more.iso"
+    extra.write_bytes(b"FMR\x00 20\x00")
+    words = ["--seconds", "2", "--target", "iso2005", "--target", "an2", "--into", tmp_path / "out"]
+    done = subprocess.run(
+        [sys.executable, SCRIPT, *words, extra],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    first, second, last = done.stdout.splitlines()
+    assert first.startswith("iso2005 ")
+    assert second.startswith("an2 ")
+    assert "inputs, 0 failures, " in last
+    assert not (tmp_path / "out").exists()

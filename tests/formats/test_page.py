@@ -1,0 +1,68 @@
+"""docs/formats.md and the schema beside it say what the formats are."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from made_records import sample_record, written
+
+from fpmatch.errors import FpmatchError
+from fpmatch.formats.record import Reading, ReadLimits, TemplateRecord, View
+from fpmatch.formats.registry import CODECS, codec_of_name
+from fpmatch.minutiae import MAX_DPI, MIN_DPI, Template
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "formats.md").read_text(encoding="utf-8")
+SCHEMA: dict[str, Any] = json.loads((DOCS / "template.schema.json").read_text(encoding="utf-8"))
+
+
+def test_the_table_lists_every_format_with_its_suffixes() -> None:
+    rows = re.findall(r"^\| `([\w-]+)` \| ([^|]+) \| ([^|]+) \| (yes|no) \|", PAGE, re.MULTILINE)
+    assert {row[0] for row in rows} == {codec.name for codec in CODECS}
+    for name, title, suffixes, is_written in rows:
+        codec = codec_of_name(name)
+        assert title == codec.title
+        assert tuple(re.findall(r"`(\.[\w-]+)`", suffixes)) == codec.suffixes
+        assert (is_written == "yes") is (codec.encode is not None)
+
+
+def test_the_limits_on_the_page_are_those_of_the_reader() -> None:
+    limits = ReadLimits()
+    for words in (
+        f"files over {limits.max_bytes // 2**20} MiB",
+        f"{limits.max_minutiae:,} minutiae a print",
+        f"{limits.max_views} prints a file",
+        f"{limits.max_side_px:,} pixels",
+    ):
+        assert words in re.sub(r"\s+", " ", PAGE), words
+
+
+def test_the_schema_has_the_members_that_are_written(template: Template) -> None:
+    for record in (sample_record(), TemplateRecord("", (View(template),))):
+        document = json.loads(written(codec_of_name("json"), record))
+        assert list(document) == list(SCHEMA["properties"])
+        assert list(document["minutiae"]) == list(SCHEMA["properties"]["minutiae"]["properties"])
+        if document["ridge_field"] is not None:
+            field = SCHEMA["properties"]["ridge_field"]
+            assert list(document["ridge_field"]) == field["required"] == list(field["properties"])
+
+
+def test_the_schema_has_the_limits_of_the_reader() -> None:
+    properties, limits = SCHEMA["properties"], ReadLimits()
+    assert properties["width"]["maximum"] == properties["height"]["maximum"] == limits.max_side_px
+    assert (properties["dpi"]["minimum"], properties["dpi"]["maximum"]) == (MIN_DPI, MAX_DPI)
+    for column in properties["minutiae"]["properties"].values():
+        assert column["maxItems"] == limits.max_minutiae
+
+
+@pytest.mark.parametrize("member", SCHEMA["required"])
+def test_what_the_schema_requires_the_reader_does(member: str) -> None:
+    codec = codec_of_name("json")
+    document = json.loads(written(codec, sample_record()))
+    del document[member]
+    with pytest.raises(FpmatchError):
+        codec.decode(json.dumps(document).encode(), Reading())

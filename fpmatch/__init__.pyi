@@ -20,3 +20,4 @@ from .minutiae import Template as Template
 from .pointset.match import match_points as match_points
 from .pointset.point_match import PointMatch as PointMatch
 from .pointset.similarity import Similarity as Similarity
+from .scale import find_scale as find_scale

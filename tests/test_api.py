@@ -34,6 +34,7 @@ PUBLIC: Final = {
     "__version__",
     "draw",
     "extract",
+    "find_scale",
     "fmr_to_score",
     "load_template",
     "match_points",
@@ -50,6 +51,7 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "_version": set(),
     "errors": set(),
     "minutiae": set(),
+    "scale": set(),
     "output": set(),
     "pointset": set(),
     "image": set(),
@@ -69,6 +71,7 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
         "synthesis",
         "engine",
         "gallery",
+        "scale",
     },
     "__main__": {"cli"},
 }

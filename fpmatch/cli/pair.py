@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from fpmatch.cli.prints import GivenPrint
     from fpmatch.image.raw import RawSize
     from fpmatch.matching.result import Verification
+    from fpmatch.scale import ScaleMeasurement
 
 IMAGE: Final = click.Path(path_type=Path)
 FMR_HELP: Final = (
@@ -116,6 +117,23 @@ def compare(options: PairOptions) -> tuple[GivenPrint, GivenPrint, Verification]
         calibration=calibration,
     )
     return probe, reference, verification
+
+
+def scale_between(verification: Verification, options: PairOptions) -> ScaleMeasurement | None:
+    """Return the scale between the prints of a verification, at the resolutions that they claim."""
+    from functools import partial
+
+    from fpmatch.matching.calibration import load_calibration
+    from fpmatch.matching.verify import verify
+    from fpmatch.scale import find_scale
+
+    same = partial(
+        verify,
+        matcher=options.matcher,
+        threshold=verification.threshold,
+        calibration=load_calibration(options.matcher, options.calibration),
+    )
+    return find_scale(verification, same)
 
 
 def _threshold(options: PairOptions) -> float:

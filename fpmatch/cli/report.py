@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.caption import odds, verdict
@@ -13,12 +14,16 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.result import Verification
     from fpmatch.pointset.similarity import Similarity
+    from fpmatch.scale import ScaleMeasurement
 
 LABEL_WIDTH: Final = 12
 
 
-def as_text(verification: Verification) -> str:
-    """Return decision, evidence and reason, the decision on the first line."""
+def as_text(verification: Verification, scale: ScaleMeasurement | None = None) -> str:
+    """Return decision, evidence and reason, the decision on the first line.
+
+    The scale between the prints is told only where it is not 1.
+    """
     v = verification
     bound = "at most " if v.score >= MAX_SCORE else ""  # the score is clipped there
     caution = f" (extrapolated: measured up to {odds(v.fmr_reach)})" if v.extrapolated else ""
@@ -43,10 +48,18 @@ def as_text(verification: Verification) -> str:
         ]
     if v.reason:
         rows.append(("Reason", v.reason))
+    if scale is not None and scale.differs:
+        words = scale_in_words(scale, v.probe.dpi, v.reference.dpi)
+        rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
     return "\n".join([verdict(v), *(f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)])
 
 
-def as_dict(verification: Verification, probe: Path, reference: Path) -> dict[str, Any]:
+def as_dict(
+    verification: Verification,
+    probe: Path,
+    reference: Path,
+    scale: ScaleMeasurement | None = None,
+) -> dict[str, Any]:
     """Return the object that ``--json`` prints.
 
     Parameters
@@ -55,6 +68,8 @@ def as_dict(verification: Verification, probe: Path, reference: Path) -> dict[st
         The decision and its evidence.
     probe, reference : Path
         The files compared.
+    scale : ScaleMeasurement, optional
+        The scale between the prints, where it is known.
 
     Returns
     -------
@@ -75,10 +90,20 @@ def as_dict(verification: Verification, probe: Path, reference: Path) -> dict[st
         if t is None
         else {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty},
         "rms_px": float(verification.rms_px) if found else None,
+        "scale": None if scale is None else asdict(scale),
         "reason": verification.reason,
         "probe": str(probe),
         "reference": str(reference),
     }
+
+
+def scale_in_words(scale: ScaleMeasurement, probe_dpi: float, reference_dpi: float) -> str:
+    """Return which resolutions would bring both prints to one scale."""
+    return (
+        f"the reference is {scale.ratio:.2f} times as large as the probe: either the probe is of "
+        f"about {probe_dpi / scale.ratio:.0f} dpi, not {probe_dpi:g}, or the reference of about "
+        f"{reference_dpi * scale.ratio:.0f}, not {reference_dpi:g}"
+    )
 
 
 def transform_in_words(transform: Similarity) -> str:

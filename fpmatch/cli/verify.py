@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from fpmatch.cli.pair import PairOptions, compare, pair_options
+from fpmatch.cli.pair import PairOptions, compare, pair_options, scale_between
 
 
 @click.command(
@@ -48,9 +48,10 @@ def verify(ctx: click.Context, /, overlay_file: Path | None, as_json: bool, **va
         save_overlay(overlay_file, probe.picture(), reference.picture(), verification)
     from fpmatch.cli.report import as_dict, as_text
 
+    scale = scale_between(verification, options)
     if as_json:
-        report = as_dict(verification, options.probe, options.reference)
+        report = as_dict(verification, options.probe, options.reference, scale)
         click.echo(json.dumps(report, indent=2, allow_nan=False))
     else:
-        click.echo(as_text(verification))
+        click.echo(as_text(verification, scale))
     ctx.exit(0 if verification.match else 1)

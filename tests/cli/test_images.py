@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -75,3 +76,27 @@ def test_what_was_noticed_on_reading_is_said_once(
     run("extract", prints / "1_1.png", "-o", tmp_path / "out")
     turned, plain = (load_template(tmp_path / "out" / f"{name}.json") for name in ("a", "1_1"))
     assert turned.minutiae == plain.minutiae
+
+
+def test_a_wrong_resolution_is_told_match_or_not(run: Any, prints: Path) -> None:
+    pair = prints / "1_2.png", prints / "1_1.png"
+    right = run("verify", *pair)
+    assert "Scale " not in right.stdout
+    wrong = run("verify", *pair, "--probe-dpi", 569)
+    assert wrong.stdout.startswith("MATCH\n")
+    told = re.search(
+        r"Scale .* about (\d+) dpi, not 569, or .* about (\d+), not 500$",
+        wrong.stdout,
+        re.MULTILINE,
+    )
+    assert told is not None
+    assert [int(dpi) for dpi in told.groups()] == [
+        pytest.approx(500, abs=15),
+        pytest.approx(569, abs=15),
+    ]
+    twice = run("verify", *pair, "--probe-dpi", 1000)
+    assert twice.stdout.startswith("NO MATCH\n")
+    assert twice.stdout.endswith("not 500; at that scale they match\n")
+    scale = json.loads(run("verify", *pair, "--probe-dpi", 1000, "--json").stdout)["scale"]
+    assert scale["ratio"] == pytest.approx(2, rel=0.03)
+    assert scale["differs"] is True

@@ -23,6 +23,7 @@ KEYS = [
     "pairs",
     "transform",
     "rms_px",
+    "scale",
     "reason",
     "probe",
     "reference",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.errors import ImageReadError
 from fpmatch.image.embedded import Embedded, decode_embedded
 from fpmatch.image.picture import ByteReader
-from fpmatch.image.resolution_tags import usable_dpi
+from fpmatch.image.resolution_tags import MM_PER_INCH, dpi_of_record, usable_dpi
 
 if TYPE_CHECKING:
     from fpmatch.image.limits import ImageLimits
@@ -28,7 +28,7 @@ _BINARY_TYPES: Final = range(3, 9)
 _GREY_FINGER: Final = 4  # the binary type that a print of 8 bits has
 _TAGGED_PRINTS: Final = (13, 14, 15)  # latent, finger, palm
 _BINARY_COMPRESSION: Final = ("NONE", "WSQ20", "JPEGB", "JPEGL", "JP2", "JP2L", "PNG")
-_MM_PER_INCH, _CM_PER_INCH = 25.4, 2.54
+_PER_INCH, _PER_CM = 1, 2  # units of the scale
 _STANDARD_PPI: Final = 500.0
 
 
@@ -145,21 +145,21 @@ def _tagged_print(record: _Record, _: dict[int, bytes]) -> Embedded:
     fields = _fields(record)
     if _DATA not in fields:
         raise ImageReadError(f"damaged ANSI/NIST file (type {record.type} without an image)")
-    units, across, down = (_number(fields.get(n, b"0")) for n in (8, 9, 10))
-    per_inch = {1: 1.0, 2: _CM_PER_INCH}.get(units, 0.0)
+    units, *scales = (_number(fields.get(n, b"0")) for n in (8, 9, 10))
+    across, down = (dpi_of_record(scale, per_cm=units == _PER_CM) for scale in scales)
     return Embedded(
         fields[_DATA],
         fields.get(11, b"NONE").decode("latin-1").strip().upper(),
         width=_number(fields.get(6, b"0")),
         height=_number(fields.get(7, b"0")),
         depth=_number(fields.get(12, b"8")),
-        dpi=usable_dpi(round(across * per_inch), round(down * per_inch)),
+        dpi=usable_dpi(across, down) if units in (_PER_INCH, _PER_CM) else None,
     )
 
 
 def _per_mm(text: bytes) -> float | None:
     try:
-        return round(float(text) * _MM_PER_INCH)
+        return round(float(text) * MM_PER_INCH)
     except (ValueError, OverflowError):
         return None
 

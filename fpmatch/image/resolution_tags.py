@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 TAGGED_DPI_DIGITS: Final = 1  # 500 dpi in a tag per metre comes back as 499.999
 MM_PER_INCH: Final = 25.4
+CM_PER_INCH: Final = 2.54
 _X_RESOLUTION, _Y_RESOLUTION, _UNIT, _DESCRIPTION = 282, 283, 296, 270  # TIFF's tags, and Exif's
 _NO_UNIT, _PER_CM = 1, 3
 _COMMENT_BYTES: Final = 4096  # of a header and of each comment are searched
@@ -60,6 +61,24 @@ def usable_dpi(horizontal: object, vertical: object = None) -> float | None:
     dpi = _rounded(horizontal)
     same = vertical is None or dpi == _rounded(vertical)
     return dpi if dpi is not None and same and MIN_DPI < dpi <= MAX_DPI else None
+
+
+def dpi_of_record(pixels: int, *, per_cm: bool) -> float:
+    """Return the resolution that a record tells in whole pixels an inch or a centimetre.
+
+    Whole pixels a centimetre stand for a range of 2.54 dpi: where a multiple of 100 lies in it
+    that is meant, else the nearest whole number.
+
+    Examples
+    --------
+    >>> dpi_of_record(197, per_cm=True), dpi_of_record(224, per_cm=True)
+    (500.0, 569.0)
+    """
+    if not per_cm:
+        return float(pixels)
+    exact = pixels * CM_PER_INCH
+    hundreds = round(exact, -2)
+    return float(hundreds if abs(hundreds - exact) <= CM_PER_INCH / 2 else round(exact))
 
 
 def tagged_dpi(picture: Image.Image, head: bytes) -> tuple[float | None, tuple[str, ...]]:
@@ -113,7 +132,7 @@ def _pairs(picture: Image.Image, head: bytes) -> Iterator[tuple[int, Any, Any]]:
     try:
         exif = picture.getexif()
         across, down, scale = (exif.get(tag) for tag in (_X_RESOLUTION, _Y_RESOLUTION, _UNIT))
-        per_inch = MM_PER_INCH / 10 if scale == _PER_CM else 1.0
+        per_inch = CM_PER_INCH if scale == _PER_CM else 1.0
         if across is not None and down is not None:
             yield _NO_UNIT if scale == _NO_UNIT else 0, across * per_inch, down * per_inch
     except _UNREADABLE:

@@ -115,6 +115,14 @@ def test_finger_image_records(standard: str, name: str) -> None:
         assert (picture.dpi, picture.format) == (500, form)
 
 
+@pytest.mark.parametrize(("per_cm", "dpi"), [(197, 500), (224, 569), (394, 1000), (0, None)])
+def test_pixels_a_centimetre(per_cm: int, dpi: float | None) -> None:
+    record = finger_image_record(GREY, "2011", scale=(2, per_cm))
+    assert decode_finger_image_record(record, DEFAULT_LIMITS).dpi == dpi
+    transaction = an2(tagged_print(GREY, scale=(2, per_cm, per_cm)))
+    assert decode_an2(transaction, DEFAULT_LIMITS).dpi == dpi
+
+
 @pytest.mark.parametrize("standard", ["ansi", "2005", "2011"])
 def test_bad_finger_image_records_say_what_is_wrong(standard: str) -> None:
     whole = finger_image_record(GREY, standard)

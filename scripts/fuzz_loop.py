@@ -171,10 +171,11 @@ def _work(
     warnings.simplefilter("error")
     target = next(target for target in targets() if target.name == name)
     end = time.monotonic() + seconds
+    shared = memoryview(buffer).cast("B")
     for data in inputs(seed, [*target.corpus, *extra]):
         if time.monotonic() > end:
             return
-        buffer[: len(data)] = data
+        shared[: len(data)] = data
         state[2], state[3] = len(data), 1
         try:
             target.read(data)

@@ -21,7 +21,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.an2_records import START, Record, contents, records, table
+from fpmatch.formats.an2_records import (
+    RS,
+    START,
+    Record,
+    contents,
+    first_item,
+    records,
+    table,
+)
 from fpmatch.formats.codec import LARGEST, Codec
 from fpmatch.formats.columns import minutiae_of
 from fpmatch.formats.fmr import span
@@ -122,8 +130,8 @@ def _block(fields: dict[int, bytes], how: Reading) -> _Block | None:
     """Return the minutiae of a record of type 9, None where it has none."""
     for number, read in ((137, _m1), (331, _efs), (23, _iafis), (12, _standard)):
         if number in fields:
+            how.limits.check_minutiae(fields[number].count(RS) + 1)
             subfields = table(fields[number])
-            how.limits.check_minutiae(len(subfields))
             try:
                 return read(subfields, fields)
             except (IndexError, ValueError) as error:
@@ -148,7 +156,7 @@ def _m1(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
 
 
 def _efs(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
-    region = [_number(item) for item in table(fields.get(300, b""))[0] if item]
+    region = [_number(item) for item in table(fields.get(300, b"").split(RS, 1)[0])[0] if item]
     left, top = (region[2], region[3]) if len(region) >= 4 else (0.0, 0.0)
     rows = [
         (
@@ -160,7 +168,7 @@ def _efs(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
         )
         for items in subfields
     ]
-    finger = table(fields.get(302, b"0"))[0][0]
+    finger = first_item(fields.get(302, b"0"))
     return _Block("extended feature set", rows, finger)
 
 
@@ -248,7 +256,7 @@ def _number(value: bytes) -> float:
 
 def _code(value: bytes) -> int:
     """Return the whole number that a field begins with, 0 where there is none."""
-    first = table(value)[0][0].strip()
+    first = first_item(value).strip()
     return int(first) if first.isdigit() and len(first) < 7 else 0
 
 

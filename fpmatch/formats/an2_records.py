@@ -69,6 +69,11 @@ def table(value: bytes) -> list[list[bytes]]:
     return [subfield.split(US) for subfield in value.split(RS)]
 
 
+def first_item(value: bytes) -> bytes:
+    """Return the first item of the first subfield of a field."""
+    return value.split(RS, 1)[0].split(US, 1)[0]
+
+
 def contents(data: bytes) -> list[tuple[int, int]]:
     """Return type and number of each record after the first, as the first lists them.
 
@@ -80,13 +85,13 @@ def contents(data: bytes) -> list[tuple[int, int]]:
     found = _CONTENTS.search(data[: data.find(FS) + 1] or data)
     if found is None:
         raise TemplateError("the first record does not list the others (field 1.003)")
+    if found[1].count(RS) > MOST_RECORDS:
+        raise TemplateError(f"more than {MOST_RECORDS} records")
     listed = []
     for items in table(found[1])[1:]:
         if len(items) < 2 or not all(item.isdigit() and len(item) < 4 for item in items[:2]):
             raise TemplateError("the list of records (field 1.003) is malformed")
         listed.append((int(items[0]), int(items[1])))
-        if len(listed) > MOST_RECORDS:
-            raise TemplateError(f"more than {MOST_RECORDS} records")
     return listed
 
 

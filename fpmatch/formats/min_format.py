@@ -52,14 +52,19 @@ def decode(data: bytes, how: Reading) -> TemplateRecord:
         raise TemplateError("line 1: expected Image (w,h) and two numbers")
     size = int(head[1]), int(head[2])
     how.limits.check_size(*size)
-    lines = [line for line in _lines(data) if line[1].strip()][1:]
-    told = _COUNT.fullmatch(lines[0][1]) if lines else None
+    lines = (line for line in _lines(data) if line[1].strip())
+    next(lines)  # the size
+    told = _COUNT.fullmatch(next(lines, (0, ""))[1])
     if told is None:
         raise TemplateError("expected the number of minutiae after the size")
-    how.limits.check_minutiae(max(int(told[1]), len(lines) - 1))
-    if len(lines) - 1 != int(told[1]):
-        raise TemplateError(f"tells {int(told[1])} minutiae and has {len(lines) - 1}")
-    table = np.array([_minutia(*line) for line in lines[1:]], dtype=np.float64).reshape(-1, 5)
+    how.limits.check_minutiae(int(told[1]))
+    rows: list[tuple[float, ...]] = []
+    for line in lines:
+        how.limits.check_minutiae(len(rows) + 1)
+        rows.append(_minutia(*line))
+    if len(rows) != int(told[1]):
+        raise TemplateError(f"tells {int(told[1])} minutiae and has {len(rows)}")
+    table = np.array(rows, dtype=np.float64).reshape(-1, 5)
     x, y, step, reliability, kind = table.T
     angle = np.mod(STRAIGHT_UP - step, STEPS) * (2 * np.pi / STEPS)
     minutiae = minutiae_of(x, y, angle, kind, np.clip(reliability * 100.0, 0, 100))

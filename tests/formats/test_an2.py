@@ -103,3 +103,19 @@ def test_a_field_that_is_malformed_is_named() -> None:
     data = an2_file("standard").replace(b"10000500090", b"1000x500090")
     with pytest.raises(TemplateError, match=r"field 9\.012 is malformed"):
         decode(data, Reading())
+
+
+@pytest.mark.parametrize("separator", [b"\x1e", b"\x1f", b"\x1d"])
+def test_a_field_of_nothing_but_separators_is_refused_at_once(separator: bytes) -> None:
+    many = separator * 200_000
+    for data in (
+        an2_file("standard").replace(b"9.012:", b"9.012:" + many),
+        an2_file("standard").replace(b"1.003:", b"1.003:" + many),
+    ):
+        length = len(data) - len(an2_file("standard"))
+        for kind in (b"1.001:", b"9.001:"):
+            start = data.index(kind) + len(kind)
+            end = data.index(b"\x1d", start)
+            told = b"%d" % (int(data[start:end]) + length)
+            with pytest.raises(TemplateError):
+                decode(data[:start] + told + data[end:], Reading())

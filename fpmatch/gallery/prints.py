@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, TemplateError
-from fpmatch.formats.files import holds_minutiae_only, load_record
+from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_record
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.registry import CODECS
 from fpmatch.image.print_folder import describe_folder, images_in
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
+
+
+_COMMON_SUFFIXES: Final = (".json", ".csv")
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +168,10 @@ def _files(place: Path) -> list[Path]:
 
 
 def _templates_in(folder: Path) -> list[Path]:
-    """Return the template files of a folder, one of each name, by name."""
+    """Return the files of a folder that are named like templates, one of each name, by name.
+
+    JSON and CSV are suffixes of much else: of these the files that begin like templates.
+    """
     suffixes = [suffix for codec in sorted(CODECS, key=_rank) for suffix in codec.suffixes]
     try:
         files = [path for path in folder.iterdir() if path.suffix.lower() in suffixes]
@@ -173,7 +179,8 @@ def _templates_in(folder: Path) -> list[Path]:
         raise DatasetError(f"{folder}: cannot be listed: {error.strerror}") from error
     found: dict[str, Path] = {}
     for path in sorted(files, key=lambda path: suffixes.index(path.suffix.lower())):
-        if holds_minutiae_only(path) and not path.name.startswith("."):
+        named_so = path.suffix.lower() not in _COMMON_SUFFIXES or is_template_file(path)
+        if path.is_file() and named_so and not path.name.startswith("."):
             found.setdefault(path.stem, path)
     return sorted(found.values())
 

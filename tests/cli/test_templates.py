@@ -123,3 +123,30 @@ def test_scores_of_a_folder_of_templates(
     assert set(scores) == {"1_1.iso", "1_2.ansi2009", "2_1.xyt", "2_2.csv"}
     assert min(scores["1_1.iso"], scores["1_2.ansi2009"]) > 40
     assert max(scores["2_1.xyt"], scores["2_2.csv"]) < 40
+
+
+def test_a_batch_lists_exactly_the_damaged_templates(
+    run: Any, templates: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "prints"
+    folder.mkdir()
+    good = (templates / "1_1.iso").read_bytes()
+    damaged = {3, 8}
+    for number in range(1, 11):
+        data = good[:-30] if number == 3 else b"no template" if number == 8 else good
+        (folder / f"{number}_1.iso").write_bytes(data + bytes(number))
+    gallery = tmp_path / "prints.db"
+    result = run("enrol", gallery, folder, "--workers", 1)
+    assert result.exit_code == 1
+    assert result.stdout.startswith("enrolled 8 of 10 pictures, 2 failed")
+    failed = [line for line in result.stderr.splitlines() if "failed" in line]
+    assert len(failed) == len(damaged)
+    for number, line in zip(sorted(damaged), failed, strict=True):
+        assert f"{number}_1.iso: " in line
+    scored = run(
+        "score", "--references", gallery, "--probes", folder, "-o", tmp_path / "s.csv",
+        "--workers", 1, "--json",
+    )  # fmt: skip
+    assert scored.exit_code == 1
+    failures = json.loads(scored.stdout)["failures"]
+    assert {failure["name"] for failure in failures} == {"3_1.iso", "8_1.iso"}

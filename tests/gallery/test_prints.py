@@ -70,8 +70,10 @@ def test_a_folder_without_images_is_its_templates_one_of_each_name(tmp_path, tem
         save_template(tmp_path / name, template)
     (tmp_path / "scores.csv").write_text("probe,reference,score\n")
     (tmp_path / "notes.json").write_text("[]")
+    (tmp_path / "11_1.iso").write_text("what a damaged disk left of a template")
     assert [file.path.name for file in find_prints([tmp_path])] == [
         "10_1.iso",
+        "11_1.iso",
         "1_1.csv",
         "2_1.json",
     ]

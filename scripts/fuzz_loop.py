@@ -26,8 +26,11 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 4 * 2**20  # of an input
 MEMORY_BYTES = 4 * 2**30  # of address space, for one process
-HANG_SECONDS = 20.0  # for one input, and for a process to start
+HANG_SECONDS = 60.0  # for one input, of which none should take more than one
+START_SECONDS = 600.0  # for a process, on a machine that is busy
+STARTING, READING, BETWEEN = 0, 1, 2  # what a process is at
 STDERR = 2
+MOST_FAILURES = 10  # of one target, after which it is left
 MOST_WORDS = 500  # of a reason: a pipe takes them without a reader
 EXTREMES = (0, 1, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
 WORDS = (b"0", b"-1", b"99999", b"nan", b"1e308", b"", b"4294967296", b"\xff\xfe", b"[" * 50)
@@ -89,6 +92,7 @@ def run(
     seed: int,
     into: Path,
     hang_seconds: float = HANG_SECONDS,
+    most_failures: int = MOST_FAILURES,
 ) -> Count:
     """Feed the target `name` for some seconds, and save each input that it fails on.
 
@@ -108,22 +112,20 @@ def run(
         Folder for failing inputs.
     hang_seconds : float
         How long one input may take.
+    most_failures : int
+        After how many the target is left.
 
     Returns
     -------
     Count
         What became of the inputs.
     """
-    count = Count()
-    end = time.monotonic() + seconds
+    count, left = Count(), seconds
     context = multiprocessing.get_context("spawn")
-    while time.monotonic() < end and len(count.failures) < 10:
+    while left > 0 and len(count.failures) < most_failures:
         buffer = RawArray("B", MOST_BYTES)
-        state = RawArray(
-            "q", 4
-        )  # inputs so far, refused, bytes of this one, whether it is read now
+        state = RawArray("q", 5)  # inputs so far, refused, bytes of this one, what it is at, ms
         failures = context.SimpleQueue()
-        left = end - time.monotonic()
         work = (name, targets, extra, left, seed + count.inputs, buffer, state, failures)
         process = context.Process(target=_work, args=work, daemon=True)
         process.start()
@@ -131,6 +133,7 @@ def run(
         process.join()
         count.inputs += state[0]
         count.refused += state[1]
+        left -= max(state[4], 1) / 1000
         if not failures.empty():
             reason = failures.get()
         elif process.exitcode and not reason:
@@ -142,16 +145,21 @@ def run(
 
 def _watch(process: Any, state: Any, hang_seconds: float) -> str:
     """Wait for a process to end; end it where it hangs on one input, and say so."""
-    last, since = -1, time.monotonic()
+    last, since = (0, STARTING), time.monotonic()
     while process.is_alive():
         process.join(0.1)
         now = time.monotonic()
-        if state[0] != last:
-            last, since = state[0], now
-        allowed = hang_seconds if state[3] else HANG_SECONDS
-        if now - since > allowed:
+        at = (state[0], state[3])
+        if at != last:
+            last, since = at, now
+        if state[3] == STARTING:
+            if now - since > START_SECONDS:
+                process.kill()
+                raise RuntimeError(f"a process did not start within {START_SECONDS:g} s")
+        elif now - since > hang_seconds:
             process.kill()
-            return f"took more than {allowed:g} s"
+            state[4] += round(1000 * hang_seconds)
+            return f"took more than {hang_seconds:g} s"
     return ""
 
 
@@ -170,13 +178,15 @@ def _work(
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     warnings.simplefilter("error")
     target = next(target for target in targets() if target.name == name)
-    end = time.monotonic() + seconds
+    start = time.monotonic()
     shared = memoryview(buffer).cast("B")
     for data in inputs(seed, [*target.corpus, *extra]):
-        if time.monotonic() > end:
+        passed = time.monotonic() - start
+        state[4] = round(1000 * passed)
+        if passed > seconds:
             return
         shared[: len(data)] = data
-        state[2], state[3] = len(data), 1
+        state[2], state[3] = len(data), READING
         try:
             target.read(data)
         except FpmatchError as error:
@@ -191,7 +201,7 @@ def _work(
             return
         finally:
             state[0] += 1
-            state[3] = 0
+            state[3] = BETWEEN
 
 
 def _save(name: str, data: bytes, into: Path) -> Path:

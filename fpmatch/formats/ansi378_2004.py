@@ -52,7 +52,7 @@ def encode(record: TemplateRecord) -> Encoded:
     """Return a record as bytes, and what they could not hold."""
     notes: list[str] = []
     frame = fmr.one_frame(record)
-    views = fmr.numbered(fmr.header(record))
+    views = fmr.numbered(record)
     body = b"".join(write_view_2005(view, LAYOUT, notes) for view in views)
     total = HEADER_BYTES + len(body)
     length = total.to_bytes(2, "big") if total < LONG_LENGTH else (total + 4).to_bytes(6, "big")

@@ -78,7 +78,7 @@ def _read(
 def encode(record: TemplateRecord, version: bytes = VERSION) -> Encoded:
     """Return a record as bytes, and what they could not hold."""
     notes: list[str] = []
-    views = fmr.numbered(fmr.header(record))
+    views = fmr.numbered(record)
     body = b"".join(_write_view(view, notes) for view in views)
     head = fmr.MAGIC + version + (HEADER_BYTES + len(body)).to_bytes(4, "big")
     head += bytes(7) + bytes([len(views), 0])  # owner, type, certification and device unknown

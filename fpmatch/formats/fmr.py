@@ -22,7 +22,7 @@ from fpmatch.formats.resolution import dpi_of, per_cm
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
@@ -268,13 +268,6 @@ def extended_kinds(extended: ExtendedData | None) -> list[str]:
     return ["blocks that do not fill their area"]
 
 
-def header(record: TemplateRecord) -> Sequence[View]:
-    """Return the views of a record that is to be written, no more than can be counted."""
-    if len(record.views) > MOST_VIEWS:
-        raise TemplateError(f"the format holds {MOST_VIEWS} prints at most")
-    return record.views
-
-
 def one_frame(record: TemplateRecord, bits: int = 16) -> Frame:
     """Return the one frame that all views of a record share.
 
@@ -291,11 +284,19 @@ def one_frame(record: TemplateRecord, bits: int = 16) -> Frame:
     return frames.pop()
 
 
-def numbered(views: Sequence[View]) -> list[View]:
-    """Return views with their numbers counted anew, 0 for the first of each finger."""
+def numbered(record: TemplateRecord, most: int = MOST_VIEWS) -> list[View]:
+    """Return the views of a record with their numbers counted anew, 0 for the first of each finger.
+
+    Raises
+    ------
+    TemplateError
+        If there are more than `most`.
+    """
+    if len(record.views) > most:
+        raise TemplateError(f"the format holds {most} prints at most")
     seen: dict[int, int] = {}
     counted = []
-    for view in views:
+    for view in record.views:
         seen[view.finger] = seen.get(view.finger, -1) + 1
         counted.append(replace(view, number=seen[view.finger]))
     return counted

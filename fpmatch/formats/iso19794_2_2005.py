@@ -42,7 +42,7 @@ def encode(record: TemplateRecord) -> Encoded:
     """Return a record as bytes, and what they could not hold."""
     notes: list[str] = []
     frame = fmr.one_frame(record)
-    views = fmr.numbered(fmr.header(record))
+    views = fmr.numbered(record)
     body = b"".join(write_view_2005(view, LAYOUT, notes) for view in views)
     head = fmr.MAGIC + VERSION + (HEADER_BYTES + len(body)).to_bytes(4, "big") + bytes(2)
     head += frame_bytes(frame) + bytes([len(views), 0])

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
 from fpmatch.formats.byte_reader import ByteReader
 from fpmatch.formats.codec import Codec
@@ -45,10 +44,8 @@ def decode(data: bytes, how: Reading) -> TemplateRecord:
 
 def encode(record: TemplateRecord) -> Encoded:
     """Return a record as bytes, and what they could not hold."""
-    if len(record.views) > MOST_VIEWS:
-        raise TemplateError(f"the format holds {MOST_VIEWS} prints at most")
     notes: list[str] = []
-    views = fmr.numbered(record.views)
+    views = fmr.numbered(record, MOST_VIEWS)
     body = b"".join(_write_view(view, notes) for view in views)
     head = fmr.MAGIC + VERSION + (HEADER_BYTES + len(body)).to_bytes(4, "big")
     return Encoded(head + len(views).to_bytes(2, "big") + bytes(1) + body, tuple(notes))

@@ -109,7 +109,16 @@ def _template(
 
     how = Reading(dpi=None if dpi is None else check_dpi(dpi), size=size)
     record = load_record(path, file_format=file_format, how=how)
-    return replace(record, views=tuple(view.at(dpi) for view in record.views))
+    views = tuple(view.at(dpi) for view in record.views)
+    first, notes = views[0].template, list(record.notes)
+    if not all(view.dpi_known for view in views):
+        notes.append(f"resolution not told; {first.dpi:g} dpi assumed (--dpi sets it)")
+    if size is None and not all(view.size_known for view in views):
+        notes.append(
+            f"size not told; {first.width} x {first.height} px assumed, which the minutiae span "
+            "(--size sets it)"
+        )
+    return replace(record, views=views, notes=tuple(notes))
 
 
 def _extracted(path: Path, dpi: float | None) -> TemplateRecord:

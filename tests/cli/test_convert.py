@@ -88,6 +88,20 @@ def test_the_format_may_be_named_against_content_and_suffix(run: Any, tmp_path: 
         assert load_template(out).minutiae.y.tolist() == [y]
 
 
+def test_what_is_assumed_of_a_source_is_said(run: Any, tmp_path: Path) -> None:
+    source, out = tmp_path / "in.xyt", tmp_path / "out.iso"
+    source.write_text("22 16 281 16\n")
+    assert run("convert", source, out).stderr.splitlines() == [
+        f"fpmatch: note: {source}: angles taken for NIST: y up, degrees",
+        f"fpmatch: note: {source}: resolution not told; 500 dpi assumed (--dpi sets it)",
+        f"fpmatch: note: {source}: size not told; 23 x 16 px assumed, which the minutiae span "
+        "(--size sets it)",
+    ]
+    told = run("convert", source, out, "--size", "300x300", "--dpi", 569)
+    assert told.stderr.count("\n") == 1
+    assert load_template(out).dpi == 569
+
+
 @pytest.mark.parametrize(
     ("words", "reason"),
     [

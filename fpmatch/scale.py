@@ -2,7 +2,7 @@
 
 A print of 569 dots per inch that is taken for 500 looks larger than it is, by 14 %. Two
 impressions of one finger differ by 2 % in general, by 5 % rarely, and by 9 % hardly ever, where the
-skin was stretched on purpose. Where paired minutiae tell more, one of the resolutions is wrong.
+skin was stretched on purpose. Where paired minutiae tell more, a resolution is likely wrong.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class ScaleParameters:
     """
 
     min_pairs: int = 8
-    max_difference: float = 0.09
+    max_difference: float = 0.07
     errors: float = 3.0
     tried: tuple[float, ...] = (0.5, 0.63, 0.79, 0.89, 1.12, 1.26, 1.59, 2.0)
     rounds: int = 2

@@ -8,6 +8,7 @@ an error of the family FpmatchError; whatever else it raises is a bug. A new rea
 from __future__ import annotations
 
 import io
+import struct
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -180,7 +181,30 @@ def _pictures() -> list[tuple[str, list[bytes]]]:
         for kind, writers in ways.items()
     ]
     wsq = [path.read_bytes() for path in sorted(IMAGE_DATA.glob("*.wsq"))]
+    png = _saved([pictures["grey"]], "PNG", {})[0]
+    kinds.append(("an2", [_an2_image(grey.tobytes(), 0), _an2_image(png, 6)]))
+    kinds.append(("fir", [_finger_image(grey.tobytes(), 0), _finger_image(png, 6)]))
     return kinds + ([("wsq", wsq)] if wsq else [])
+
+
+def _an2_image(data: bytes, code: int) -> bytes:
+    """Return an AN2 file with a picture of 64 x 80 pixels: type 14 of pixels, type 4 of a PNG."""
+    if code == 0:
+        numbers = [(6, "64"), (7, "80"), (8, "1"), (9, "500"), (10, "500"), (11, "NONE")]
+        kind, record = 14, _text(14, [*numbers, (12, "8"), (999, data.decode("latin-1"))])
+    else:
+        head = struct.pack(">9B2HB", 1, 0, 1, *[255] * 5, 0, 64, 80, code)
+        kind, record = 4, struct.pack(">L", 4 + len(head) + len(data)) + head + data
+    return _text(1, [(2, "0400"), (3, f"1\x1f1\x1e{kind}\x1f01"), (11, "19.69")]) + record
+
+
+def _finger_image(data: bytes, compression: int) -> bytes:
+    """Return a record of ISO/IEC 19794-4:2011 with a picture of 64 x 80 pixels."""
+    scale = struct.pack(">B4H", 1, 500, 500, 500, 500)
+    body = bytes(15) + bytes([7, 1]) + scale
+    body += struct.pack(">3B2HL", 8, compression, 0, 64, 80, len(data)) + data
+    body = struct.pack(">L", 4 + len(body)) + body
+    return b"FIR\x00020\x00" + struct.pack(">LH2B", 16 + len(body), 1, 0, 1) + body
 
 
 def _saved(pictures: list[Image.Image], kind: str, options: dict[str, object]) -> list[bytes]:

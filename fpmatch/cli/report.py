@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from fpmatch.scale import ScaleMeasurement
 
 LABEL_WIDTH: Final = 12
+MOST_STRETCH: Final = 1.15  # of one impression over another, where a finger was dragged
 
 
 def as_text(verification: Verification, scale: ScaleMeasurement | None = None) -> str:
@@ -99,11 +100,16 @@ def as_dict(
 
 def scale_in_words(scale: ScaleMeasurement, probe_dpi: float, reference_dpi: float) -> str:
     """Return which resolutions would bring both prints to one scale."""
+    skin = "unless the skin was stretched, " if _is_within_stretch(scale.ratio) else ""
     return (
-        f"the reference is {scale.ratio:.2f} times as large as the probe: either the probe is of "
+        f"the reference is {scale.ratio:.2f} times as large as the probe: {skin}the probe is of "
         f"about {probe_dpi / scale.ratio:.0f} dpi, not {probe_dpi:g}, or the reference of about "
         f"{reference_dpi * scale.ratio:.0f}, not {reference_dpi:g}"
     )
+
+
+def _is_within_stretch(ratio: float) -> bool:
+    return max(ratio, 1 / ratio) < MOST_STRETCH
 
 
 def transform_in_words(transform: Similarity) -> str:

@@ -50,12 +50,17 @@ def inspect(
             inspection = inspect_file(file, image_reader=partial(read, raw=raw))
         except FpmatchError as error:
             failures += 1
-            click.echo(f"fpmatch: error: {error}", err=True)
+            click.echo(f"fpmatch: error: {_one_line(error)}", err=True)
             continue
         found.append(inspection)
         if not as_json:
-            click.echo(inspection.in_words())
+            click.echo(_one_line(inspection.in_words()))
     if as_json:
         document = [inspection.as_dict() for inspection in found]
         click.echo(json.dumps(document, indent=2, allow_nan=False))
     ctx.exit(0 if not failures else 1 if found else 2)
+
+
+def _one_line(words: object) -> str:
+    """Return words on one line, even if the name of a file has several."""
+    return " ".join(str(words).split())

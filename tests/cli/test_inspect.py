@@ -92,3 +92,11 @@ def test_bare_pixels_take_a_size(run: Any, tmp_path: Path) -> None:
     path.write_bytes(bytes(range(256)) * 30)
     assert run("inspect", path).exit_code == 2
     assert "96 x 80 px" in run("inspect", path, "--raw", "96x80").stdout
+
+
+def test_a_line_is_a_line_whatever_the_name(run: Any, tmp_path: Path, small: Template) -> None:
+    odd, bad = tmp_path / "two\nlines.iso", tmp_path / "bad\n.iso"
+    save_template(odd, small)
+    bad.write_bytes(odd.read_bytes()[:20])
+    result = run("inspect", odd, bad)
+    assert result.stdout.count("\n") == result.stderr.count("\n") == 1

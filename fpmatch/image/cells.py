@@ -1,8 +1,9 @@
-"""Fields on the cells of a ridge spectrum: blurred, and brought to pixels and back."""
+"""Fields on square cells of an image: blurred, and brought to pixels and back."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Protocol
 
 import cv2
 import numpy as np
@@ -10,19 +11,41 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.spectrum import RidgeSpectrum
-
 _CHANNELS: Final = 4  # that OpenCV blurs at a time
 
 
-def cells_to_pixels(cells: NDArray[np.float32], spectrum: RidgeSpectrum) -> NDArray[np.float32]:
+class OnCells(Protocol):
+    """What lies on cells of ``step_px`` pixels' side, over an image of ``shape`` (H, W)."""
+
+    @property
+    def step_px(self) -> int:
+        """Side of a cell."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the image."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Cover an image of ``shape`` (H, W) by square cells of ``step_px`` pixels' side.
+
+    Cell ``[i, j]`` is centred at pixel ``((j + 0.5)·step, (i + 0.5)·step)``; those of the last row
+    and column may reach beyond the image.
+    """
+
+    step_px: int
+    shape: tuple[int, int]
+
+
+def cells_to_pixels(cells: NDArray[np.float32], grid: OnCells) -> NDArray[np.float32]:
     """Interpolate a field of cells linearly.
 
     Parameters
     ----------
     cells : ndarray of float32, shape (rows, columns) or (rows, columns, C)
-        A field on the cells of `spectrum`.
-    spectrum : RidgeSpectrum
+        A field on the cells of `grid`.
+    grid : OnCells
         Tells the size of cells and image.
 
     Returns
@@ -30,18 +53,18 @@ def cells_to_pixels(cells: NDArray[np.float32], spectrum: RidgeSpectrum) -> NDAr
     ndarray of float32, shape (H, W) or (H, W, C)
         The field at the pixels of the image.
     """
-    height, width = spectrum.shape
+    height, width = grid.shape
     rows, columns = cells.shape[:2]
-    step = spectrum.step_px
+    step = grid.step_px
     large = cv2.resize(cells, (columns * step, rows * step), interpolation=cv2.INTER_LINEAR)
     return np.asarray(large[:height, :width], np.float32)
 
 
-def pixels_to_cells(pixels: NDArray[np.float32], spectrum: RidgeSpectrum) -> NDArray[np.float32]:
+def pixels_to_cells(pixels: NDArray[np.float32], grid: OnCells) -> NDArray[np.float32]:
     """Average a field of pixels (H, W) over each cell, shape (rows, columns)."""
-    height, width = spectrum.shape
-    rows, columns = spectrum.total.shape
-    step = spectrum.step_px
+    height, width = grid.shape
+    step = grid.step_px
+    rows, columns = -(-height // step), -(-width // step)
     padded = np.pad(pixels, ((0, rows * step - height), (0, columns * step - width)), mode="edge")
     means = padded.reshape(rows, step, columns, step).mean(axis=(1, 3))
     return np.asarray(means, np.float32)

@@ -2,36 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.image.binarize import BinarizationParameters, binarize
-from fpmatch.image.blend import BlendParameters, blend
-from fpmatch.image.cells import cells_to_pixels
+from fpmatch.image.binarize import binarize
 from fpmatch.image.crossing_number import find_nodes
-from fpmatch.image.enhance import EnhancementParameters, enhance
-from fpmatch.image.frequency import PeriodParameters, ridge_period
-from fpmatch.image.normalize import NormalizationParameters, normalize
-from fpmatch.image.orientation import (
-    OrientationParameters,
-    orientation_at_pixels,
-    ridge_orientation,
-)
-from fpmatch.image.quality import QualityParameters, minutia_quality
+from fpmatch.image.normalize import normalize
+from fpmatch.image.parameters import ExtractionParameters
+from fpmatch.image.quality import minutia_quality
 from fpmatch.image.read import GreyImage, ImageLimits, as_grey, read_image
 from fpmatch.image.recorder import NoRecorder
-from fpmatch.image.segment import SegmentationParameters, mask_at_pixels, segment
-from fpmatch.image.spectrum import SpectrumParameters, ridge_spectrum
-from fpmatch.image.spurious import (
-    SpuriousParameters,
-    directions,
-    keep_genuine,
-    remove_spurs_and_islands,
-)
+from fpmatch.image.ridge_flow import FLOWS
+from fpmatch.image.spurious import directions, keep_genuine, remove_spurs_and_islands
 from fpmatch.image.thin import thin
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template, check_dpi
 
@@ -41,34 +26,19 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.crossing_number import SkeletonNodes
-    from fpmatch.image.orientation import OrientationField
     from fpmatch.image.recorder import Recorder
-    from fpmatch.image.spectrum import RidgeSpectrum
+    from fpmatch.image.ridge_flow import Flow, RidgeFlow
 
 MIN_SIDE_PX: Final = 32  # at 500 dpi: one window of the ridge spectrum
 MAX_MEGAPIXELS: Final = 16.0  # at 500 dpi: four palms
-
-
-@dataclass(frozen=True, slots=True)
-class ExtractionParameters:
-    """Gather the parameters of every stage; lengths in pixels at 500 dpi."""
-
-    normalization: NormalizationParameters = field(default_factory=NormalizationParameters)
-    spectrum: SpectrumParameters = field(default_factory=SpectrumParameters)
-    segmentation: SegmentationParameters = field(default_factory=SegmentationParameters)
-    orientation: OrientationParameters = field(default_factory=OrientationParameters)
-    period: PeriodParameters = field(default_factory=PeriodParameters)
-    enhancement: EnhancementParameters = field(default_factory=EnhancementParameters)
-    blend: BlendParameters = field(default_factory=BlendParameters)
-    binarization: BinarizationParameters = field(default_factory=BinarizationParameters)
-    spurious: SpuriousParameters = field(default_factory=SpuriousParameters)
-    quality: QualityParameters = field(default_factory=QualityParameters)
+DEFAULT_ENHANCEMENT: Final = "learned"
 
 
 def extract(
     image: str | Path | GreyImage | NDArray[np.generic],
     dpi: float | None = None,
     *,
+    enhance: str = DEFAULT_ENHANCEMENT,
     parameters: ExtractionParameters | None = None,
     recorder: Recorder | None = None,
 ) -> Template:
@@ -80,6 +50,8 @@ def extract(
         A file, an image that `read_image` returned, or pixels (ridges dark).
     dpi : float, optional
         Resolution; by default what the file says, and 500 where it says nothing.
+    enhance : str
+        "learned": by a small network; "filters": by oriented filters.
     parameters : ExtractionParameters, optional
         Parameters of the stages.
     recorder : Recorder, optional
@@ -93,7 +65,7 @@ def extract(
     Raises
     ------
     ImageReadError, ImageError
-        If the file cannot be read, or the image cannot hold a fingerprint.
+        If the file cannot be read, the image cannot hold a fingerprint, or `enhance` is unknown.
     ResolutionError
         If the resolution is outside 100 to 4000 dpi.
 
@@ -110,6 +82,7 @@ def extract(
     """
     p = parameters or ExtractionParameters()
     note = recorder or NoRecorder()
+    follow_ridges = _way(enhance)
     source = _as_image(image)
     resolution = check_dpi(next(d for d in (dpi, source.dpi, STANDARD_DPI) if d is not None))
     try:
@@ -120,27 +93,15 @@ def extract(
 
     normalized = normalize(grey, p.normalization)
     note.record("normalised", normalized.pixels)
-    spectrum = ridge_spectrum(normalized.pixels, p.spectrum)
-    cells = segment(normalized, spectrum, p.segmentation)
-    mask = mask_at_pixels(cells, spectrum)
-    note.record("mask", mask)
-    flow = _follow_ridges(normalized.pixels, spectrum, cells, mask, p)
-    for _ in range(p.blend.rounds):
-        blended = blend(normalized.pixels, flow.enhanced, mask, p.blend)
-        spectrum = ridge_spectrum(blended, p.spectrum)
-        flow = _follow_ridges(normalized.pixels, spectrum, cells, mask, p)
-    note.record("orientation", np.where(mask, flow.orientation, np.nan))
-    note.record("coherence", cells_to_pixels(flow.field.coherence, spectrum))
-    note.record("period", np.where(mask, flow.period, np.nan))
-    note.record("enhanced", flow.enhanced)
-    binary = binarize(flow.enhanced, mask, p.binarization)
+    flow = follow_ridges(normalized, p, note)
+    binary = binarize(flow.enhanced, flow.mask, p.binarization)
     note.record("binary", binary)
     skeleton = remove_spurs_and_islands(thin(binary), p.spurious)
     note.record("skeleton", skeleton)
 
     nodes = find_nodes(skeleton, p.spurious.branch_px)
     angle = directions(nodes, p.spurious.direction_px)
-    keep = keep_genuine(nodes, angle, mask, p.spurious)
+    keep = keep_genuine(nodes, angle, flow.mask, p.spurious)
     quality = minutia_quality(normalized.pixels, flow.enhanced, nodes.x, nodes.y, p.quality)
     minutiae = _minutiae(nodes, angle, quality, keep, zoom)
     note.record("minutiae", _as_columns(minutiae, zoom))
@@ -150,33 +111,15 @@ def extract(
         width=width,
         height=height,
         dpi=resolution,
-        field=_ridge_field(flow.field, cells, p.spectrum.step_px / zoom),
+        field=_ridge_field(flow, binary, zoom),
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _RidgeFlow:
-    """How the ridges run: the field of cells, orientation and period of pixels, enhanced image."""
-
-    field: OrientationField
-    orientation: NDArray[np.float32]
-    period: NDArray[np.float32]
-    enhanced: NDArray[np.float32]
-
-
-def _follow_ridges(
-    pixels: NDArray[np.float32],
-    spectrum: RidgeSpectrum,
-    cells: NDArray[np.bool_],
-    mask: NDArray[np.bool_],
-    p: ExtractionParameters,
-) -> _RidgeFlow:
-    """Measure orientation and period in the spectrum, and enhance `pixels` along them."""
-    field = ridge_orientation(spectrum, cells, p.orientation)
-    orientation = orientation_at_pixels(field.orientation, spectrum)
-    period = cells_to_pixels(ridge_period(spectrum, field, cells, p.period), spectrum)
-    enhanced = enhance(pixels, mask, orientation, period, p.enhancement)
-    return _RidgeFlow(field, orientation, period, enhanced)
+def _way(enhance: str) -> Flow:
+    try:
+        return FLOWS[enhance]
+    except KeyError:
+        raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(FLOWS)}") from None
 
 
 def resample(grey: NDArray[np.uint8], dpi: float) -> tuple[NDArray[np.uint8], float]:
@@ -252,21 +195,25 @@ def _as_columns(minutiae: Minutiae, zoom: float) -> NDArray[np.float32]:
     return np.column_stack(columns).astype(np.float32)
 
 
-def _ridge_field(
-    field: OrientationField, cells: NDArray[np.bool_], step: float
-) -> RidgeField | None:
-    """Return the orientation field as a template keeps it, on twice as large cells; None if empty.
+def _ridge_field(flow: RidgeFlow, binary: NDArray[np.bool_], zoom: float) -> RidgeField | None:
+    """Return the ridges as a template keeps them, on cells twice as large; None if there are none.
 
-    A large cell belongs to the print where at least half of it does.
+    A large cell belongs to the print where at least half of it does. The picture of its ridges is
+    the binary image at an eighth of the cell's side.
     """
-    if not cells.any():
+    if not flow.cells.any():
         return None
-    rows, columns = cells.shape
-    even = ((0, rows % 2), (0, columns % 2))
-    inside = np.pad(cells, even)
-    doubled = np.pad(np.exp(2j * field.orientation) * cells, even)
-    blocks = (inside.shape[0] // 2, 2, inside.shape[1] // 2, 2)
+    even = tuple((0, side % 2) for side in flow.cells.shape)
+    inside = np.pad(flow.cells, even)
+    doubled = np.pad(np.exp(2j * flow.field.orientation) * flow.cells, even)
+    rows, columns = (side // 2 for side in inside.shape)
+    blocks = (rows, 2, columns, 2)
     orientation = np.mod(np.angle(doubled.reshape(blocks).sum(axis=(1, 3))) / 2, np.pi)
-    return RidgeField(
-        2 * step, orientation.astype(np.float32), inside.reshape(blocks).sum(axis=(1, 3)) >= 2
-    )
+    mask = inside.reshape(blocks).sum(axis=(1, 3)) >= 2
+    step = 2 * flow.step_px
+    whole = np.zeros((rows * step, columns * step), np.uint8)
+    whole[: binary.shape[0], : binary.shape[1]] = binary
+    bits = cv2.resize(255 * whole, (8 * columns, 8 * rows), interpolation=cv2.INTER_AREA) > 127
+    in_cells = bits.reshape(rows, 8, columns, 8).transpose(0, 2, 1, 3).reshape(rows, columns, 64)
+    ridges = np.packbits(in_cells, axis=2, bitorder="little").view("<u8")[..., 0]
+    return RidgeField(step / zoom, orientation.astype(np.float32), mask, ridges)

@@ -13,6 +13,7 @@ from fpmatch.image.cells import blur_cells, cells_to_pixels, pixels_to_cells
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.image.cells import OnCells
     from fpmatch.image.normalize import NormalizedImage
     from fpmatch.image.spectrum import RidgeSpectrum
 
@@ -23,8 +24,10 @@ class SegmentationParameters:
 
     smoothing_cells: float = 1.2
     min_strength: float = 0.10
+    min_certainty: float = 0.2
     min_contrast: float = 8.0
     min_relative_contrast: float = 0.25
+    min_relative_contrast_of_certain: float = 0.3
     closing_cells: int = 5
     opening_cells: int = 5
     min_area_cells: int = 40
@@ -57,15 +60,57 @@ def segment(
         The segmentation mask on the cells of the spectrum; all False where there is no print.
     """
     p = parameters or SegmentationParameters()
-    rows, columns = spectrum.total.shape
     strength = ridge_strength(spectrum, p.smoothing_cells)
-    contrast = pixels_to_cells(image.contrast * image.valid, spectrum)
-    valid = pixels_to_cells(image.valid.astype(np.float32), spectrum) > 0.5
-    ridges = (strength >= p.min_strength) & valid
+    certain = strength >= p.min_strength
+    return _of_contrast(image, strength, certain, spectrum, p.min_relative_contrast, p)
+
+
+def segment_enhanced(
+    image: NormalizedImage,
+    enhanced: NDArray[np.float32],
+    grid: OnCells,
+    parameters: SegmentationParameters | None = None,
+) -> NDArray[np.bool_]:
+    """Find the cells whose ridges are certain, in an image that tells how certain they are.
+
+    Parameters
+    ----------
+    image : NormalizedImage
+        Normalised image with its local contrast.
+    enhanced : ndarray of float32, shape (H, W)
+        From `fpmatch.image.ridge_network`: -1 to 1, about 0 where nothing can be told.
+    grid : OnCells
+        The cells.
+    parameters : SegmentationParameters, optional
+        Thresholds and smoothing.
+
+    Returns
+    -------
+    ndarray of bool, shape (rows, columns)
+        The segmentation mask; all False where there is no print.
+    """
+    p = parameters or SegmentationParameters()
+    certainty = blur_cells(pixels_to_cells(enhanced * enhanced, grid), p.smoothing_cells)
+    certain = certainty >= p.min_certainty
+    return _of_contrast(image, certainty, certain, grid, p.min_relative_contrast_of_certain, p)
+
+
+def _of_contrast(
+    image: NormalizedImage,
+    strength: NDArray[np.float32],
+    ridges: NDArray[np.bool_],
+    grid: OnCells,
+    min_relative_contrast: float,
+    p: SegmentationParameters,
+) -> NDArray[np.bool_]:
+    """Return those of the cells `ridges` whose contrast is like that of the strong ones; tidied."""
+    contrast = pixels_to_cells(image.contrast * image.valid, grid)
+    valid = pixels_to_cells(image.valid.astype(np.float32), grid) > 0.5
+    ridges = ridges & valid
     if not ridges.any():
-        return np.zeros((rows, columns), bool)
+        return ridges
     usual = float(np.median(contrast[ridges & (strength >= np.median(strength[ridges]))]))
-    ridges &= contrast >= max(p.min_contrast, p.min_relative_contrast * usual)
+    ridges &= contrast >= max(p.min_contrast, min_relative_contrast * usual)
     return _tidy(ridges, p)
 
 
@@ -78,9 +123,9 @@ def ridge_strength(spectrum: RidgeSpectrum, smoothing_cells: float) -> NDArray[n
     return strength
 
 
-def mask_at_pixels(mask: NDArray[np.bool_], spectrum: RidgeSpectrum) -> NDArray[np.bool_]:
+def mask_at_pixels(mask: NDArray[np.bool_], grid: OnCells) -> NDArray[np.bool_]:
     """Return the mask of cells as a smooth mask of pixels, shape (H, W)."""
-    pixels: NDArray[np.bool_] = cells_to_pixels(mask.astype(np.float32), spectrum) > 0.5
+    pixels: NDArray[np.bool_] = cells_to_pixels(mask.astype(np.float32), grid) > 0.5
     return pixels
 
 

@@ -171,7 +171,8 @@ def _unknown_kind(data: bytes) -> str:
         tags = TiffImagePlugin.ImageFileDirectory_v2(header)
         stream = BytesIO(data)
         stream.seek(tags.next)
-        tags.load(stream)
+        with _decoder_warnings_held():
+            tags.load(stream)
         bits = tags.get(TIFF_BITS_PER_SAMPLE, (1,))
         return f"{'/'.join(map(str, bits[:4]))} bits a sample and compression " + str(
             int(tags[TIFF_COMPRESSION])

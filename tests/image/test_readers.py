@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,17 @@ def bare_tiff(bits: int, samples: bytes) -> bytes:
         directory += number.to_bytes(2, "little") + kind.to_bytes(2, "little")
         directory += (1).to_bytes(4, "little") + value.to_bytes(4, "little")
     return b"II*\x00" + (8).to_bytes(4, "little") + directory + bytes(4) + samples
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7, 0.9, 0.95])
+@pytest.mark.parametrize("name", FILES)
+def test_a_truncated_file_is_never_read_in_silence(name: str, share: float) -> None:
+    part = FILES[name][: int(share * len(FILES[name]))]
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        with pytest.raises(ImageReadError):
+            decoded(part)
+    assert not heard
 
 
 @pytest.mark.parametrize("bits", [2, 4, 12])

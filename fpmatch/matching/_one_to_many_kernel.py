@@ -22,7 +22,7 @@ else:
     from fpmatch.matching._local_kernel import NeighbourIndex, divide_by_size, most_alike
     from fpmatch.matching._print_kernel import PackedPrints, Print
 
-from fpmatch.matching._evidence_kernel import ENTRIES
+from fpmatch.matching._evidence_kernel import ENTRIES, FEATURES
 
 COMPILED = cython.compiled
 
@@ -33,7 +33,8 @@ class OneToMany:
     """One print, and the room in which it is compared with one after the other of many.
 
     `neighbours` are the print's own; `before` and `after` the tables on which a reference lies
-    under it or over it; `reference` has room for any of the references.
+    under it or over it; `reference` has room for any of the references, of so many minutiae and
+    `columns` of cells at most.
     """
 
     probe: Print
@@ -44,17 +45,34 @@ class OneToMany:
     likeness: cython.float[:, ::1]
     seeds: cython.int[:, ::1]
     value: cython.float[::1]
-    taken: cython.int[::1]
+    scratch: cython.int[::1]
     evidence: cython.double[::1]
-    weighing: cython.double[::1]
+    feature: cython.double[::1]
+    standard: cython.double[:, ::1]
+    bias: cython.double
     min_cosine: cython.double
-    doubt: cython.double
-    unknown: cython.double
+    margin: cython.double
+    doubt_cells: cython.double
+    doubt_change: cython.double
+    doubt_pairs: cython.double
+    doubt_area: cython.double
+    least_roughness: cython.double
     fewest_neighbours: cython.int
     fewest_minutiae: cython.int
 
     def __init__(
-        self, probe, reference, neighbours, before, after, room, local, score, fewest_minutiae
+        self,
+        probe,
+        reference,
+        neighbours,
+        before,
+        after,
+        room,
+        columns,
+        local,
+        score,
+        weights,
+        fewest_minutiae,
     ) -> None:
         self.probe = probe
         self.reference = reference
@@ -64,13 +82,19 @@ class OneToMany:
         self.likeness = np.empty((room, room), np.float32)
         self.seeds = np.empty((local.seeds, 2), np.int32)
         self.value = np.empty(local.seeds, np.float32)
-        self.taken = np.empty(room, np.int32)
+        self.scratch = np.empty(max(room, columns), np.int32)
         self.evidence = np.empty(ENTRIES)
+        self.feature = np.empty(FEATURES)
         self.min_cosine = local.min_cosine
         self.fewest_neighbours = local.fewest_neighbours
-        self.weighing = score.of_weighing
-        self.doubt = score.orientation_doubt_cells
-        self.unknown = score.unknown_orientation
+        self.standard = weights.standard
+        self.bias = weights.bias
+        self.margin = score.margin_px
+        self.doubt_cells = score.doubt_cells
+        self.doubt_change = score.doubt_change
+        self.doubt_pairs = score.doubt_pairs
+        self.doubt_area = score.doubt_area_px2
+        self.least_roughness = score.least_roughness
         self.fewest_minutiae = fewest_minutiae
 
     @cython.ccall
@@ -155,9 +179,18 @@ class OneToMany:
             table.best_x,
             table.best_y,
             self.likeness,
-            self.doubt,
-            self.unknown,
-            self.taken,
+            self.margin,
+            self.doubt_cells,
+            self.doubt_change,
+            self.scratch,
             self.evidence,
         )
-        return weigh(self.evidence, self.weighing)
+        return weigh(
+            self.evidence,
+            self.doubt_pairs,
+            self.doubt_area,
+            self.least_roughness,
+            self.standard,
+            self.bias,
+            self.feature,
+        )

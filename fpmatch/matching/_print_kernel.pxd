@@ -15,6 +15,7 @@ cdef class Print:
     cdef bint has_flow
 
     cdef bint holds(self, double x, double y) noexcept nogil
+    cdef bint surrounds(self, double x, double y, double margin) noexcept nogil
 
 
 cdef class PackedPrints:

@@ -74,6 +74,18 @@ class Print:
             > 0
         )
 
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def surrounds(self, x: cython.double, y: cython.double, margin: cython.double) -> cython.bint:
+        """Tell whether the places so far to all four sides lie in the region."""
+        return (
+            self.holds(x - margin, y)
+            and self.holds(x + margin, y)
+            and self.holds(x, y - margin)
+            and self.holds(x, y + margin)
+        )
+
 
 @cython.final
 @cython.cclass

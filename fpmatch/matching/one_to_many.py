@@ -12,7 +12,7 @@ from fpmatch.matching._one_to_many_kernel import OneToMany
 from fpmatch.matching._print_kernel import Print
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.local import LocalParameters, index_neighbours
-from fpmatch.matching.score import ScoreParameters
+from fpmatch.matching.score import ScoreParameters, load_weights
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -114,8 +114,10 @@ def _bench(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
         before,
         after,
         max(ours, theirs),
+        max(probe.region.code.shape[1], references.most_columns),
         local,
         score,
+        load_weights(),
         MIN_MINUTIAE,
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from fpmatch.minutiae import Minutiae, RidgeField, Template
 
+MAX_QUALITY: Final = 100.0
+
 
 @dataclass(frozen=True, slots=True)
 class PreparationParameters:
@@ -31,11 +33,15 @@ class PreparationParameters:
         Side of the cells of the region that stands for the print where a template has no field.
     max_hull_cells : int
         Cells along a side of that region; where the minutiae reach farther, its cells are larger.
+    usual_quality : float
+        Quality, 0 to 1, taken for all minutiae of a template that gives them all the best: so do
+        those that tell none.
     """
 
     max_minutiae: int = 200
     hull_step_px: float = 16.0
     max_hull_cells: int = 512
+    usual_quality: float = 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +53,7 @@ class PreparedTemplate:
     points : ndarray of float64, shape (4, N)
         x, y and the unit vector of the direction of each minutia that takes part.
     quality : ndarray of float64, shape (N,)
-        Their quality, 0 to 1.
+        Their quality, 0 to 1; the usual one where the template tells none.
     index : ndarray of int32, shape (N,)
         Their places among the template's minutiae.
     neighbourhoods : Neighbourhoods
@@ -167,7 +173,7 @@ def prepare(
         region = _region_of_field(template.field, zoom)
     else:
         region = _region_of_hull(points, p)
-    quality = minutiae.quality / 100.0
+    quality = _qualities(minutiae, p.usual_quality)
     return PreparedTemplate(
         points=points,
         quality=quality,
@@ -184,6 +190,13 @@ def content_key(points: NDArray[np.float64], quality: NDArray[np.float64], regio
     frame = (*region.code.shape, region.first_row, region.first_column, region.has_flow)
     parts = (points, quality, region.code, np.array(frame, np.int64), np.float64(region.step))
     return b"".join(part.tobytes() for part in parts)
+
+
+def _qualities(minutiae: Minutiae, usual: float) -> NDArray[np.float64]:
+    """Return the qualities, 0 to 1, or the usual one where none are told."""
+    if (minutiae.quality == MAX_QUALITY).all():
+        return np.full(len(minutiae), usual)
+    return minutiae.quality / MAX_QUALITY
 
 
 def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:

@@ -158,6 +158,11 @@ class PreparedMany:
         return int(np.diff(self.ring_start).max(initial=0))
 
     @cached_property
+    def most_columns(self) -> int:
+        """The most columns of cells of a print's region."""
+        return int(self.shape[:, 1].max(initial=0))
+
+    @cached_property
     def packed(self) -> PackedPrints:
         """The prints as the kernels see them."""
         p = NeighbourhoodParameters()

@@ -31,7 +31,7 @@ from fpmatch.matching.one_to_many import NEITHER_FIRST, orders, similarities
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
 from fpmatch.matching.rounding import CIRCLE_STEP, QUALITIES, RING_WEIGHT_STEP, ROOT_WEIGHTS
-from fpmatch.matching.score import ScoreParameters
+from fpmatch.matching.score import ScoreParameters, load_weights
 from fpmatch.minutiae import Template
 
 EXAMPLES = 50 if COMPILED else 8
@@ -193,6 +193,7 @@ def plainly(
     names = ("_print", "_local", "_align", "_evidence", "_one_to_many")
     prints, local, align, evidence, kernel = (interpreted(f"{name}_kernel") for name in names)
     kernel.gather, kernel.weigh = evidence.gather, evidence.weigh
+    columns = max(probe.region.code.shape[1], many.most_columns)
     kernel.most_alike, kernel.divide_by_size = local.most_alike, local.divide_by_size
     p, room = LocalParameters(), many.most_minutiae
 
@@ -209,7 +210,8 @@ def plainly(
     n = probe.neighbourhoods
     index = local.NeighbourIndex(n.count, n.frame, 30.0, 4, math.radians(p.max_turn_deg), 1.2, 12)
     reference = as_plain(many[int(np.argmax(np.diff(many.ring_start)))])
-    tools = (as_plain(probe), reference, index, before, after, room, p, ScoreParameters(), 3)
+    sides = (as_plain(probe), reference, index, before, after)
+    tools = (*sides, room, columns, p, ScoreParameters(), load_weights(), 3)
     tolerance = (9.0, 0.08)
     packed = prints.PackedPrints(
         many, CIRCLE_STEP, RING_WEIGHT_STEP, QUALITIES, ROOT_WEIGHTS, tolerance

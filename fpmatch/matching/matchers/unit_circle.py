@@ -58,14 +58,16 @@ class UnitCircleMatcher:
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return _nothing(_too_few(probe, reference))
-        likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-        same = a.key == b.key  # neither comes first, and only lying still is its own inverse
-        seeds = most_alike(likeness)
-        alignment = at_rest(a.points) if same else align(a.points, b.points, seeds)
-        if alignment is None or not (alignment.partner >= 0).any():
+        laid = _laid(a, b)
+        if laid is None:
             return _nothing("no neighbourhood of one print is like one of the other")
-        evidence = gather_evidence(a, b, alignment, likeness)
-        return _comparison(a, b, alignment, evidence, swapped=swapped)
+        return _comparison(a, b, *laid, swapped=swapped)
+
+    def evidence(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Evidence | None:
+        """Return the evidence that `compare` weighs, or None where it finds nothing."""
+        a, b = sorted((probe, reference), key=lambda side: side.key)
+        laid = _laid(a, b) if min(len(a), len(b)) >= MIN_MINUTIAE else None
+        return laid and laid[1]
 
     def similarities(
         self,
@@ -109,6 +111,17 @@ class UnitCircleMatcher:
 
 
 MATCHER: Final = UnitCircleMatcher()
+
+
+def _laid(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Alignment, Evidence] | None:
+    """Lay print A on print B; None where nothing of them is alike."""
+    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
+    same = a.key == b.key  # neither comes first, and only lying still is its own inverse
+    seeds = most_alike(likeness)
+    alignment = at_rest(a.points) if same else align(a.points, b.points, seeds)
+    if alignment is None or not (alignment.partner >= 0).any():
+        return None
+    return alignment, gather_evidence(a, b, alignment, likeness)
 
 
 def _comparison(
@@ -187,6 +200,6 @@ def _against(evidence: Evidence) -> str:
     share = f"{evidence.pairs} pairs among {evidence.common} minutiae in the common region"
     if evidence.overlap < SMALL_OVERLAP:
         return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
-    if evidence.orientation < POOR_ORIENTATION:
+    if evidence.flow and evidence.orientation < POOR_ORIENTATION:
         return f"ridge orientations disagree under the best transform: {share}"
     return f"too few minutiae agree under the best transform: {share}"

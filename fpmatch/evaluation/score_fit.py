@@ -1,0 +1,247 @@
+"""Learn the weights of the default matcher's score from comparisons whose truth is known.
+
+It is logistic regression with three particulars.
+
+- Impostor comparisons weigh more than genuine ones: what matters is where few impostors are left,
+  and the balanced fit looks at where the two kinds overlap most.
+- A share of the genuine comparisons is taken for lost: nothing in common was found, and their
+  features are those of impostors. Without it these few pull the fit away from all others.
+- Every database, and in it every kind, has the same weight, however many its comparisons.
+
+It is solved by Newton's steps, the lost share by expectation and maximisation between them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fpmatch._version import __version__
+from fpmatch.evaluation.protocol import choose_pairs
+from fpmatch.evaluation.rates import error_rates
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.score import FEATURES, ScoreWeights, features
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+
+
+@dataclass(frozen=True, slots=True)
+class FitParameters:
+    """Set the fit.
+
+    Parameters
+    ----------
+    impostor_weight : float
+        Weight of all impostor comparisons together against that of all genuine ones.
+    lost_share : float
+        Share of the genuine comparisons that are taken for lost.
+    ridge : float
+        Penalty on the squared weights of the standardised features.
+    rounds, settled : int, float
+        Steps at most, and the change of the weights at which they end.
+    longest_step : float
+        Largest change of a weight in a step.
+    digits : int
+        Significant digits kept, so that rounding in other orders of summing changes nothing.
+    """
+
+    impostor_weight: float = 100.0
+    lost_share: float = 0.03
+    ridge: float = 2e-5
+    rounds: int = 200
+    settled: float = 1e-9
+    longest_step: float = 2.0
+    digits: int = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoreSample:
+    """Hold the comparisons of one database.
+
+    Parameters
+    ----------
+    name : str
+        The database.
+    features : ndarray of float64, shape (N, 8)
+        Those of the comparisons that found something, see `fpmatch.matching.score.FEATURES`.
+    genuine : ndarray of bool, shape (N,)
+        Whether both prints are of one finger.
+    nothing : tuple of int
+        Numbers of the other genuine and impostor comparisons.
+    """
+
+    name: str
+    features: NDArray[np.float64]
+    genuine: NDArray[np.bool_]
+    nothing: tuple[int, int]
+
+
+def sample_of(extracted: ExtractedSet) -> ScoreSample:
+    """Compare all impressions of a database, which must have ridge fields, with one another."""
+    pairs = choose_pairs(extracted.dataset.impressions)
+    prints = [
+        None if one.template is None else MATCHER.prepare(one.template)
+        for one in extracted.extractions
+    ]
+    rows, genuine, nothing = [], [], [0, 0]
+    for i, j, same in zip(pairs.probe, pairs.reference, pairs.genuine, strict=True):
+        a, b = prints[i], prints[j]
+        evidence = None if a is None or b is None else MATCHER.evidence(a, b)
+        if evidence is None:
+            nothing[0 if same else 1] += 1
+        else:
+            rows.append(features(evidence))
+            genuine.append(bool(same))
+    shape = (len(rows), len(FEATURES))
+    return ScoreSample(
+        extracted.dataset.name,
+        np.array(rows).reshape(shape),
+        np.array(genuine, bool),
+        (nothing[0], nothing[1]),
+    )
+
+
+def fit_weights(
+    samples: Sequence[ScoreSample],
+    *,
+    without: Collection[str] = (),
+    command: str = "",
+    parameters: FitParameters | None = None,
+) -> ScoreWeights:
+    """Learn the weights.
+
+    Parameters
+    ----------
+    samples : sequence of ScoreSample
+        The databases.
+    without : collection of str
+        Features that are to have no weight.
+    command : str
+        What ran it, kept in the provenance.
+    parameters : FitParameters, optional
+        How to fit.
+
+    Returns
+    -------
+    ScoreWeights
+        The same for the same samples.
+    """
+    p = parameters or FitParameters()
+    x = np.concatenate([one.features for one in samples])
+    genuine = np.concatenate([one.genuine for one in samples])
+    share = np.concatenate([_shares(one) for one in samples]) / len(samples)
+    means = [share[k] @ x[k] / share[k].sum() for k in (genuine, ~genuine)]
+    middle = _rounded((means[0] + means[1]) / 2, p.digits)
+    spread = _rounded(np.sqrt(share @ (x - middle) ** 2 / share.sum()), p.digits)
+    used = np.array([name not in without for name in FEATURES])
+    z = np.column_stack([((x - middle) / spread)[:, used], np.ones(len(x))])
+    found = _newton(z, genuine, share, p)
+    weight = np.zeros(len(FEATURES))
+    weight[used] = _rounded(found[:-1], p.digits)
+    provenance: dict[str, Any] = {
+        "sets": [one.name for one in samples],
+        "genuine": int(genuine.sum()),
+        "impostors": int((~genuine).sum()),
+        "version": __version__,
+        "command": command,
+    }
+    return ScoreWeights(
+        np.stack([middle, spread, weight]), float(_rounded(found[-1:], p.digits)[0]), provenance
+    )
+
+
+def rates_of(samples: Sequence[ScoreSample], weights: Sequence[ScoreWeights]) -> dict[str, Any]:
+    """Return the error rates of databases, each weighed by its own weights, in percent.
+
+    Parameters
+    ----------
+    samples : sequence of ScoreSample
+        The databases.
+    weights : sequence of ScoreWeights
+        One for each.
+
+    Returns
+    -------
+    dict
+        Under ``"sets"``, ``"mean"`` and ``"pooled"`` the EER and the FNMR at an FMR of 0.1 %.
+    """
+    scores = [_sums(*row) for row in zip(samples, weights, strict=True)]
+    sets = [_rates(*row) for row in scores]
+    mean = {name: round(float(np.mean([one[name] for one in sets])), 3) for name in sets[0]}
+    pooled = _rates(*(np.concatenate(kind) for kind in zip(*scores, strict=True)))
+    named = {one.name: row for one, row in zip(samples, sets, strict=True)}
+    return {"mean": mean, "pooled": pooled, "sets": named}
+
+
+def _shares(sample: ScoreSample) -> NDArray[np.float64]:
+    """Return the weight of each comparison: together 1 a kind."""
+    genuine = int(sample.genuine.sum())
+    impostors = len(sample.genuine) - genuine
+    return np.asarray(np.where(sample.genuine, 1.0 / max(genuine, 1), 1.0 / max(impostors, 1)))
+
+
+def _newton(
+    z: NDArray[np.float64],
+    genuine: NDArray[np.bool_],
+    share: NDArray[np.float64],
+    p: FitParameters,
+) -> NDArray[np.float64]:
+    """Return the weights of the columns of `z`, the last of which is one, for even odds."""
+    odds = np.log(p.impostor_weight)
+    even = np.where(genuine, 1.0, p.impostor_weight) * share / (1.0 + p.impostor_weight)
+    penalty = np.full(z.shape[1], p.ridge)
+    penalty[-1] = 0.0
+    found = np.zeros(z.shape[1])
+    found[-1] = -odds
+    for _ in range(p.rounds):
+        sums = np.clip(z @ found, -500.0, 500.0)
+        chance = 1.0 / (1.0 + np.exp(-sums))
+        ratio = np.exp(np.clip(sums + odds, -40.0, 40.0))
+        kept = (1.0 - p.lost_share) * ratio / (p.lost_share + (1.0 - p.lost_share) * ratio)
+        weight = np.where(genuine, even * kept, even)
+        slope = z.T @ (weight * (chance - genuine)) + penalty * found
+        curve = (z * (weight * chance * (1.0 - chance))[:, None]).T @ z + np.diag(penalty)
+        step = np.linalg.solve(curve, slope)
+        longest = float(np.abs(step).max())
+        found = found - step * min(1.0, p.longest_step / longest) if longest else found
+        if longest < p.settled:
+            break
+    found[-1] += odds
+    return found
+
+
+def _sums(
+    sample: ScoreSample, weights: ScoreWeights
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the sums of the genuine and the impostor comparisons; least where nothing was found.
+
+    They are in the order of the similarities, which are those of ``log(1 + e^sum)``.
+    """
+    middle, spread, weight = weights.standard
+    total = weights.bias + (sample.features - middle) / spread @ weight
+    least = float(total.min(initial=0.0)) - 1.0
+    kinds = (total[sample.genuine], total[~sample.genuine])
+    genuine, impostor = (
+        np.append(kind, np.full(count, least))
+        for kind, count in zip(kinds, sample.nothing, strict=True)
+    )
+    return genuine, impostor
+
+
+def _rates(genuine: NDArray[np.float64], impostor: NDArray[np.float64]) -> dict[str, float]:
+    rates = error_rates(genuine, impostor)
+    return {
+        "eer": round(100.0 * (rates.eer or 0.0), 3),
+        "fmr1000": round(100.0 * (rates.fmr1000 or 0.0), 3),
+    }
+
+
+def _rounded(values: NDArray[np.float64], digits: int) -> NDArray[np.float64]:
+    return np.array([float(f"{value:.{digits}g}") for value in values])

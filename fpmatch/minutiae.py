@@ -170,6 +170,9 @@ class RidgeField:
         Ridge orientation in radians in [0, π), counter-clockwise on screen from +x.
     mask : ndarray of bool, shape (rows, columns)
         Where the print has ridges; `orientation` means nothing elsewhere.
+    ridges : ndarray of uint64, shape (rows, columns), or None
+        A picture of the ridges in each cell, 8 by 8 bits: bit ``8 * row + column`` is set on a
+        ridge; 0 outside the mask. None where it is not known.
 
     Raises
     ------
@@ -180,6 +183,7 @@ class RidgeField:
     step: float
     orientation: NDArray[np.float32]
     mask: NDArray[np.bool_]
+    ridges: NDArray[np.uint64] | None = None
 
     def __post_init__(self) -> None:
         orientation = np.ascontiguousarray(self.orientation, dtype=np.float32)
@@ -190,7 +194,12 @@ class RidgeField:
             raise MinutiaeError("ridge field: step must be a positive number of pixels")
         if not np.isfinite(orientation[mask]).all():
             raise MinutiaeError("ridge field: orientation must be finite inside the mask")
-        for name, array in (("orientation", orientation), ("mask", mask)):
+        arrays: dict[str, NDArray[Any]] = {"orientation": orientation, "mask": mask}
+        if self.ridges is not None:
+            arrays["ridges"] = np.ascontiguousarray(self.ridges, np.uint64) * mask
+            if arrays["ridges"].shape != mask.shape:
+                raise MinutiaeError("ridge field: ridges and mask must be of one shape")
+        for name, array in arrays.items():
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         object.__setattr__(self, "step", float(self.step))
@@ -202,6 +211,12 @@ class RidgeField:
             self.step == other.step
             and np.array_equal(self.mask, other.mask)
             and np.array_equal(self.orientation[self.mask], other.orientation[other.mask])
+            and (self.ridges is None) == (other.ridges is None)
+            and (
+                self.ridges is None
+                or other.ridges is None
+                or np.array_equal(self.ridges, other.ridges)
+            )
         )
 
     __hash__ = None  # type: ignore[assignment]

@@ -4,12 +4,15 @@ A file looks like this::
 
     {"format": "fpmatch-template", "version": 1, "width": 388, "height": 374, "dpi": 500.0,
      "minutiae": {"x": [...], "y": [...], "angle": [...], "kind": [...], "quality": [...]},
-     "ridge_field": {"step": 8.0, "rows": 47, "columns": 49, "orientation": "...", "mask": "..."}}
+     "ridge_field": {"step": 8.0, "rows": 47, "columns": 49, "orientation": "...", "mask": "...",
+                     "ridges": "..."}}
 
 Values follow the conventions of `fpmatch.minutiae` (pixels, radians, ISO kinds). ``ridge_field``
 is null where it is unknown. Its ``orientation`` is base64 of one byte a cell in row order, 0..255
 for [0, π), 0 outside the mask: a quantisation to 0.7°, finer than an orientation is known. Its
-``mask`` is base64 of one bit a cell in row order, the highest bit of a byte first.
+``mask`` is base64 of one bit a cell in row order, the highest bit of a byte first. Its ``ridges``
+is base64 of eight bytes a cell inside the mask, one a row of the cell's picture of its ridges, the
+lowest bit of a byte leftmost; the member is missing where the ridges are not known.
 """
 
 from __future__ import annotations
@@ -124,13 +127,16 @@ def _numbers(column: NDArray[Any]) -> list[float] | list[int]:
 def _encode_field(field: RidgeField) -> dict[str, Any]:
     steps = np.rint(np.where(field.mask, field.orientation, 0.0) * (ORIENTATION_STEPS / np.pi))
     rows, columns = field.mask.shape
-    return {
+    stored = {
         "step": field.step,
         "rows": rows,
         "columns": columns,
         "orientation": _to_base64(np.mod(steps, ORIENTATION_STEPS).astype(np.uint8)),
         "mask": _to_base64(np.packbits(field.mask)),
     }
+    if field.ridges is not None:
+        stored["ridges"] = _to_base64(field.ridges[field.mask].astype("<u8").view(np.uint8))
+    return stored
 
 
 def _decode_field(stored: dict[str, Any]) -> RidgeField:
@@ -142,9 +148,13 @@ def _decode_field(stored: dict[str, Any]) -> RidgeField:
     bits = np.unpackbits(_from_base64(stored, "mask", -(-cells // 8)), count=cells)
     orientation = (steps * (np.pi / ORIENTATION_STEPS)).astype(np.float32)
     shape = (rows, columns)
-    return RidgeField(
-        _number(stored, "step"), orientation.reshape(shape), bits.astype(bool).reshape(shape)
-    )
+    mask = bits.astype(bool).reshape(shape)
+    ridges = None
+    if "ridges" in stored:
+        ridges = np.zeros(shape, np.uint64)
+        octets = _from_base64(stored, "ridges", 8 * int(np.count_nonzero(mask)))
+        ridges[mask] = octets.view("<u8")
+    return RidgeField(_number(stored, "step"), orientation.reshape(shape), mask, ridges)
 
 
 def _to_base64(values: NDArray[np.uint8]) -> str:

@@ -1,14 +1,15 @@
-"""Templates in few bytes, as galleries keep them: about 490 for 50 minutiae and their ridge field.
+"""Templates in few bytes, as galleries keep them: about 2,500 with a picture of the ridges.
 
 All numbers are little-endian; bits are packed from the highest of a byte on, each column of
 numbers beginning with a byte of its own::
 
-    "fm", version, 1 where there is a ridge field; dpi in thousandths; width, height;
-    number of minutiae; least x and y; bits of an x and of a y
+    "fm", version, 1 where there is a ridge field and 2 where it shows the ridges; dpi in
+    thousandths; width, height; number of minutiae; least x and y; bits of an x and of a y
     columns of the minutiae: x and y above the least, angle (8 bits), kind (2), quality (7)
     of a ridge field: step; rows, columns; first row and column of the box around its mask, and the
     box's rows and columns; the mask inside the box, a bit a cell; the orientation of the cells
-    inside the mask (4 bits), in row order
+    inside the mask (4 bits), in row order; their pictures of the ridges (64 bits), the highest
+    bit first
     CRC-32 of all before
 
 Positions are kept in whole pixels at 500 dpi, which is exactly where `fpmatch.image.extract` finds
@@ -32,7 +33,9 @@ if TYPE_CHECKING:
 
     Ints = NDArray[np.int64]
 
-VERSION: Final = 1
+VERSION: Final = 2
+FIELD, RIDGES = 1, 2  # what there is beside the minutiae
+KNOWN: Final = {1: FIELD, VERSION: RIDGES}  # version 1 could not hold the ridges, and is the same
 ANGLE_BITS: Final = 8
 KIND_BITS: Final = 2
 QUALITY_BITS: Final = 7
@@ -81,9 +84,10 @@ def pack_template(template: Template) -> bytes:
     above = [values - start for values, start in zip((x, y), least, strict=True)]
     bits = [int(values.max(initial=0)).bit_length() for values in above]
     angle = np.rint(m.angle * (2**ANGLE_BITS / (2 * np.pi))).astype(np.int64) % 2**ANGLE_BITS
+    content = 0 if template.field is None else FIELD if template.field.ridges is None else RIDGES
     try:
         head = _HEAD.pack(
-            *(_MAGIC, VERSION, template.field is not None, dpi_units),
+            *(_MAGIC, VERSION, content, dpi_units),
             *(template.width, template.height, len(m), *least, *bits),
         )
         field = b"" if template.field is None else _pack_field(template.field, zoom)
@@ -116,8 +120,8 @@ def unpack_template(data: bytes) -> Template:
     """
     if data[:2] != _MAGIC or len(data) < _HEAD.size + _CRC.size:
         raise TemplateError("not a packed template")
-    if data[2] != VERSION:
-        raise TemplateError(f"packed template of version {data[2]} (known: {VERSION})")
+    if data[2] not in KNOWN:
+        raise TemplateError(f"packed template of version {data[2]} (known: up to {VERSION})")
     if _CRC.unpack(data[-_CRC.size :])[0] != zlib.crc32(data[: -_CRC.size]):
         raise TemplateError("packed template is damaged")
     try:
@@ -144,11 +148,14 @@ class _Reader:
         start, self._at = self._at, self._at + form.size
         return form.unpack_from(self._data, start)
 
+    def octets(self, count: int) -> NDArray[np.uint8]:
+        """Return `count` bytes."""
+        start, self._at = self._at, self._at + count
+        return np.frombuffer(self._data, np.uint8, count, start)
+
     def column(self, count: int, width: int) -> Ints:
         """Return `count` numbers of `width` bits each."""
-        length = -(-count * width // 8)
-        start, self._at = self._at, self._at + length
-        octets = np.frombuffer(self._data, np.uint8, length, start)
+        octets = self.octets(-(-count * width // 8))
         bits = np.unpackbits(octets, count=count * width).reshape(count, width)
         return bits @ (1 << np.arange(width - 1, -1, -1, dtype=np.int64))
 
@@ -159,7 +166,9 @@ class _Reader:
 
 def _unpack(reader: _Reader) -> Template:
     head = reader.numbers(_HEAD)
-    _, _, has_field, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
+    _, version, content, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
+    if content > KNOWN[version]:
+        raise TemplateError("it holds something unknown beside its minutiae")
     dpi = dpi_units / _DPI_UNITS
     zoom = STANDARD_DPI / dpi if dpi else 1.0
     x, y = reader.column(count, bits_x) + least_x, reader.column(count, bits_y) + least_y
@@ -173,7 +182,7 @@ def _unpack(reader: _Reader) -> Template:
         kind=kind.astype(np.uint8),
         quality=quality.astype(np.uint8),
     )
-    field = _unpack_field(reader, zoom) if has_field else None
+    field = _unpack_field(reader, zoom, ridged=content == RIDGES) if content else None
     reader.finish()
     return Template(minutiae, width, height, dpi, field)
 
@@ -196,10 +205,15 @@ def _pack_field(field: RidgeField, zoom: float) -> bytes:
     steps = np.rint(field.orientation[field.mask] * (2**ORIENTATION_BITS / np.pi))
     orientation = steps.astype(np.int64) % 2**ORIENTATION_BITS
     box = field.mask[top : top + height, left : left + width]
-    return head + np.packbits(box).tobytes() + _to_bits(orientation, ORIENTATION_BITS)
+    packed = head + np.packbits(box).tobytes() + _to_bits(orientation, ORIENTATION_BITS)
+    return (
+        packed
+        if field.ridges is None
+        else packed + field.ridges[field.mask].astype(">u8").tobytes()
+    )
 
 
-def _unpack_field(reader: _Reader, zoom: float) -> RidgeField:
+def _unpack_field(reader: _Reader, zoom: float, *, ridged: bool) -> RidgeField:
     step, rows, columns, top, left, height, width = reader.numbers(_FIELD)
     if rows * columns > _MOST_CELLS or top + height > rows or left + width > columns:
         raise TemplateError("its ridge field leaves its frame")
@@ -209,7 +223,11 @@ def _unpack_field(reader: _Reader, zoom: float) -> RidgeField:
     orientation = np.zeros((rows, columns), np.float32)
     steps = reader.column(int(np.count_nonzero(mask)), ORIENTATION_BITS)
     orientation[mask] = steps * (np.pi / 2**ORIENTATION_BITS)
-    return RidgeField(step / zoom, orientation, mask)
+    ridges = None
+    if ridged:
+        ridges = np.zeros((rows, columns), np.uint64)
+        ridges[mask] = reader.octets(8 * len(steps)).view(">u8")
+    return RidgeField(step / zoom, orientation, mask, ridges)
 
 
 def _to_bits(values: NDArray[Any], width: int) -> bytes:

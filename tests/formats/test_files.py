@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 from dataclasses import replace
@@ -49,7 +50,10 @@ def templates(draw: st.DrawFn) -> Template:
     )
     shape = draw(st.tuples(st.integers(1, 9), st.integers(1, 9)))
     orientation = draw(hnp.arrays(np.float32, shape, elements=st.floats(0, 3.125, width=32)))
-    field = RidgeField(draw(st.floats(1, 64)), orientation, draw(hnp.arrays(bool, shape)))
+    mask = draw(hnp.arrays(bool, shape))
+    words = st.integers(0, 2**64 - 1)
+    ridges = draw(st.none() | hnp.arrays(np.uint64, shape, elements=words))
+    field = RidgeField(draw(st.floats(1, 64)), orientation, mask, ridges)
     return Template(
         minutiae,
         draw(st.integers(1, 9999)),
@@ -89,6 +93,23 @@ def test_json_keeps_the_field_to_a_quantum_and_then_exactly(template: Template) 
     turn = 2 * (once.field.orientation - template.field.orientation)[template.field.mask]
     error = np.abs(np.angle(np.exp(1j * turn.astype(float)))) / 2
     assert (error <= np.pi / 512 + 1e-6).all()
+    assert (once.field.ridges is None) == (template.field.ridges is None)
+    assert np.array_equal(once.field.ridges, template.field.ridges)
+
+
+def test_json_shows_the_rows_of_a_picture_one_after_the_other() -> None:
+    """Of the cells inside the mask alone, the leftmost bit the lowest."""
+    mask = np.array([[True, False, True]])
+    ridges = np.array([[0x0807060504030201, 99, 1 << 63]], np.uint64)
+    field = RidgeField(16.0, np.zeros((1, 3), np.float32), mask, ridges)
+    data = encode(codec_of_name("json"), Template(Minutiae.empty(), 9, 9, field=field))
+    stored = base64.b64decode(json.loads(data)["ridge_field"]["ridges"])
+    assert stored == bytes([1, 2, 3, 4, 5, 6, 7, 8, 0, 0, 0, 0, 0, 0, 0, 128])
+    assert decode(data).field == field
+
+
+def test_json_without_ridges_does_not_mention_them(template: Template) -> None:
+    assert b"ridges" not in encode(codec_of_name("json"), template)
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -204,6 +225,12 @@ def test_a_bad_csv_line_is_named(tmp_path: Path, row: str, reason: str) -> None:
         ({"ridge_field.rows": 99}, "orientation has 552 bytes, expected 2376"),
         ({"ridge_field.mask": "////"}, "mask has 3 bytes, expected 69"),
         ({"ridge_field.mask": "no!"}, "mask is not base64"),
+        ({"ridge_field.ridges": "AAAA"}, "ridges has 3 bytes, expected 3056"),
+        ({"ridge_field.ridges": ""}, "ridges has 0 bytes, expected 3056"),
+        ({"ridge_field.ridges": "no!"}, "ridges is not base64"),
+        ({"ridge_field.ridges": "é"}, "ridges is not base64"),
+        ({"ridge_field.ridges": None}, '"ridges" must be there and of type str'),
+        ({"ridge_field.ridges": [1]}, '"ridges" must be there and of type str'),
         ({"ridge_field.step": 0}, "step must be a positive number"),
         ({"ridge_field": 3}, '"ridge_field" must be there and of type dict'),
     ],

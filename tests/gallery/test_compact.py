@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,7 +35,9 @@ def templates(draw):
         mask = rng.random((draw(st.integers(0, 30)), draw(st.integers(0, 30)))) < draw(
             st.sampled_from([0.0, 0.02, 0.7, 1.0])
         )
-        field = RidgeField(draw(st.floats(1, 100)), rng.uniform(0, np.pi, mask.shape), mask)
+        ridges = rng.integers(0, 2**64, mask.shape, np.uint64) if draw(st.booleans()) else None
+        orientation = rng.uniform(0, np.pi, mask.shape)
+        field = RidgeField(draw(st.floats(1, 100)), orientation, mask, ridges)
     dpi = draw(st.floats(100, 4000) | st.sampled_from([500, 569, 499.9]))
     return Template(minutiae, width, height, dpi, field)
 
@@ -65,6 +68,8 @@ def test_round_trip_keeps_what_it_says(template):
         difference = 2j * (kept.field.orientation.astype(float) - template.field.orientation)
         turn = np.abs(np.angle(np.exp(difference)))[kept.field.mask] / 2
         assert (turn <= np.pi / 32 + 1e-5).all()
+        assert (kept.field.ridges is None) == (template.field.ridges is None)
+        np.testing.assert_array_equal(kept.field.ridges, template.field.ridges)
 
 
 @pytest.mark.parametrize("dpi", [500, 569])
@@ -83,22 +88,60 @@ def test_fifty_minutiae_with_their_field_take_at_most_600_bytes(rng):
         x=rng.uniform(0, 640, n), y=rng.uniform(0, 480, n), angle=rng.uniform(0, 6, n)
     )
     field = RidgeField(16.0, rng.uniform(0, np.pi, mask.shape), mask)
-    assert len(pack_template(Template(minutiae, 640, 480, 500.0, field))) <= 600
+    without = len(pack_template(Template(minutiae, 640, 480, 500.0, field)))
+    assert without <= 600
+    pictures = rng.integers(0, 2**64, mask.shape, np.uint64)
+    template = Template(minutiae, 640, 480, 500.0, replace(field, ridges=pictures))
+    assert len(pack_template(template)) == without + 8 * np.count_nonzero(mask)
+
+
+OLD_HEAD = "666d010120a107002c01900102000a0005000402"
+COLUMNS = "0f80408060a000"  # x, y, angle, kind, quality
+OF_FIELD = "00008041020003000000010002000200d04440"
+
+
+def small_template(ridges=None):
+    orientation, mask = np.full((2, 3), np.pi / 4), np.array([[0, 1, 1], [0, 0, 1]])
+    minutiae = Minutiae(
+        x=[10, 25], y=[7, 5], angle=[np.pi / 2, np.pi], kind=[1, 2], quality=[80, 0]
+    )
+    return Template(minutiae, 300, 400, 500.0, RidgeField(16.0, orientation, mask, ridges))
 
 
 def test_packed_form_stays_what_it_is():
     """A change here is a new version."""
-    field = RidgeField(16.0, np.full((2, 3), np.pi / 4), np.array([[0, 1, 1], [0, 0, 1]]))
-    minutiae = Minutiae(
-        x=[10, 25], y=[7, 5], angle=[np.pi / 2, np.pi], kind=[1, 2], quality=[80, 0]
-    )
-    assert VERSION == 1
-    assert pack_template(Template(minutiae, 300, 400, 500.0, field)).hex() == (
-        "666d01" "01" "20a10700" "2c01" "9001" "0200" "0a00" "0500" "04" "02"  # head
-        "0f" "80" "4080" "60" "a000"  # x, y, angle, kind, quality
-        "00008041" "0200" "0300" "0000" "0100" "0200" "0200" "d0" "4440"  # field
-        "e8804dd6"
-    )  # fmt: skip
+    assert VERSION == 2
+    ridges = np.array([[9, 1, 0x0123456789ABCDEF], [9, 9, 2**64 - 1]], np.uint64)
+    head = OLD_HEAD.replace("666d0101", "666d0201")
+    whole = bytes.fromhex(head + COLUMNS + OF_FIELD)
+    assert pack_template(small_template()) == resealed(whole)
+    head = OLD_HEAD.replace("666d0101", "666d0202")
+    pictures = "00000000000000010123456789abcdefffffffffffffffff"
+    whole = bytes.fromhex(head + COLUMNS + OF_FIELD + pictures)
+    assert pack_template(small_template(ridges)) == resealed(whole)
+
+
+def test_templates_of_the_first_version_are_read():
+    data = bytes.fromhex(OLD_HEAD + COLUMNS + OF_FIELD + "e8804dd6")
+    assert unpack_template(data) == unpack_template(pack_template(small_template()))
+    assert unpack_template(data).field.ridges is None
+
+
+@pytest.mark.parametrize(("version", "content"), [(1, 2), (1, 255), (2, 3), (2, 255)])
+def test_content_that_a_version_does_not_know_is_damage(version, content):
+    ridges = np.ones((2, 3), np.uint64)
+    data = bytearray(pack_template(small_template(ridges))[:-4])
+    data[2:4] = version, content
+    with pytest.raises(TemplateError, match="damaged: it holds something unknown"):
+        unpack_template(resealed(bytes(data)))
+
+
+@pytest.mark.parametrize("bytes_more", [-25, -24, -8, -1, 1, 8])
+def test_ridges_that_are_too_many_or_too_few_are_damage(bytes_more):
+    data = pack_template(small_template(np.ones((2, 3), np.uint64)))[:-4]
+    changed = data[:bytes_more] if bytes_more < 0 else data + bytes(bytes_more)
+    with pytest.raises(TemplateError, match="damaged"):
+        unpack_template(resealed(changed))
 
 
 def full_field(rows: int, columns: int, step: float = 1.0) -> RidgeField:
@@ -123,12 +166,18 @@ def test_what_does_not_fit_is_refused(template):
         pack_template(template)
 
 
+def with_ridges(template: Template) -> Template:
+    ridges = np.random.default_rng(5).integers(0, 2**64, template.field.mask.shape, np.uint64)
+    return replace(template, field=replace(template.field, ridges=ridges))
+
+
 def resealed(data: bytes) -> bytes:
     return data + struct.pack("<I", zlib.crc32(data))
 
 
-def test_every_damage_is_noticed(template):
-    data = pack_template(template)
+@pytest.mark.parametrize("ridged", [False, True])
+def test_every_damage_is_noticed(template, ridged):
+    data = pack_template(with_ridges(template) if ridged else template)
     for k in range(0, len(data), 7):
         changed = bytearray(data)
         changed[k] ^= 0x10
@@ -143,13 +192,14 @@ def test_every_damage_is_noticed(template):
 def test_another_version_is_named(template):
     data = bytearray(pack_template(template)[:-4])
     data[2] = 9
-    with pytest.raises(TemplateError, match=r"version 9 \(known: 1\)"):
+    with pytest.raises(TemplateError, match=r"version 9 \(known: up to 2\)"):
         unpack_template(resealed(bytes(data)))
 
 
-def test_whoever_made_the_checksum_gets_an_error_or_a_template(template, rng):
+@pytest.mark.parametrize("ridged", [False, True])
+def test_whoever_made_the_checksum_gets_an_error_or_a_template(template, rng, ridged):
     """Bytes that were never packed raise one kind of error only."""
-    packed = pack_template(template)[:-4]
+    packed = pack_template(with_ridges(template) if ridged else template)[:-4]
     for _ in range(200):
         body = bytearray(packed)
         for place in rng.integers(3, len(body), rng.integers(1, 4)):

@@ -1,0 +1,79 @@
+"""`fpmatch.minutiae`: what a ridge field holds of its ridges, and when two fields are equal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import MinutiaeError
+from fpmatch.minutiae import RidgeField
+
+MASK = np.array([[True, False, True], [True, True, False]])
+ORIENTATION = np.full(MASK.shape, 0.5, np.float32)
+RIDGES = np.arange(1, 7, dtype=np.uint64).reshape(MASK.shape) << np.uint64(60)
+
+
+def some_field(ridges: Any = RIDGES) -> RidgeField:
+    return RidgeField(16.0, ORIENTATION, MASK, ridges)
+
+
+def test_ridges_outside_the_mask_are_cleared() -> None:
+    field = some_field()
+    assert field.ridges is not None
+    assert field.ridges.dtype == np.uint64
+    assert field.ridges.tolist() == (RIDGES * MASK).tolist()
+    assert RIDGES.all()
+
+
+def test_ridges_are_a_copy_that_cannot_be_written() -> None:
+    mine = RIDGES.copy()
+    field = some_field(mine)
+    mine[:] = 0
+    assert field == some_field()
+    assert field.ridges is not None
+    with pytest.raises(ValueError, match="read-only"):
+        field.ridges[0, 0] = 1
+
+
+def test_ridges_need_not_be_known() -> None:
+    assert RidgeField(16.0, ORIENTATION, MASK).ridges is None
+
+
+def test_ridges_may_be_of_another_memory_order_or_type() -> None:
+    assert some_field(np.asfortranarray(RIDGES)) == some_field()
+    small = RIDGES >> np.uint64(60)
+    assert some_field(small.astype(np.uint8)) == some_field(small) == some_field(small.tolist())
+
+
+def test_fields_are_equal_whose_ridges_are() -> None:
+    field = some_field()
+    assert field == some_field(RIDGES * MASK)
+    assert field != replace(field, ridges=None)
+    assert replace(field, ridges=None) != field
+    assert replace(field, ridges=None) == RidgeField(16.0, ORIENTATION, MASK)
+    other = RIDGES.copy()
+    other[0, 1] ^= np.uint64(1)  # outside the mask
+    assert field == some_field(other)
+    other[0, 0] ^= np.uint64(1)
+    assert field != some_field(other)
+    assert replace(field, ridges=np.zeros_like(RIDGES)) != replace(field, ridges=None)
+
+
+def test_a_field_of_no_cells_may_have_ridges() -> None:
+    nothing = np.zeros((0, 4))
+    assert RidgeField(16.0, nothing, nothing, nothing).ridges is not None
+
+
+def test_ridges_of_more_dimensions_are_refused() -> None:
+    with pytest.raises(MinutiaeError, match="ridges and mask must be of one shape"):
+        some_field(np.ones((2, 2, 3), np.uint64))
+
+
+@pytest.mark.xfail(reason="the mask is applied before the shapes are compared", strict=True)
+@pytest.mark.parametrize("shape", [(1, 1), (1, 3), (2, 1), (3,), (), (3, 2), (2, 4)])
+def test_ridges_of_another_shape_are_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(MinutiaeError, match="ridges and mask must be of one shape"):
+        some_field(np.ones(shape, np.uint64))

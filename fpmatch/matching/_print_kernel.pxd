@@ -9,10 +9,11 @@ cdef class Print:
     cdef int[::1] ring
     cdef double[:, ::1] circle
     cdef const unsigned char[::1] cell
+    cdef const unsigned long long[::1] ridges
     cdef Py_ssize_t cell_at
     cdef int rows, columns, first_row, first_column, inside
     cdef double step
-    cdef bint has_flow
+    cdef bint has_flow, has_ridges
 
     cdef bint holds(self, double x, double y) noexcept nogil
     cdef bint surrounds(self, double x, double y, double margin) noexcept nogil
@@ -28,7 +29,8 @@ cdef class PackedPrints:
     cdef const unsigned short[::1] ring_weight
     cdef const int[:, ::1] shape
     cdef const double[::1] step
-    cdef const unsigned char[::1] has_flow
+    cdef const unsigned char[::1] has_flow, has_ridges
+    cdef const unsigned long long[::1] ridges
     cdef const int[::1] inside
     cdef const double[::1] quality_of, root_weight_of
     cdef readonly double circle_step, ring_weight_step, tolerance, tolerance_growth

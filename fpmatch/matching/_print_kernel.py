@@ -21,7 +21,8 @@ class Print:
     """A prepared print: its minutiae, neighbourhoods, one-rings, and the cells of its region.
 
     The arrays may be larger than what they hold: `size` is the number of minutiae. The region's
-    codes begin at entry `cell_at` of `cell`, row by row.
+    codes begin at entry `cell_at` of `cell`, row by row, and the pictures of its ridges at the same
+    entry of `ridges`, where there are any.
     """
 
     def __init__(self, points, quality, count, frame, ring_start, ring, circle) -> None:
@@ -34,6 +35,7 @@ class Print:
         self.ring = ring
         self.circle = circle
         self.cell = np.empty(0, np.uint8)
+        self.ridges = np.empty(0, np.uint64)
         self.cell_at = 0
         self.rows = 0
         self.columns = 0
@@ -42,11 +44,18 @@ class Print:
         self.inside = 0
         self.step = 1.0
         self.has_flow = False
+        self.has_ridges = False
 
-    def set_region(self, code, first_row, first_column, step, inside, has_flow) -> None:
-        """Take the region: `code` (rows, columns) is 0 outside, else says the orientation."""
+    def set_region(self, code, ridges, first_row, first_column, step, inside, has_flow) -> None:
+        """Take the region: `code` (rows, columns) is 0 outside, else says the orientation.
+
+        `ridges`, of the same shape, are pictures of the ridges, or None.
+        """
         self.rows, self.columns = code.shape
         self.cell = code.ravel()
+        self.has_ridges = ridges is not None
+        if ridges is not None:
+            self.ridges = ridges.ravel()
         self.first_row = first_row
         self.first_column = first_column
         self.step = step
@@ -105,6 +114,8 @@ class PackedPrints:
         self.degree = many.degree
         self.ring = many.ring
         self.cell = many.cell
+        self.ridges = many.ridges
+        self.has_ridges = many.has_ridges
         self.neighbour = many.neighbour
         self.root_weight = many.root_weight
         self.circle = many.circle
@@ -184,4 +195,5 @@ class PackedPrints:
         into.step = self.step[k]
         into.inside = self.inside[k]
         into.has_flow = self.has_flow[k]
+        into.has_ridges = self.has_ridges[k]
         return 0

@@ -82,7 +82,9 @@ class PreparedTemplate:
         """Return the print as the kernels see it."""
         n, r = self.neighbourhoods, self.region
         print_ = Print(self.points, self.quality, n.count, n.frame, n.ring_start, n.ring, n.circle)
-        print_.set_region(r.code, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
+        print_.set_region(
+            r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow
+        )
         return print_
 
 
@@ -101,6 +103,8 @@ class Region:
         Where the first of these cells lies among all, from the image's top left corner.
     has_flow : bool
         Whether the orientation is known at all.
+    ridges : ndarray of uint64, shape (rows, columns), or None
+        Pictures of the ridges, see `fpmatch.minutiae.RidgeField`; None where they are not known.
     """
 
     step: float
@@ -108,6 +112,7 @@ class Region:
     first_row: int
     first_column: int
     has_flow: bool
+    ridges: NDArray[np.uint64] | None = None
 
     @property
     def inside(self) -> int:
@@ -188,7 +193,10 @@ def prepare(
 def content_key(points: NDArray[np.float64], quality: NDArray[np.float64], region: Region) -> bytes:
     """Return the content of a print as bytes, by which prints are put in order."""
     frame = (*region.code.shape, region.first_row, region.first_column, region.has_flow)
-    parts = (points, quality, region.code, np.array(frame, np.int64), np.float64(region.step))
+    parts: list[NDArray[np.generic] | np.generic] = [points, quality, region.code]
+    parts += [np.array(frame, np.int64), np.float64(region.step)]
+    if region.ridges is not None:
+        parts.append(region.ridges)
     return b"".join(part.tobytes() for part in parts)
 
 
@@ -207,7 +215,7 @@ def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:
 
 def _region_of_field(field: RidgeField, zoom: float) -> Region:
     codes = orientation_codes(field.orientation, field.mask)
-    return _region(field.step * zoom, codes, has_flow=True)
+    return _region(field.step * zoom, codes, has_flow=True, ridges=field.ridges)
 
 
 def _region_of_hull(points: NDArray[np.float64], p: PreparationParameters) -> Region:
@@ -224,10 +232,18 @@ def _region_of_hull(points: NDArray[np.float64], p: PreparationParameters) -> Re
     return _region(step, mask, has_flow=False)
 
 
-def _region(step: float, code: NDArray[np.uint8], *, has_flow: bool) -> Region:
+def _region(
+    step: float,
+    code: NDArray[np.uint8],
+    *,
+    has_flow: bool,
+    ridges: NDArray[np.uint64] | None = None,
+) -> Region:
     """Return a region of the cells that have a code, and no row or column beyond them."""
     row, column = np.nonzero(code)
     first_row, first_column = (int(k.min()) if len(k) else 0 for k in (row, column))
     end_row, end_column = (int(k.max()) + 1 if len(k) else 0 for k in (row, column))
-    kept = np.ascontiguousarray(code[first_row:end_row, first_column:end_column])
-    return Region(step, kept, first_row, first_column, has_flow)
+    box = (slice(first_row, end_row), slice(first_column, end_column))
+    kept = np.ascontiguousarray(code[box])
+    pictures = None if ridges is None else np.ascontiguousarray(ridges[box])
+    return Region(step, kept, first_row, first_column, has_flow, pictures)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-FORMAT: Final = b"fpmatch prepared prints 1\n"
+FORMAT: Final = b"fpmatch prepared prints 2\n"
 ALIGNMENT: Final = 64  # bytes
 MOST_MINUTIAE: Final = 256  # that a byte can number
 PRINTS_AT_ONCE: Final = 1024  # packed before their arrays are joined
@@ -66,12 +66,14 @@ class PreparedMany:
         `fpmatch.matching.rounding`.
     cell : ndarray of uint8, shape (C,)
         Codes of the cells of the regions, row by row.
+    ridges : ndarray of uint64, shape (C,)
+        Pictures of the ridges in these cells; 0 where they are not known.
     shape : ndarray of int32, shape (T, 4)
         Rows and columns of cells, first row and first column.
     step, zoom : ndarray of float64, shape (T,)
         Side of a cell, and 500 / dpi.
-    has_flow : ndarray of uint8, shape (T,)
-        1 where the orientation is known.
+    has_flow, has_ridges : ndarray of uint8, shape (T,)
+        1 where the orientation is known, and where the ridges are.
     inside : ndarray of int32, shape (T,)
         Numbers of cells inside the regions.
     """
@@ -91,10 +93,12 @@ class PreparedMany:
     circle: NDArray[np.int16]
     ring_weight: NDArray[np.uint16]
     cell: NDArray[np.uint8]
+    ridges: NDArray[np.uint64]
     shape: NDArray[np.int32]
     step: NDArray[np.float64]
     zoom: NDArray[np.float64]
     has_flow: NDArray[np.uint8]
+    has_ridges: NDArray[np.uint8]
     inside: NDArray[np.int32]
 
     @classmethod
@@ -195,9 +199,11 @@ class PreparedMany:
         room = Print(points, quality, f.count, f.frame, f.ring_start, f.ring, f.circle)
         self.packed.unpack(k, room)
         rows, columns, first_row, first_column = self.shape[k].tolist()
-        code = self.cell[self.cell_start[k] : self.cell_start[k + 1]].reshape(rows, columns)
+        cells = slice(*self.cell_start[k : k + 2].tolist())
+        code = self.cell[cells].reshape(rows, columns)
+        ridges = self.ridges[cells].reshape(rows, columns) if self.has_ridges[k] else None
         known = bool(self.has_flow[k])
-        region = Region(float(self.step[k]), code, first_row, first_column, known)
+        region = Region(float(self.step[k]), code, first_row, first_column, known, ridges)
         return PreparedTemplate(
             points=points,
             quality=quality,
@@ -278,7 +284,8 @@ class PreparedMany:
     def _is_sound(self) -> bool:
         """Tell whether every number that is a place or a size points to something that is there."""
         minutiae, rings, cells = (getattr(self, name) for name in _STARTS)
-        for starts, array in ((minutiae, self.xy), (rings, self.ring), (cells, self.cell)):
+        owned = ((minutiae, self.xy), (rings, self.ring), (cells, self.cell), (cells, self.ridges))
+        for starts, array in owned:
             if len(starts) != len(self) + 1 or starts[0] or starts[-1] != len(array):
                 return False
             if (np.diff(starts) < 0).any():
@@ -316,10 +323,12 @@ _SHAPES: Final = {
     "circle": ("<i2", (2,)),
     "ring_weight": ("<u2", ()),
     "cell": ("|u1", ()),
+    "ridges": ("<u8", ()),
     "shape": ("<i4", (4,)),
     "step": ("<f8", ()),
     "zoom": ("<f8", ()),
     "has_flow": ("|u1", ()),
+    "has_ridges": ("|u1", ()),
     "inside": ("<i4", ()),
 }
 _DTYPES: Final = {name: dtype for name, (dtype, _) in _SHAPES.items()}
@@ -357,10 +366,12 @@ def _packed(print_: PreparedTemplate) -> PreparedMany:
         "circle": np.rint(n.circle[:2].T / CIRCLE_STEP),
         "ring_weight": np.rint(n.circle[2] / RING_WEIGHT_STEP),
         "cell": region.code.ravel(),
+        "ridges": np.zeros(region.code.size) if region.ridges is None else region.ridges.ravel(),
         "shape": [place],
         "step": [region.step],
         "zoom": [print_.zoom],
         "has_flow": [region.has_flow],
+        "has_ridges": [region.ridges is not None],
         "inside": [region.inside],
     }
     return PreparedMany(

@@ -99,15 +99,35 @@ def even_field(step: float = 16.0, side: int = 25, orientation: float = 0.6) -> 
     return RidgeField(step, np.full(shape, orientation, np.float32), np.ones(shape, bool))
 
 
+def packed_pictures(picture: NDArray[np.bool_]) -> NDArray[np.uint64]:
+    """Return a picture of ridges, 8 pixels a cell along either side, as the bits of its cells."""
+    rows, columns = (side // 8 for side in picture.shape)
+    cells = picture.reshape(rows, 8, columns, 8).transpose(0, 2, 1, 3).reshape(rows, columns, 64)
+    weights = np.uint64(1) << np.arange(64, dtype=np.uint64)
+    return (cells * weights).sum(axis=2, dtype=np.uint64)
+
+
+def striped_field(
+    period: float = 10.0, side: int = 10, step: float = 16.0, orientation: float = 0.6
+) -> RidgeField:
+    """Return a field that shows straight ridges, so many pixels apart, that run one way."""
+    row, column = np.mgrid[: 8 * side, : 8 * side] + 0.5
+    across = (column * np.sin(orientation) + row * np.cos(orientation)) * (step / 8)
+    ridges = packed_pictures(np.cos(2 * np.pi * across / period) > 0)
+    shape = (side, side)
+    return RidgeField(step, np.full(shape, orientation, np.float32), np.ones(shape, bool), ridges)
+
+
 @st.composite
 def fields(draw: st.DrawFn) -> RidgeField:
-    """Draw a ridge field of a few cells, some of them empty."""
+    """Draw a ridge field of a few cells, some of them empty, with or without their ridges."""
     shape = draw(st.tuples(st.integers(0, 8), st.integers(0, 8)))
     below_half_turn = st.floats(0, 3.125, width=32)
     return RidgeField(
         step=draw(st.sampled_from([4.0, 16.0, 33.3])),
         orientation=draw(arrays(np.float32, shape, elements=below_half_turn)),
         mask=draw(arrays(bool, shape)),
+        ridges=draw(st.none() | arrays(np.uint64, shape, elements=st.integers(0, 2**64 - 1))),
     )
 
 

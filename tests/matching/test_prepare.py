@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
-from matching_prints import even_field, seeds, spread_points, template_of, templates
+from matching_prints import (
+    even_field,
+    seeds,
+    spread_points,
+    striped_field,
+    template_of,
+    templates,
+)
 
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters
 from fpmatch.matching.prepare import PreparationParameters, prepare
@@ -43,6 +52,8 @@ def test_parameters_of_the_neighbourhoods_are_handed_on() -> None:
 @given(templates())
 def test_any_template_can_be_prepared(template: Template) -> None:
     prepared = prepare(template)
+    ridges = None if template.field is None else template.field.ridges
+    assert (prepared.region.ridges is None) == (ridges is None)
     assert len(prepared) == len(template.minutiae) == prepared.points.shape[1]
     assert np.isfinite(prepared.points).all()
     assert np.isfinite(prepared.neighbourhoods.frame).all()
@@ -62,6 +73,35 @@ def test_region_of_a_field_is_its_mask_and_flow() -> None:
     assert region.area == 300.0
     x, y = np.array([5.0, 15, 15, -1, 35, 5]), np.array([-5.0, -15, -5, -5, -5, -25])
     assert region.holds(x, y).tolist() == [True, True, False, False, False, False]
+
+
+def test_ridges_are_those_of_the_cells_in_the_box_around_the_mask() -> None:
+    mask = np.zeros((5, 6), bool)
+    mask[1, 4] = mask[3, 2] = mask[3, 3] = True
+    ridges = np.arange(1, 31, dtype=np.uint64).reshape(mask.shape) << np.uint64(59)
+    field = RidgeField(16.0, np.zeros(mask.shape), mask, ridges)
+    region = prepare(Template(Minutiae.empty(), 60, 40, 1000.0, field)).region
+    assert (region.first_row, region.first_column) == (1, 2)
+    assert region.ridges is not None
+    assert region.ridges.dtype == np.uint64
+    assert region.ridges.flags.c_contiguous
+    assert region.ridges.tolist() == (ridges * mask)[1:4, 2:5].tolist()
+    assert region.code.shape == region.ridges.shape
+
+
+def test_ridges_are_not_known_without_a_field_or_without_them_in_it() -> None:
+    points = spread_points(np.random.default_rng(1), 5)
+    assert prepare(template_of(points)).region.ridges is None
+    assert prepare(template_of(points, field=even_field())).region.ridges is None
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (0, 3), (2, 3)])
+def test_ridges_of_an_empty_field_are_none_in_number(shape: tuple[int, int]) -> None:
+    field = RidgeField(16.0, np.zeros(shape), np.zeros(shape), np.ones(shape))
+    prepared = prepare(Template(Minutiae.empty(), 60, 40, field=field))
+    assert prepared.region.ridges is not None
+    assert prepared.region.ridges.size == 0
+    prepared.for_kernels()
 
 
 def test_region_without_a_field_is_the_hull_of_the_minutiae() -> None:
@@ -113,6 +153,10 @@ def test_key_tells_whatever_is_compared_apart() -> None:
         template_of(points, quality=np.full(5, 99)),
         template_of(points, field=even_field()),
         template_of(points, field=even_field(orientation=0.7)),
+        # the same orientations: other ridges, none in sight, and none known, as above
+        template_of(points, field=striped_field(side=25)),
+        template_of(points, field=striped_field(9.0, side=25)),
+        template_of(points, field=replace(even_field(), ridges=np.zeros((25, 25)))),
         # two regions of one cell with the same centre
         template_of(points, field=RidgeField(16.0, one_cell, mask)),
         template_of(points, field=RidgeField(48.0, one_cell[:1, :1], mask[1:, 1:])),

@@ -1,0 +1,465 @@
+"""Ridges laid on one another: against a slow, obvious twin, and compiled against interpreted."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import (
+    moved,
+    packed_pictures,
+    seeds,
+    spread_points,
+    striped_field,
+    template_of,
+    templates,
+)
+from numpy.typing import NDArray
+
+from fpmatch.matching import _ridge_kernel
+from fpmatch.matching.align import Alignment, at_rest
+from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.ridges import RidgeParameters, ridge_correlation
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+
+REACH_BITS = 2
+FEWEST_AROUND = 4
+MOST_CELLS = 16384
+PARAMETERS = RidgeParameters()
+AT_REST = (1.0, 0.0, 0.0, 0.0)
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+Transform = tuple[float, float, float, float]
+
+
+def picture_of(print_: PreparedTemplate) -> NDArray[np.bool_]:
+    """Return the ridges of a print's region as one picture, 8 pixels a cell along either side."""
+    assert print_.region.ridges is not None
+    rows, columns = print_.region.code.shape
+    bits = (print_.region.ridges[:, :, None] >> np.arange(64, dtype=np.uint64)) & np.uint64(1)
+    square = bits.reshape(rows, columns, 8, 8).transpose(0, 2, 1, 3)
+    return square.reshape(8 * rows, 8 * columns).astype(bool)
+
+
+def twin(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    partner: Ints,
+    transform: Transform,
+    parameters: RidgeParameters = PARAMETERS,
+) -> tuple[float, int]:
+    """Return correlation and cells as the docstrings say them, one cell after the other."""
+    c, s, x, y = transform
+    linear, shift = complex(c, s), complex(x, y)
+    ridges_a, ridges_b = picture_of(a), picture_of(b)
+    step = a.region.step
+    paired = np.flatnonzero(partner >= 0)
+    z = a.points[0, paired] + 1j * a.points[1, paired]
+    displaced = b.points[0, partner[paired]] + 1j * b.points[1, partner[paired]]
+    displaced = displaced - (linear * z + shift)
+    offsets = range(-REACH_BITS, REACH_BITS + 1)
+    agreeing: dict[tuple[int, int], NDArray[np.int64]] = {}
+    for row, column in np.argwhere(a.region.code).tolist():
+        # in pixels whose middles have whole coordinates, y pointing up
+        corner = complex(
+            (a.region.first_column + column) * step, -(a.region.first_row + row) * step
+        )
+        middle = corner + (step / 2) * (1 - 1j)
+        weight = (1 + (np.abs(z - middle) / parameters.bend_sigma_px) ** 2) ** -2.0
+        drift = (weight * displaced).sum() / (weight.sum() + parameters.stillness)
+        lies = linear * (middle - (0.5 - 0.5j)) + shift + drift
+        if not b.region.holds(np.array([lies.real]), np.array([lies.imag]))[0]:
+            continue
+        counts = np.zeros((5, 5), np.int64)
+        for v, u in itertools.product(range(1, 8, 2), repeat=2):
+            own = ridges_a[8 * row + v, 8 * column + u]
+            beside = ((u - 3.5) - 1j * (v - 3.5)) * step / 8
+            place = (lies + linear * beside + (0.5 - 0.5j)) * 8 / b.region.step
+            j = math.floor(place.real) - 8 * b.region.first_column
+            i = math.floor(-place.imag) - 8 * b.region.first_row
+            for down, right in itertools.product(offsets, repeat=2):
+                inside = 0 <= i + down < len(ridges_b) and 0 <= j + right < ridges_b.shape[1]
+                other = bool(inside and ridges_b[i + down, j + right])
+                counts[down + REACH_BITS, right + REACH_BITS] += own == other
+        agreeing[row, column] = counts
+    correlations = []
+    for row, column in agreeing:
+        around = [
+            agreeing[place]
+            for place in itertools.product(range(row - 1, row + 2), range(column - 1, column + 2))
+            if place in agreeing
+        ]
+        if len(around) >= FEWEST_AROUND:
+            best = int(np.max(np.sum(around, axis=0)))
+            correlations.append(2 * best / (16 * len(around)) - 1)
+    return (float(np.mean(correlations)) if correlations else 0.0), len(correlations)
+
+
+def compared(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    transform: Transform = AT_REST,
+    partner: Ints | None = None,
+    parameters: RidgeParameters = PARAMETERS,
+) -> tuple[float, int]:
+    """Return correlation and cells as the kernel finds them; no minutiae paired if not told."""
+    unpaired = np.full(len(a), -1, np.int32)
+    bare = Alignment(
+        np.array(transform), unpaired if partner is None else partner, np.ones(len(a)), a.points
+    )
+    return ridge_correlation(a, b, bare, parameters)
+
+
+def print_for(module: ModuleType, print_: PreparedTemplate) -> Any:
+    """Return a print as the kernels see it, of another module than the package's own."""
+    n, r = print_.neighbourhoods, print_.region
+    found = module.Print(
+        print_.points, print_.quality, n.count, n.frame, n.ring_start, n.ring, n.circle
+    )
+    found.set_region(r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
+    return found
+
+
+def compared_interpreted(
+    interpreted: Callable[[str], ModuleType],
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    transform: Transform,
+    partner: Ints,
+) -> tuple[float, int]:
+    """Return correlation and cells as the interpreted kernel finds them."""
+    prints = interpreted("_print_kernel")
+    lens = interpreted("_ridge_kernel").RidgeLens(PARAMETERS)
+    cells = lens.compare(print_for(prints, a), print_for(prints, b), partner, *transform)
+    assert cells == lens.cells
+    return float(lens.correlation), cells
+
+
+def some_field(rng: np.random.Generator, most: int = 6) -> RidgeField:
+    """Return a field with holes, of ridges that are stripes or no ridges at all but noise."""
+    rows, columns = rng.integers(2, most + 1, 2)
+    top, left = rng.integers(0, 2, 2)
+    mask = np.zeros((top + rows, left + columns), bool)
+    mask[top:, left:] = rng.random((rows, columns)) < rng.choice([0.7, 0.95, 1.0])
+    v, u = np.mgrid[: 8 * len(mask), : 8 * mask.shape[1]]
+    turn = rng.uniform(0, np.pi)
+    stripes = np.sin((u * np.cos(turn) + v * np.sin(turn)) * 2 * np.pi / rng.uniform(4, 12)) > 0
+    picture = stripes ^ (rng.random(stripes.shape) < rng.choice([0.0, 0.1, 0.5]))
+    step = float(rng.choice([8.0, 16.0, 16.0, 21.7]))
+    return RidgeField(step, np.zeros(mask.shape, np.float32), mask, packed_pictures(picture))
+
+
+def some_case(
+    seed: int,
+) -> tuple[PreparedTemplate, PreparedTemplate, Ints, Transform]:
+    """Return two prints, pairs of their minutiae, and a transform, of a copy or of another."""
+    rng = np.random.default_rng(seed)
+    points = spread_points(rng, int(rng.integers(0, 8)), size=100.0)
+    turn, scale = rng.uniform(-0.4, 0.4) * rng.integers(0, 2), rng.uniform(0.94, 1.06)
+    shift = complex(*rng.uniform(-12, 12, 2)) * rng.choice([0.3, 1.0, 4.0])
+    field = some_field(rng)
+    a = prepare(template_of(points, field=field))
+    other = field if rng.random() < 0.5 else some_field(rng)
+    jitter = rng.uniform(-8, 8, (2, points.shape[1]))
+    points_b = moved(points, turn, shift, scale)
+    points_b[:2] += jitter
+    b = prepare(template_of(points_b, field=other))
+    paired = rng.random(points.shape[1]) < 0.7
+    partner = np.where(paired, np.arange(points.shape[1]), -1).astype(np.int32)
+    linear = scale * np.exp(1j * turn)
+    return a, b, partner, (float(linear.real), float(linear.imag), shift.real, shift.imag)
+
+
+@given(seeds)
+def test_comparison_agrees_with_its_twin(seed: int) -> None:
+    a, b, partner, transform = some_case(seed)
+    found, cells = compared(a, b, transform, partner)
+    expected, expected_cells = twin(a, b, partner, transform)
+    assert cells == expected_cells
+    assert found == pytest.approx(expected, abs=1e-12)
+    assert -1.0 <= found <= 1.0
+
+
+@given(seeds, st.floats(5, 200), st.floats(0.01, 5))
+@settings(max_examples=20)
+def test_bending_agrees_with_its_twin(seed: int, sigma: float, stillness: float) -> None:
+    a, b, partner, transform = some_case(seed)
+    p = RidgeParameters(sigma, stillness)
+    found = compared(a, b, transform, partner, p)
+    assert found == pytest.approx(twin(a, b, partner, transform, p), abs=1e-12)
+
+
+@given(seeds)
+@settings(max_examples=10)
+def test_compiled_and_interpreted_agree(
+    interpreted: Callable[[str], ModuleType], seed: int
+) -> None:
+    a, b, partner, transform = some_case(seed)
+    found = compared(a, b, transform, partner)
+    same = compared_interpreted(interpreted, a, b, transform, partner)
+    assert same == pytest.approx(found, rel=1e-12)
+
+
+def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
+    """Else agreement with the twin would say little."""
+    found = [compared(a, b, move, partner) for a, b, partner, move in map(some_case, range(60))]
+    assert sum(cells == 0 for _, cells in found) > 3
+    assert sum(cells > 5 for _, cells in found) > 15
+    assert max(correlation for correlation, _ in found) > 0.7
+    assert min(correlation for correlation, cells in found if cells) < 0.3
+
+
+@given(templates())
+def test_a_print_correlates_with_itself_wholly(template: Template) -> None:
+    print_ = prepare(template)
+    correlation, cells = ridge_correlation(print_, print_, at_rest(print_.points))
+    if print_.region.ridges is None:
+        assert (correlation, cells) == (0.0, 0)
+    else:
+        assert cells <= print_.region.inside
+        assert correlation == (1.0 if cells else 0.0)
+
+
+def test_all_cells_of_a_whole_print_are_compared() -> None:
+    print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=7)))
+    assert compared(print_, print_) == (1.0, 49)
+
+
+def inverted(field: RidgeField) -> RidgeField:
+    """Return a field whose valleys are ridges."""
+    assert field.ridges is not None
+    return replace(field, ridges=~field.ridges)
+
+
+@pytest.mark.parametrize("orientation", [0.0, 0.6, math.pi / 4, math.pi / 2, 2.5])
+@pytest.mark.parametrize("period", [32.0, 40.0])
+def test_inverted_ridges_speak_against(period: float, orientation: float) -> None:
+    """Of ridges so broad that no shift within reach lays ridges on ridges."""
+    field = striped_field(period, orientation=orientation)
+    print_, other = (
+        prepare(template_of(np.empty((4, 0)), field=f)) for f in (field, inverted(field))
+    )
+    correlation, cells = compared(print_, other)
+    assert cells == 100
+    assert -0.8 < correlation < -0.1
+
+
+def test_ridges_of_the_usual_width_may_lie_half_a_period_off() -> None:
+    field = striped_field(8.0, orientation=0.0)
+    print_, other = (
+        prepare(template_of(np.empty((4, 0)), field=f)) for f in (field, inverted(field))
+    )
+    assert compared(print_, other)[0] > 0.9
+
+
+def test_ridges_that_cross_hardly_correlate() -> None:
+    along, across = (
+        prepare(template_of(np.empty((4, 0)), field=striped_field(orientation=turn)))
+        for turn in (0.3, 0.3 + math.pi / 2)
+    )
+    assert abs(compared(along, across)[0]) < 0.3
+
+
+@given(seeds, st.integers(0, 5), st.integers(0, 5))
+@settings(max_examples=20)
+def test_both_shifted_by_whole_cells_are_as_before(seed: int, down: int, right: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = spread_points(rng, 5, size=80.0)
+    partner = rng.permutation(5).astype(np.int32)
+    field, other = (replace(some_field(rng), step=16.0) for _ in range(2))
+    move = (1.0, 0.0, *rng.uniform(-20, 20, 2).tolist())
+
+    def placed(field: RidgeField, down: int, right: int) -> PreparedTemplate:
+        assert field.ridges is not None
+        room = ((down, 0), (right, 0))
+        grids = (np.pad(grid, room) for grid in (field.orientation, field.mask, field.ridges))
+        shifted = moved(points, 0.0, 16.0 * complex(right, -down))
+        return prepare(template_of(shifted, field=RidgeField(16.0, *grids)))
+
+    before = compared(placed(field, 0, 0), placed(other, 0, 0), move, partner)
+    after = compared(placed(field, down, right), placed(other, down, right), move, partner)
+    assert after == pytest.approx(before, abs=1e-12)
+
+
+def test_pairs_bend_the_skin_where_they_are() -> None:
+    """Ridges that lie farther off than shifts reach are found by the pairs that are displaced."""
+    rng = np.random.default_rng(4)
+    noise = rng.random((96, 96)) < 0.5
+    shape = (12, 12)
+    flat, full = np.zeros(shape, np.float32), np.ones(shape, bool)
+    points = spread_points(rng, 20, size=190.0)
+    a = prepare(template_of(points, field=RidgeField(16.0, flat, full, packed_pictures(noise))))
+    off = packed_pictures(np.roll(noise, 5, axis=1))  # by 10 pixels
+    shifted = moved(points, 0.0, 10 + 0j)
+    b = prepare(template_of(shifted, field=RidgeField(16.0, flat, full, off)))
+    everyone = np.arange(20, dtype=np.int32)
+    assert compared(a, b)[0] < 0.25
+    assert compared(a, b, partner=everyone)[0] > 0.8
+    still = RidgeParameters(stillness=1e9)
+    assert compared(a, b, partner=everyone, parameters=still) == compared(a, b)
+
+
+def test_skin_without_stillness_and_without_pairs_does_not_bend() -> None:
+    print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=3)))
+    assert compared(print_, print_, parameters=RidgeParameters(stillness=0.0)) == (1.0, 9)
+
+
+def test_without_ridges_there_is_nothing_to_compare() -> None:
+    points = spread_points(np.random.default_rng(1), 9)
+    field = striped_field()
+    shown, plain, bare = (
+        prepare(template_of(points, field=f)) for f in (field, replace(field, ridges=None), None)
+    )
+    assert compared(shown, shown)[1] == 100
+    for a, b in itertools.permutations((shown, plain, bare), 2):
+        assert ridge_correlation(a, b, at_rest(points)) == (0.0, 0)
+
+
+def small_print(mask: list[list[int]]) -> PreparedTemplate:
+    """Return a print without minutiae, every second bit of which is set."""
+    shape = np.shape(mask)
+    ridges = np.full(shape, 0xAAAAAAAAAAAAAAAA, np.uint64)
+    field = RidgeField(16.0, np.zeros(shape), np.array(mask, bool).reshape(shape), ridges)
+    return prepare(Template(Minutiae.empty(), 64, 64, field=field))
+
+
+@pytest.mark.parametrize(
+    ("mask", "cells"),
+    [
+        (np.empty((0, 0)), 0),
+        ([[0]], 0),
+        ([[1]], 0),
+        ([[1, 1, 1, 1]], 0),
+        ([[1, 1], [1, 0]], 0),
+        ([[1, 1], [1, 1]], 4),
+        ([[1, 1, 1], [1, 0, 0]], 1),
+        ([[0, 1, 0], [1, 1, 1], [0, 1, 0]], 5),
+    ],
+)
+def test_a_cell_is_compared_together_with_three_more(mask: Any, cells: int) -> None:
+    print_ = small_print(mask)
+    assert compared(print_, print_) == (1.0 if cells else 0.0, cells)
+
+
+@pytest.mark.parametrize("far", [math.nan, math.inf, -math.inf, 1e10, -1e300, 1.7e308])
+def test_transforms_that_lead_nowhere_find_nothing(
+    interpreted: Callable[[str], ModuleType], far: float
+) -> None:
+    print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=3)))
+    nobody = np.empty(0, np.int32)
+    for k in range(4):
+        transform = (*AT_REST[:k], far, *AT_REST[k + 1 :])
+        assert compared(print_, print_, transform) == (0.0, 0)
+        found = compared_interpreted(interpreted, print_, print_, transform, nobody)
+        assert found == (0.0, 0)
+
+
+@pytest.mark.parametrize("scale", [1e4, 1e9, 1e20, 1e300, 1.7e308])
+def test_samples_that_lie_far_from_the_cell_they_are_of_are_in_a_valley(
+    interpreted: Callable[[str], ModuleType], scale: float
+) -> None:
+    """The middle of one cell falls into B, and nothing else does."""
+    field = striped_field(side=4, step=2.0)
+    print_ = prepare(template_of(np.empty((4, 0)), field=field))
+    transform = (scale, scale, -scale, 0.0)
+    nobody = np.empty(0, np.int32)
+    with np.errstate(over="ignore", invalid="ignore"):
+        assert compared(print_, print_, transform) == (0.0, 0)
+        found = compared_interpreted(interpreted, print_, print_, transform, nobody)
+        assert found == (0.0, 0)
+
+
+@pytest.mark.parametrize("step", [1e-300, 1e-9, 1e9, 1e300])
+def test_cells_of_very_different_sizes_are_compared_or_not(
+    interpreted: Callable[[str], ModuleType], step: float
+) -> None:
+    usual = prepare(template_of(np.empty((4, 0)), field=striped_field(side=3)))
+    strange = replace(usual, region=replace(usual.region, step=step))
+    nobody = np.empty(0, np.int32)
+    for a, b in itertools.product((usual, strange), repeat=2):
+        correlation, cells = compared(a, b)
+        assert -1.0 <= correlation <= 1.0
+        assert 0 <= cells <= 9
+        same = compared_interpreted(interpreted, a, b, AT_REST, nobody)
+        assert same == pytest.approx((correlation, cells), abs=1e-12)
+
+
+@given(
+    st.lists(
+        st.floats(-3, 3) | st.floats() | st.sampled_from([1.0, -1.0, 0.0, -16.0, 2**31 / 16]),
+        min_size=4,
+        max_size=4,
+    )
+)
+def test_any_transform_is_survived(transform: list[float]) -> None:
+    print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=4, step=4.0)))
+    c, s, x, y = transform
+    correlation, cells = compared(print_, print_, (c, s, x, y))
+    assert -1.0 <= correlation <= 1.0
+    assert 0 <= cells <= 16
+
+
+@pytest.mark.parametrize(
+    ("rows", "columns"), [(128, 128), (1 << 13, 2), (2, 1 << 13), (100, 163), (128, 129), (2, 8193)]
+)
+def test_too_large_a_region_is_not_compared(rows: int, columns: int) -> None:
+    """Empty but for four cells in each of two corners, so that little is to be done."""
+    mask = np.zeros((rows, columns), bool)
+    mask[:2, :2] = mask[-2:, -2:] = True
+    ridges = np.random.default_rng(3).integers(0, 2**63, mask.shape, np.uint64)
+    large = prepare(
+        template_of(np.empty((4, 0)), field=RidgeField(16.0, np.zeros(mask.shape), mask, ridges))
+    )
+    compares = rows * columns <= MOST_CELLS
+    expected = (1.0, np.count_nonzero(mask)) if compares else (0.0, 0)
+    assert compared(large, large) == expected
+    small = small_print([[1, 1], [1, 1]])
+    assert compared(small, large)[1] == 4
+
+
+@given(seeds)
+@settings(max_examples=10)
+def test_a_lens_remembers_nothing(seed: int) -> None:
+    lens = _ridge_kernel.RidgeLens(PARAMETERS)
+    for a, b, partner, transform in map(some_case, (seed, seed + 1, seed)):
+        cells = lens.compare(a.for_kernels(), b.for_kernels(), partner, *transform)
+        assert (lens.correlation, cells) == compared(a, b, transform, partner)
+        assert cells == lens.cells
+
+
+def test_prints_unpacked_of_many_are_compared_as_they_were(
+    interpreted: Callable[[str], ModuleType],
+) -> None:
+    """In place: their cells begin somewhere among those of all."""
+    cases = [some_case(seed)[0] for seed in range(6)]
+    cases.insert(2, prepare(template_of(spread_points(np.random.default_rng(1), 4))))
+    many = PreparedMany.of(cases)
+    prints, ridges = interpreted("_print_kernel"), interpreted("_ridge_kernel")
+    packed = prints.PackedPrints(
+        many, *(getattr(many.packed, name) for name in ("circle_step", "ring_weight_step")),
+        np.arange(256) / 100.0, np.arange(256) / 100.0, (1.0, 1.0),
+    )  # fmt: skip
+    room = print_for(prints, cases[0])
+    room.cell, room.ridges = many.cell, many.ridges
+    for name, shape in (("points", (4, 9)), ("quality", 9), ("circle", (3, 99))):
+        setattr(room, name, np.zeros(shape))
+    for name, size in (("count", 9), ("ring_start", 10), ("ring", 99)):
+        setattr(room, name, np.zeros(size, np.int32))
+    room.frame = np.zeros((9, 6, many.neighbour.shape[1]), np.float32)
+    lens = ridges.RidgeLens(PARAMETERS)
+    for k, case in enumerate(cases):
+        packed.unpack(k, room)
+        nobody = np.full(9, -1, np.int32)
+        cells = lens.compare(room, room, nobody, *AT_REST)
+        assert (lens.correlation, cells) == compared(case, case)
+        assert room.has_ridges == (case.region.ridges is not None)

@@ -31,7 +31,8 @@ def test_bare_pixels_are_the_print_that_they_are(run: Any, prints: Path, bare: P
     result = run("verify", bare, prints / "1_1.png", *words, "--json")
     assert result.exit_code == 0
     assert result.stderr == ""
-    assert json.loads(result.stdout)["score"] == 100
+    itself = run("verify", prints / "1_1.png", prints / "1_1.png", "--json")
+    assert json.loads(result.stdout)["score"] == json.loads(itself.stdout)["score"] >= 40
 
 
 @pytest.mark.parametrize("command", ["extract", "stages"])
@@ -50,7 +51,7 @@ def test_galleries_take_bare_pixels(run: Any, bare: Path, tmp_path: Path) -> Non
     assert run("enrol", gallery, bare, *words).exit_code == 0
     found = run("identify", gallery, bare, *words, "--json")
     assert found.exit_code == 0
-    assert '"score": 100' in found.stdout
+    assert '"subject": "1"' in found.stdout
 
 
 def test_a_size_that_does_not_fit_is_one_line(run: Any, prints: Path, bare: Path) -> None:
@@ -78,7 +79,7 @@ def test_what_was_noticed_on_reading_is_said_once(
     assert turned.minutiae == plain.minutiae
 
 
-def test_a_wrong_resolution_is_told_match_or_not(run: Any, prints: Path) -> None:
+def test_a_wrong_resolution_is_told_match_or_not(run: Any, prints: Path, tmp_path: Path) -> None:
     pair = prints / "1_2.png", prints / "1_1.png"
     right = run("verify", *pair)
     assert "Scale " not in right.stdout
@@ -94,9 +95,14 @@ def test_a_wrong_resolution_is_told_match_or_not(run: Any, prints: Path) -> None
         pytest.approx(500, abs=15),
         pytest.approx(569, abs=15),
     ]
-    twice = run("verify", *pair, "--probe-dpi", 1000)
+    run("extract", prints / "1_2.png", "-o", tmp_path)
+    template = json.loads((tmp_path / "1_2.json").read_text())
+    (tmp_path / "1_2.json").write_text(json.dumps(template | {"dpi": 1000}))
+    twice = run("verify", tmp_path / "1_2.json", prints / "1_1.png")
     assert twice.stdout.startswith("NO MATCH\n")
     assert twice.stdout.endswith("not 500; at that scale they match\n")
-    scale = json.loads(run("verify", *pair, "--probe-dpi", 1000, "--json").stdout)["scale"]
+    scale = json.loads(run("verify", tmp_path / "1_2.json", prints / "1_1.png", "--json").stdout)[
+        "scale"
+    ]
     assert scale["ratio"] == pytest.approx(2, rel=0.03)
     assert scale["differs"] is True

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.image.cells import blur_cells, cells_to_pixels, pixels_to_cells
+from fpmatch.image.cells import Cells, blur_cells, cells_to_pixels, pixels_to_cells
 from fpmatch.image.spectrum import SpectrumParameters, ridge_spectrum
 
 EIGHT = SpectrumParameters(step_px=8)
@@ -35,6 +35,25 @@ def test_pixels_to_cells_is_the_mean_of_each_cell(rng: np.random.Generator) -> N
 def test_a_cell_cut_off_by_the_border_repeats_its_edge() -> None:
     spectrum = ridge_spectrum(np.zeros((20, 20), np.float32), EIGHT)
     assert (pixels_to_cells(np.full((20, 20), 3, np.float32), spectrum) == 3).all()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (7, 9), (8, 8), (17, 40), (48, 1)])
+@pytest.mark.parametrize("step", [1, 8, 16])
+def test_cells_cover_an_image_of_any_size(
+    rng: np.random.Generator, shape: tuple[int, int], step: int
+) -> None:
+    grid = Cells(step, shape)
+    pixels = rng.random(shape, dtype=np.float32)
+    cells = pixels_to_cells(pixels, grid)
+    assert cells.shape == (-(-shape[0] // step), -(-shape[1] // step))
+    assert cells.dtype == np.float32
+    repeated = np.pad(pixels, ((0, step - 1), (0, step - 1)), mode="edge")
+    for (i, j), mean in np.ndenumerate(cells):
+        cell = repeated[i * step : (i + 1) * step, j * step : (j + 1) * step]
+        assert mean == pytest.approx(cell.mean(), rel=1e-4)
+    at_pixels = cells_to_pixels(cells, grid)
+    assert at_pixels.shape == shape
+    assert cells.min() - 1e-5 <= at_pixels.min() <= at_pixels.max() <= cells.max() + 1e-5
 
 
 @pytest.mark.parametrize("channels", [1, 3, 4, 5, 16])

@@ -36,10 +36,15 @@ SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 DATASET = load_dataset(SAMPLES)
 TRUTH = {i.path.stem: t for i, t in zip(DATASET.impressions, load_truth(DATASET), strict=True)}
 SOME = ["101_1", "102_3", "103_1", "104_3"]  # on a white ground, as what is added around them
-STAGES = [
-    *("input", "normalised", "mask", "orientation", "coherence", "period"),
-    *("enhanced", "binary", "skeleton", "minutiae"),
-]
+FLOW_STAGES = {
+    "learned": ["enhanced", "mask", "orientation", "coherence"],
+    "filters": ["mask", "orientation", "coherence", "period", "enhanced"],
+}
+WAYS = list(FLOW_STAGES)
+# Shares of true minutiae that are found, of found ones that are true, and of those that stay where
+# they were in a picture that is turned or moved; the network is the surer but works in steps.
+LEAST = {"learned": (0.89, 0.85, 0.79), "filters": (0.91, 0.75, 0.85)}
+both_ways = pytest.mark.parametrize("way", WAYS)
 
 
 @cache
@@ -50,8 +55,8 @@ def pixels_of(name: str) -> Grey:
 
 
 @cache
-def template_of(name: str) -> Template:
-    return extract(pixels_of(name), dpi=500)
+def template_of(name: str, way: str) -> Template:
+    return extract(pixels_of(name), dpi=500, enhance=way)
 
 
 def true_minutiae(name: str) -> Minutiae:
@@ -87,10 +92,13 @@ def moved(m: Minutiae, x: np.ndarray, y: np.ndarray, turn_deg: float = 0) -> Min
 # --- pictures without a print
 
 
+@both_ways
 @pytest.mark.parametrize("shape", [(48, 48), (48, 2000), (2000, 48), (180, 240)])
 @pytest.mark.parametrize("name", hostile_pictures())
-def test_a_picture_without_a_print_gives_next_to_nothing(name: str, shape: tuple[int, int]) -> None:
-    template = extract(hostile_pictures(shape)[name], dpi=500)
+def test_a_picture_without_a_print_gives_next_to_nothing(
+    way: str, name: str, shape: tuple[int, int]
+) -> None:
+    template = extract(hostile_pictures(shape)[name], dpi=500, enhance=way)
     assert (template.height, template.width, template.dpi) == (*shape, 500)
     assert len(template.minutiae) <= 3
     if name in {"black", "white", "grey"}:
@@ -98,18 +106,19 @@ def test_a_picture_without_a_print_gives_next_to_nothing(name: str, shape: tuple
         assert template.field is None
 
 
+@both_ways
 @pytest.mark.parametrize("dpi", [100, 250, 1000])
-def test_noise_of_any_resolution_is_borne(dpi: float) -> None:
-    template = extract(hostile_pictures((100, 120))["noise"], dpi=dpi)
+def test_noise_of_any_resolution_is_borne(way: str, dpi: float) -> None:
+    template = extract(hostile_pictures((100, 120))["noise"], dpi=dpi, enhance=way)
     assert (template.width, template.height, template.dpi) == (120, 100, dpi)
     m = template.minutiae
     assert ((m.x >= 0) & (m.x < 120) & (m.y >= 0) & (m.y < 100)).all()
 
 
 @settings(max_examples=20)
-@given(arrays(np.uint8, st.tuples(st.integers(48, 70), st.integers(48, 70))))
-def test_any_picture_gives_minutiae_inside_it(picture: Grey) -> None:
-    template = extract(picture, dpi=500)
+@given(st.sampled_from(WAYS), arrays(np.uint8, st.tuples(st.integers(48, 70), st.integers(48, 70))))
+def test_any_picture_gives_minutiae_inside_it(way: str, picture: Grey) -> None:
+    template = extract(picture, dpi=500, enhance=way)
     height, width = picture.shape
     m = template.minutiae
     assert (template.width, template.height) == (width, height)
@@ -119,16 +128,17 @@ def test_any_picture_gives_minutiae_inside_it(picture: Grey) -> None:
 
 @settings(max_examples=12)
 @given(
+    st.sampled_from(WAYS),
     st.integers(0, 2**32 - 1),
     st.tuples(st.integers(48, 110), st.integers(48, 110)),
     st.sampled_from([100.0, 400.0, 500.0, 731.5]),
     st.integers(1, 9),
 )
 def test_blobs_of_noise_give_minutiae_inside_them(
-    seed: int, shape: tuple[int, int], dpi: float, grain: int
+    way: str, seed: int, shape: tuple[int, int], dpi: float, grain: int
 ) -> None:
     noise = np.random.default_rng(seed).integers(0, 256, shape, dtype=np.uint8)
-    template = extract(cv2.GaussianBlur(noise, (2 * grain + 1,) * 2, 0), dpi=dpi)
+    template = extract(cv2.GaussianBlur(noise, (2 * grain + 1,) * 2, 0), dpi=dpi, enhance=way)
     m = template.minutiae
     assert ((m.x >= -0.5) & (m.x < shape[1]) & (m.y >= -0.5) & (m.y < shape[0])).all()
 
@@ -179,12 +189,17 @@ def test_an_image_of_no_pixels_is_refused() -> None:
 # --- one minutia, known
 
 
+@both_ways
 @pytest.mark.parametrize("period", [7, 9, 11])
 @pytest.mark.parametrize("angle", range(0, 360, 30))
 @pytest.mark.parametrize("kind", ["ending", "bifurcation"])
-def test_a_wave_with_one_dislocation_has_one_minutia(kind: str, angle: int, period: int) -> None:
+def test_a_wave_with_one_dislocation_has_one_minutia(
+    way: str, kind: str, angle: int, period: int
+) -> None:
     at = (83.0, 75.0)
-    m = extract(as_picture(dislocation(angle, period, kind, (160, 170), at)), dpi=500).minutiae
+    m = extract(
+        as_picture(dislocation(angle, period, kind, (160, 170), at)), dpi=500, enhance=way
+    ).minutiae
     assert len(m) == 1
     assert np.hypot(m.x[0] - at[0], m.y[0] - at[1]) <= 0.8 * period
     assert turn_between(np.degrees(m.angle[0]), angle) < 15
@@ -192,19 +207,23 @@ def test_a_wave_with_one_dislocation_has_one_minutia(kind: str, angle: int, peri
     assert m.quality[0] > 50
 
 
+@both_ways
 @pytest.mark.parametrize("kind", ["ending", "bifurcation"])
-def test_with_colours_inverted_an_ending_is_a_bifurcation_and_the_reverse(kind: str) -> None:
+def test_with_colours_inverted_an_ending_is_a_bifurcation_and_the_reverse(
+    way: str, kind: str
+) -> None:
     picture = as_picture(dislocation(60, 9, kind))
-    (one, other) = (extract(p, dpi=500).minutiae for p in (picture, 255 - picture))
+    (one, other) = (extract(p, dpi=500, enhance=way).minutiae for p in (picture, 255 - picture))
     assert len(one) == len(other) == 1
     assert np.hypot(one.x - other.x, one.y - other.y)[0] < 9
     assert turn_between(np.degrees(one.angle), np.degrees(other.angle))[0] < 15
     assert {int(one.kind[0]), int(other.kind[0])} == {1, 2}
 
 
+@both_ways
 @pytest.mark.parametrize("angle", [0, 35, 90])
-def test_plain_ridges_have_no_minutiae(angle: float) -> None:
-    template = extract(as_picture(plane_wave(angle, 9, (200, 220))), dpi=500)
+def test_plain_ridges_have_no_minutiae(way: str, angle: float) -> None:
+    template = extract(as_picture(plane_wave(angle, 9, (200, 220))), dpi=500, enhance=way)
     assert len(template.minutiae) == 0
     assert template.field is not None
     assert template.field.mask.mean() > 0.8
@@ -212,14 +231,16 @@ def test_plain_ridges_have_no_minutiae(angle: float) -> None:
     assert turn_between(found, angle, period_deg=180).max() < 10
 
 
-def test_rings_have_no_minutiae_but_at_their_centre() -> None:
-    m = extract(as_picture(concentric_rings((220, 200), 9)), dpi=500).minutiae
+@both_ways
+def test_rings_have_no_minutiae_but_at_their_centre(way: str) -> None:
+    m = extract(as_picture(concentric_rings((220, 200), 9)), dpi=500, enhance=way).minutiae
     assert (np.hypot(m.x - 99.5, m.y - 109.5) < 20).all()
 
 
-def test_a_strip_shows_the_minutia_in_its_middle() -> None:
+@both_ways
+def test_a_strip_shows_the_minutia_in_its_middle(way: str) -> None:
     wave = dislocation(0, 9, "ending", (64, 2000))
-    m = extract(as_picture(wave), dpi=500).minutiae
+    m = extract(as_picture(wave), dpi=500, enhance=way).minutiae
     assert len(m) == 1
     assert abs(m.x[0] - 999.5) < 9
 
@@ -227,19 +248,21 @@ def test_a_strip_shows_the_minutia_in_its_middle() -> None:
 # --- prints whose minutiae are known
 
 
-def test_most_true_minutiae_are_found_and_most_found_are_true() -> None:
+@both_ways
+def test_most_true_minutiae_are_found_and_most_found_are_true(way: str) -> None:
     names = sorted(TRUTH)
     true = [true_minutiae(name) for name in names]
-    found = [template_of(name).minutiae for name in names]
+    found = [template_of(name, way).minutiae for name in names]
     both = sum(len(pairs(t, f, 12, 22.5)) for t, f in zip(true, found, strict=True))
-    assert both / sum(map(len, true)) > 0.91
-    assert both / sum(map(len, found)) > 0.75
+    assert both / sum(map(len, true)) > LEAST[way][0]
+    assert both / sum(map(len, found)) > LEAST[way][1]
 
 
-def test_directions_are_right_and_not_flipped() -> None:
+@both_ways
+def test_directions_are_right_and_not_flipped(way: str) -> None:
     turns = []
     for name in TRUTH:
-        true, found = true_minutiae(name), template_of(name).minutiae
+        true, found = true_minutiae(name), template_of(name, way).minutiae
         for i, j in pairs(true, found, 8):
             turns.append(turn_between(np.degrees(true.angle[i]), np.degrees(found.angle[j])))
     assert len(turns) > 400
@@ -248,11 +271,12 @@ def test_directions_are_right_and_not_flipped() -> None:
     assert np.median(turns) < 8
 
 
+@both_ways
 @pytest.mark.parametrize("kind", [MinutiaKind.ENDING, MinutiaKind.BIFURCATION])
-def test_kinds_are_mostly_right(kind: MinutiaKind) -> None:
+def test_kinds_are_mostly_right(way: str, kind: MinutiaKind) -> None:
     right = []
     for name in TRUTH:
-        true, found = true_minutiae(name), template_of(name).minutiae
+        true, found = true_minutiae(name), template_of(name, way).minutiae
         right += [
             found.kind[j] == kind for i, j in pairs(true, found, 8, 30) if true.kind[i] == kind
         ]
@@ -260,10 +284,11 @@ def test_kinds_are_mostly_right(kind: MinutiaKind) -> None:
     assert np.mean(right) > 0.7
 
 
-def test_true_minutiae_have_the_better_quality() -> None:
+@both_ways
+def test_true_minutiae_have_the_better_quality(way: str) -> None:
     true_ones, others = [], []
     for name in TRUTH:
-        found = template_of(name).minutiae
+        found = template_of(name, way).minutiae
         matched = {j for _, j in pairs(true_minutiae(name), found, 12, 22.5)}
         for j, quality in enumerate(found.quality.tolist()):
             (true_ones if j in matched else others).append(quality)
@@ -273,53 +298,63 @@ def test_true_minutiae_have_the_better_quality() -> None:
 # --- the same print, moved, turned, resampled
 
 
+@both_ways
 @pytest.mark.parametrize("turns", [1, 2, 3])
-def test_turning_the_picture_turns_the_minutiae(turns: int) -> None:
+def test_turning_the_picture_turns_the_minutiae(way: str, turns: int) -> None:
     expected, found = [], []
     for name in SOME:
-        template = template_of(name)
+        template = template_of(name, way)
         m = template.minutiae
         x, y = m.x, m.y
         width, height = template.width, template.height
         for _ in range(turns):
             x, y, width, height = y, width - 1 - x, height, width
         expected.append(moved(m, x, y, 90 * turns))
-        turned = extract(np.rot90(pixels_of(name), turns), dpi=500)
+        turned = extract(np.rot90(pixels_of(name), turns), dpi=500, enhance=way)
         assert (turned.width, turned.height) == (width, height)
         found.append(turned.minutiae)
-    assert share_found(expected, found, 4, 15) > 0.85
+    assert share_found(expected, found, 4, 15) > LEAST[way][2]
 
 
-@pytest.mark.parametrize(("left", "top"), [(16, 24), (64, 8)])
-def test_a_white_border_moves_the_minutiae_by_exactly_its_width(left: int, top: int) -> None:
+@pytest.mark.parametrize(
+    ("way", "left", "top"),
+    [("learned", 16, 32), ("learned", 64, 16), ("filters", 16, 24), ("filters", 64, 8)],
+)
+def test_a_white_border_moves_the_minutiae_by_exactly_its_width(
+    way: str, left: int, top: int
+) -> None:
     expected, found = [], []
     for name in SOME:
-        m = template_of(name).minutiae
+        m = template_of(name, way).minutiae
         expected.append(moved(m, m.x + left, m.y + top))
         framed = np.pad(pixels_of(name), ((top, 24), (left, 40)), constant_values=255)
-        found.append(extract(framed, dpi=500).minutiae)
+        found.append(extract(framed, dpi=500, enhance=way).minutiae)
     assert share_found(expected, found, 1e-3, 1e-3) > 0.9
 
 
+@both_ways
 @pytest.mark.parametrize(("left", "top"), [(13, 7), (40, 5), (3, 30)])
-def test_a_border_of_any_width_moves_most_minutiae_with_it(left: int, top: int) -> None:
+def test_a_border_of_any_width_moves_most_minutiae_with_it(way: str, left: int, top: int) -> None:
     expected, found = [], []
     for name in SOME:
-        m = template_of(name).minutiae
+        m = template_of(name, way).minutiae
         expected.append(moved(m, m.x + left, m.y + top))
         framed = np.pad(pixels_of(name), ((top, 9), (left, 11)), constant_values=255)
-        found.append(extract(framed, dpi=500).minutiae)
-    assert share_found(expected, found, 3, 15) > 0.85
+        found.append(extract(framed, dpi=500, enhance=way).minutiae)
+    assert share_found(expected, found, 3, 15) > LEAST[way][2]
 
 
+@both_ways
 @pytest.mark.parametrize(("dpi", "least"), [(250, 0.75), (400, 0.85), (569, 0.85), (1000, 0.85)])
-def test_another_resolution_gives_the_same_minutiae(dpi: float, least: float) -> None:
+def test_another_resolution_gives_the_same_minutiae(way: str, dpi: float, least: float) -> None:
     expected, found = [], []
     for name in SOME:
-        pixels, m = pixels_of(name), template_of(name).minutiae
+        pixels, m = pixels_of(name), template_of(name, way).minutiae
         height, width = (round(side * dpi / 500) for side in pixels.shape)
         method = cv2.INTER_AREA if dpi < 500 else cv2.INTER_CUBIC
-        template = extract(cv2.resize(pixels, (width, height), interpolation=method), dpi=dpi)
+        template = extract(
+            cv2.resize(pixels, (width, height), interpolation=method), dpi=dpi, enhance=way
+        )
         assert (template.width, template.height, template.dpi) == (width, height, dpi)
         x = (m.x + 0.5) * width / pixels.shape[1] - 0.5
         y = (m.y + 0.5) * height / pixels.shape[0] - 0.5
@@ -328,23 +363,25 @@ def test_another_resolution_gives_the_same_minutiae(dpi: float, least: float) ->
     assert share_found(expected, found, 3 * dpi / 500, 15) > least
 
 
-def test_the_highest_resolution_gives_the_same_minutiae() -> None:
+@both_ways
+def test_the_highest_resolution_gives_the_same_minutiae(way: str) -> None:
     part = pixels_of("104_2")[80:300, 60:280]
-    m = extract(part, dpi=500).minutiae
+    m = extract(part, dpi=500, enhance=way).minutiae
     large = cv2.resize(part, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC)
-    found = extract(large, dpi=4000).minutiae
+    found = extract(large, dpi=4000, enhance=way).minutiae
     expected = moved(m, (m.x + 0.5) * 8 - 0.5, (m.y + 0.5) * 8 - 0.5)
     assert share_found([expected], [found], 24, 15) > 0.85
 
 
+@both_ways
 @pytest.mark.parametrize(
     "change",
     [lambda p: p // 2, lambda p: 128 + p // 2, lambda p: (p.astype(float) ** 0.8).astype(np.uint8)],
     ids=["darker", "brighter", "flatter"],
 )
-def test_the_light_does_not_matter(change: Callable[[Grey], Grey]) -> None:
-    expected = [template_of(name).minutiae for name in SOME]
-    found = [extract(change(pixels_of(name)), dpi=500).minutiae for name in SOME]
+def test_the_light_does_not_matter(way: str, change: Callable[[Grey], Grey]) -> None:
+    expected = [template_of(name, way).minutiae for name in SOME]
+    found = [extract(change(pixels_of(name)), dpi=500, enhance=way).minutiae for name in SOME]
     assert share_found(expected, found, 3, 15) > 0.8
 
 
@@ -368,41 +405,45 @@ def test_the_resolution_is_the_one_given_else_the_images_else_500() -> None:
     assert extract(pixels).dpi == 500
 
 
-def test_the_same_picture_gives_the_same_template_and_is_not_changed() -> None:
+@both_ways
+def test_the_same_picture_gives_the_same_template_and_is_not_changed(way: str) -> None:
     pixels = pixels_of("102_1")[100:260, 100:280].copy()
     kept = pixels.copy()
-    first = extract(pixels, dpi=500)
+    first = extract(pixels, dpi=500, enhance=way)
     assert len(first.minutiae) > 3
     assert np.array_equal(pixels, kept)
     wide = np.repeat(pixels, 2, axis=1)
     wide.setflags(write=False)
     for other in (pixels, np.asfortranarray(pixels), wide[:, ::2], pixels[::-1][::-1]):
-        assert extract(other, dpi=500) == first
+        assert extract(other, dpi=500, enhance=way) == first
 
 
+@both_ways
 @pytest.mark.parametrize("dpi", [400, 500, 640])
-def test_the_recorder_sees_every_stage_in_order(dpi: float) -> None:
+def test_the_recorder_sees_every_stage_in_order(way: str, dpi: float) -> None:
     recorder = StageRecorder()
-    template = extract(pixels_of("103_1"), dpi=dpi, recorder=recorder)
-    assert template == extract(pixels_of("103_1"), dpi=dpi)
+    template = extract(pixels_of("103_1"), dpi=dpi, recorder=recorder, enhance=way)
+    assert template == extract(pixels_of("103_1"), dpi=dpi, enhance=way)
     stages = recorder.stages
-    assert list(stages) == STAGES
+    names = ["input", "normalised", *FLOW_STAGES[way], "binary", "skeleton", "minutiae"]
+    assert list(stages) == names
     grey, zoom = resample(pixels_of("103_1"), dpi)
     assert np.array_equal(stages["input"], grey)
-    assert {stages[name].shape for name in STAGES[:-1]} == {grey.shape}
+    assert {stages[name].shape for name in names[:-1]} == {grey.shape}
     assert stages["minutiae"].shape == (len(template.minutiae), 5)
     assert (stages["minutiae"][:, 0] + 0.5) / zoom - 0.5 == pytest.approx(
         template.minutiae.x, abs=1e-3
     )
 
 
-def test_the_stages_fit_together() -> None:
+@both_ways
+def test_the_stages_fit_together(way: str) -> None:
     recorder = StageRecorder()
-    extract(pixels_of("104_1"), dpi=500, recorder=recorder)
+    extract(pixels_of("104_1"), dpi=500, recorder=recorder, enhance=way)
     stages = recorder.stages
     mask = stages["mask"]
     assert 0.3 < mask.mean() < 1
-    for name in ("orientation", "period"):
+    for name in {"orientation", "period"} & set(stages):
         assert np.array_equal(np.isfinite(stages[name]), mask)
     assert not stages["enhanced"][~mask].any()
     assert not (stages["binary"] & ~mask).any()
@@ -411,10 +452,11 @@ def test_the_stages_fit_together() -> None:
     assert stages["skeleton"][y, x].all()
 
 
+@both_ways
 @pytest.mark.parametrize("dpi", [500, 640])
-def test_the_ridge_field_is_that_of_the_mask_and_the_orientation(dpi: float) -> None:
+def test_the_ridge_field_is_that_of_the_mask_and_the_orientation(way: str, dpi: float) -> None:
     recorder = StageRecorder()
-    template = extract(pixels_of("101_2"), dpi=dpi, recorder=recorder)
+    template = extract(pixels_of("101_2"), dpi=dpi, recorder=recorder, enhance=way)
     field = template.field
     assert field is not None
     height, width = recorder.stages["mask"].shape
@@ -434,6 +476,33 @@ def test_the_ridge_field_is_that_of_the_mask_and_the_orientation(dpi: float) -> 
     assert np.percentile(turn_between(found, expected, period_deg=180), 95) < 10
 
 
+@both_ways
+def test_the_field_holds_a_picture_of_the_ridges(way: str) -> None:
+    recorder = StageRecorder()
+    field = extract(pixels_of("103_2"), dpi=500, recorder=recorder, enhance=way).field
+    assert field is not None
+    rows, columns = field.mask.shape
+    binary = recorder.stages["binary"]
+    whole = np.zeros((16 * rows, 16 * columns), bool)
+    whole[: binary.shape[0], : binary.shape[1]] = binary
+    dark = whole.reshape(8 * rows, 2, 8 * columns, 2).sum(axis=(1, 3)) >= 2
+    for i, j in np.argwhere(field.mask):
+        drawn = [int(field.ridges[i, j]) >> k & 1 for k in range(64)]
+        of_cell = dark[8 * i : 8 * i + 8, 8 * j : 8 * j + 8]
+        assert np.array_equal(np.array(drawn, bool).reshape(8, 8), of_cell)
+
+
+def test_the_network_is_the_usual_way() -> None:
+    assert template_of("102_2", "learned") == extract(pixels_of("102_2"), dpi=500)
+    assert template_of("102_2", "learned") != template_of("102_2", "filters")
+
+
+@pytest.mark.parametrize("way", ["", "Learned", "gabor"])
+def test_an_unknown_enhancement_is_refused_with_those_there_are(way: str) -> None:
+    with pytest.raises(ImageError, match=f"'{way}': there are learned, filters"):
+        extract(pixels_of("102_2"), enhance=way)
+
+
 def test_all_parameters_are_frozen_and_have_defaults() -> None:
     parameters = ExtractionParameters()
     assert parameters == ExtractionParameters()
@@ -446,13 +515,14 @@ def test_all_parameters_are_frozen_and_have_defaults() -> None:
         assert hash(part) == hash(type(part)())
 
 
-def test_the_parameters_reach_their_stages() -> None:
+@both_ways
+def test_the_parameters_reach_their_stages(way: str) -> None:
     p = ExtractionParameters()
     pixels = pixels_of("104_2")
-    nothing = replace(p, segmentation=replace(p.segmentation, min_strength=2.0))
-    assert extract(pixels, parameters=nothing).field is None
+    nothing = replace(p, segmentation=replace(p.segmentation, min_strength=2, min_certainty=2))
+    assert extract(pixels, parameters=nothing, enhance=way).field is None
     border = replace(p, spurious=replace(p.spurious, min_border_distance_px=100))
-    m = extract(pixels, parameters=border).minutiae
+    m = extract(pixels, parameters=border, enhance=way).minutiae
     height, width = pixels.shape
-    assert 0 < len(m) < len(template_of("104_2").minutiae)
+    assert 0 < len(m) < len(template_of("104_2", way).minutiae)
     assert (np.minimum.reduce([m.x, m.y, width - 1 - m.x, height - 1 - m.y]) >= 100).all()

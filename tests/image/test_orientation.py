@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import along_and_across, concentric_rings, plane_wave, turn_between
 
+from fpmatch.image.cells import Cells
 from fpmatch.image.orientation import (
     OrientationField,
+    enhanced_orientation,
     orientation_at_pixels,
     ridge_orientation,
 )
@@ -117,3 +119,67 @@ def test_any_pixels_give_angles_below_pi(pixels: np.ndarray, half: bool) -> None
     at_pixels = orientation_at_pixels(field.orientation, spectrum)
     assert (at_pixels >= 0).all()
     assert (at_pixels < np.float32(np.pi)).all()
+
+
+# --- the same, on an enhanced image
+
+
+def on_cells(shape: tuple[int, int]) -> tuple[Cells, np.ndarray]:
+    """Return cells of 8 pixels, and a mask of them that leaves nothing out."""
+    return Cells(8, shape), np.ones((-(-shape[0] // 8), -(-shape[1] // 8)), bool)
+
+
+@pytest.mark.parametrize("period", [5.5, 9, 14])
+@pytest.mark.parametrize("angle", np.arange(0, 180, 11.25))
+def test_enhanced_ridges_have_the_angle_that_their_spectrum_has(
+    angle: float, period: float
+) -> None:
+    wave = plane_wave(angle, period)
+    grid, mask = on_cells(wave.shape)
+    found = enhanced_orientation(wave, mask, grid)
+    spectrum = ridge_spectrum(wave, EIGHT)
+    other = ridge_orientation(spectrum, np.ones(spectrum.total.shape, bool))
+    inside = np.s_[2:-2, 2:-2]
+    assert error_deg(found.orientation[inside], angle).max() < 2
+    assert error_deg(found.orientation[inside], np.degrees(other.orientation[inside])).max() < 3
+    assert found.coherence[inside].min() > 0.8
+
+
+@pytest.mark.parametrize("period", [6, 9, 12])
+def test_enhanced_rings_run_around_their_centre(period: float) -> None:
+    shape = (200, 240)
+    grid, mask = on_cells(shape)
+    field = enhanced_orientation(concentric_rings(shape, period), mask, grid)
+    found = orientation_at_pixels(field.orientation, grid)
+    along, across = along_and_across(shape, 0)
+    around = np.degrees(np.arctan2(-across, along)) + 90
+    radius = np.hypot(along, across)
+    ring = (radius > 35) & (radius < 85)
+    assert error_deg(found, around)[ring].max() < 6
+    assert error_deg(found, around)[ring].mean() < 2
+
+
+def test_enhanced_ridges_outside_the_mask_do_not_influence_those_inside() -> None:
+    one = plane_wave(20, 9, (96, 192))
+    other = one.copy()
+    other[:, 130:] = 5 * plane_wave(110, 7, (96, 62))
+    grid, mask = on_cells(one.shape)
+    mask[:, 16:] = False
+    first, second = (enhanced_orientation(pixels, mask, grid) for pixels in (one, other))
+    assert np.array_equal(first.orientation[:, :16], second.orientation[:, :16])
+    assert np.array_equal(first.coherence[:, :16], second.coherence[:, :16])
+
+
+@given(
+    st.tuples(st.integers(1, 40), st.integers(1, 40)).flatmap(
+        lambda shape: arrays(np.float32, shape, elements=st.floats(-1, 1, width=32))
+    )
+)
+def test_any_enhanced_image_gives_angles_below_pi(pixels: np.ndarray) -> None:
+    grid, mask = on_cells(pixels.shape)
+    field = enhanced_orientation(pixels, mask, grid)
+    assert field.orientation.shape == mask.shape
+    assert (field.orientation >= 0).all()
+    assert (field.orientation < np.float32(np.pi)).all()
+    assert (field.coherence >= 0).all()
+    assert (field.coherence <= 1.0001).all()

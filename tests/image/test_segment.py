@@ -19,12 +19,15 @@ from made_images import (
     plane_wave,
 )
 
+from fpmatch.image.cells import Cells
 from fpmatch.image.normalize import normalize
+from fpmatch.image.ridge_network import enhance_by_network
 from fpmatch.image.segment import (
     SegmentationParameters,
     mask_at_pixels,
     ridge_strength,
     segment,
+    segment_enhanced,
 )
 from fpmatch.image.spectrum import ridge_spectrum
 
@@ -146,4 +149,69 @@ def test_the_mask_of_pixels_follows_the_mask_of_cells() -> None:
 @given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
 def test_any_picture_gives_a_mask_without_holes(picture: Grey) -> None:
     cells, _ = masks_of(picture)
+    assert not cells.any() or holes(cells) == 0
+
+
+# --- the same, on what the network found
+
+
+def learned_masks_of(
+    picture: Grey, parameters: SegmentationParameters | None = None
+) -> tuple[Binary, Binary]:
+    image = normalize(picture)
+    grid = Cells(8, (picture.shape[0], picture.shape[1]))
+    cells = segment_enhanced(image, enhance_by_network(image.pixels), grid, parameters)
+    assert cells.shape == (-(-picture.shape[0] // 8), -(-picture.shape[1] // 8))
+    assert cells.dtype == bool
+    return cells, mask_at_pixels(cells, grid)
+
+
+@pytest.mark.parametrize("shape", [(48, 48), (160, 200)])
+@pytest.mark.parametrize("name", hostile_pictures())
+def test_the_network_sees_next_to_no_print_where_there_are_no_ridges(
+    name: str, shape: tuple[int, int]
+) -> None:
+    cells, pixels = learned_masks_of(hostile_pictures(shape)[name])
+    assert pixels.shape == shape
+    assert cells.mean() < 0.1
+
+
+@pytest.mark.parametrize("period", [7, 9, 12])
+@pytest.mark.parametrize("angle", range(0, 180, 30))
+def test_certain_ridges_from_border_to_border_are_all_print(angle: int, period: int) -> None:
+    cells, pixels = learned_masks_of(as_picture(plane_wave(angle, period, (130, 170))))
+    assert cells.mean() > 0.9
+    assert pixels[24:-24].all()
+    assert pixels[:, 24:-24].all()
+
+
+@pytest.mark.parametrize("radius", [60, 90])
+def test_the_network_sees_a_round_print_on_white_paper(radius: float) -> None:
+    inside = disc((240, 260), radius)
+    _, found = learned_masks_of(print_on_paper(inside))
+    assert (found & inside).sum() / (found | inside).sum() > 0.85
+    assert not (found & ~disc((240, 260), radius + 16)).any()
+
+
+def test_certain_ridges_of_another_contrast_are_no_part_of_the_print() -> None:
+    strong = as_picture(plane_wave(60, 9, (160, 320)))
+    faint = np.rint(200 - 14 * plane_wave(60, 9, (160, 320))).astype(np.uint8)
+    _, found = learned_masks_of(np.where(np.arange(320) < 200, strong, faint).astype(np.uint8))
+    assert found[24:-24, :180].all()
+    assert not found[:, 240:].any()
+
+
+def test_a_certainty_out_of_reach_leaves_nothing() -> None:
+    picture = as_picture(plane_wave(0, 9, (120, 120)))
+    assert learned_masks_of(picture)[0].any()
+    assert not learned_masks_of(picture, SegmentationParameters(min_certainty=1.5))[0].any()
+    assert not learned_masks_of(picture, SegmentationParameters(min_contrast=500.0))[0].any()
+    sure = SegmentationParameters(min_relative_contrast_of_certain=50.0)
+    assert not learned_masks_of(picture, sure)[0].any()
+
+
+@settings(max_examples=25)
+@given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
+def test_the_network_gives_any_picture_a_mask_without_holes(picture: Grey) -> None:
+    cells, _ = learned_masks_of(picture)
     assert not cells.any() or holes(cells) == 0

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.enhance import enhance_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 from fpmatch.minutiae import STANDARD_DPI
@@ -62,6 +63,7 @@ Examples:
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --scores scores.csv
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
   fpmatch evaluate fvc2002/DB*_B --report report
+  fpmatch evaluate fvc2002/DB*_B --enhance filters
   fpmatch evaluate sample_data --minutiae
 """
 )
@@ -83,6 +85,7 @@ Examples:
     show_default=True,
     help="Matcher to evaluate; repeat it, or say all, to see several side by side.",
 )
+@enhance_option
 @click.option(
     "--scores",
     metavar="OUT.csv",
@@ -126,6 +129,7 @@ def evaluate(
     folders: tuple[Path, ...],
     protocol: str,
     matchers: tuple[str, ...],
+    enhance: str,
     scores: Path | None,
     report_folder: Path | None,
     baseline: Path | None,
@@ -141,7 +145,7 @@ def evaluate(
     may hold a dataset.toml that gives name, dpi and sensor. Printed are the rates per database,
     their mean, those of all scores pooled, and how sure they are.
     """
-    from fpmatch.evaluation import run
+    from fpmatch.evaluation import extraction, run
     from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
     from fpmatch.evaluation.dataset_names import named_apart
     from fpmatch.evaluation.minutiae_report import measure_minutiae
@@ -166,6 +170,7 @@ def evaluate(
             protocol=protocol,
             workers=workers,
             progress=bars.show,
+            extractor=extraction.extractor_of(enhance),
         )
     if scores is not None:
         write_scores(scores, *reports)

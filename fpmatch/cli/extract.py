@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.cli.enhance import enhance_option
 from fpmatch.cli.prints import open_print
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.resolution import ResolutionChoice
@@ -55,6 +56,7 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
     help="JSON keeps everything; CSV the minutiae, for eyes; the others are those of convert.",
 )
 @click.option("--dpi", type=float, help="Resolution of all the images, in dots per inch.")
+@enhance_option
 @raw_option
 @click.pass_context
 def extract(
@@ -64,6 +66,7 @@ def extract(
     output: Path,
     file_format: str,
     dpi: float | None,
+    enhance: str,
     raw: tuple[RawSize, ...],
 ) -> None:
     """Write the template of each IMAGE, or template file, into a folder, under its name.
@@ -85,7 +88,7 @@ def extract(
     ) as bar:
         for image in bar:
             try:
-                template = open_print(image, resolution, dpi, raw).template
+                template = open_print(image, resolution, dpi, raw, enhance).template
                 _write(template, output / image.stem, file_format)
                 minutiae += len(template.minutiae)
             except OutputError:

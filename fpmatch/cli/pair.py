@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.enhance import WAYS, enhance_option
 from fpmatch.cli.prints import open_print
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.resolution import ResolutionChoice
@@ -45,6 +46,8 @@ class PairOptions:
         What `fpmatch calibrate` wrote; None for the package's own.
     raw : tuple of RawSize
         Sizes of files that are bare pixels.
+    enhance : str
+        How ridges are found in images, as for `fpmatch.image.extract`.
     """
 
     probe: Path
@@ -57,11 +60,12 @@ class PairOptions:
     threshold: float | None
     calibration: Path | None
     raw: tuple[RawSize, ...] = ()
+    enhance: str = WAYS[0]
 
 
 def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the arguments and options that `PairOptions` holds."""
-    command = raw_option(command)
+    command = enhance_option(raw_option(command))
     for decorate in reversed(
         [
             click.argument("probe", type=IMAGE),
@@ -106,7 +110,13 @@ def compare(options: PairOptions) -> tuple[GivenPrint, GivenPrint, Verification]
     resolution = ResolutionChoice()
     sides = (options.probe, options.probe_dpi), (options.reference, options.reference_dpi)
     probe, reference = (
-        open_print(path, resolution, options.dpi if dpi is None else dpi, options.raw)
+        open_print(
+            path,
+            resolution,
+            options.dpi if dpi is None else dpi,
+            options.raw,
+            options.enhance,
+        )
         for path, dpi in sides
     )
     verification = verify(

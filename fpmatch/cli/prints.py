@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fpmatch.cli.enhance import WAYS
 from fpmatch.cli.reading import read_print
 
 if TYPE_CHECKING:
@@ -48,9 +49,13 @@ class GivenPrint:
 
 
 def open_print(
-    path: Path, resolution: ResolutionChoice, dpi: float | None, raw: Sequence[RawSize] = ()
+    path: Path,
+    resolution: ResolutionChoice,
+    dpi: float | None,
+    raw: Sequence[RawSize] = (),
+    enhance: str = WAYS[0],
 ) -> GivenPrint:
-    """Return the print in a file, at the resolution that holds.
+    """Return the print in a file, at the resolution that holds; `enhance` as for `extract`.
 
     Raises
     ------
@@ -64,4 +69,5 @@ def open_print(
         return GivenPrint(path, resolution.first_of(found, path, dpi), None)
     from fpmatch.image.extract import extract
 
-    return GivenPrint(path, extract(found, resolution.of(found, dpi)), found)
+    template = extract(found, resolution.of(found, dpi), enhance=enhance)
+    return GivenPrint(path, template, found)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.enhance import enhance_option
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 Examples:
   fpmatch stages print.tif -o stages
   fpmatch stages print.png -o stages --dpi 1000
+  fpmatch stages print.tif -o stages --enhance filters
 """
 )
 @click.argument("image", type=click.Path(path_type=Path))
@@ -32,8 +34,11 @@ Examples:
     help="Folder for the pictures; made if missing.",
 )
 @click.option("--dpi", type=float, help="Resolution of the image, in dots per inch.")
+@enhance_option
 @raw_option
-def stages(image: Path, output: Path, dpi: float | None, raw: tuple[RawSize, ...]) -> None:
+def stages(
+    image: Path, output: Path, dpi: float | None, enhance: str, raw: tuple[RawSize, ...]
+) -> None:
     """Write what each stage of the extraction makes of IMAGE, and one sheet of them all."""
     from fpmatch.drawing.stage_sheet import write_stages
     from fpmatch.image.extract import extract
@@ -41,6 +46,7 @@ def stages(image: Path, output: Path, dpi: float | None, raw: tuple[RawSize, ...
 
     picture = read(image, raw)
     recorder = StageRecorder()
-    template = extract(picture, ResolutionChoice().of(picture, dpi), recorder=recorder)
+    resolution = ResolutionChoice().of(picture, dpi)
+    template = extract(picture, resolution, enhance=enhance, recorder=recorder)
     write_stages(recorder.stages, output)
     click.echo(f"{len(recorder.stages)} stages, {len(template.minutiae)} minutiae: {output}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,11 +67,16 @@ class ExtractedSet:
         return float(np.median([e.cpu_ms for e in self.extractions]))
 
 
-def extract_image(path: Path, dpi: float | None) -> Template:
-    """Extract a template from an image file by `fpmatch.image.extract`."""
-    from fpmatch.image.extract import extract  # noqa: PLC0415
+def extract_image(path: Path, dpi: float | None, enhance: str | None = None) -> Template:
+    """Extract a template from an image file by `fpmatch.image.extract`, by default in its way."""
+    from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract  # noqa: PLC0415
 
-    return extract(path, dpi=dpi)
+    return extract(path, dpi=dpi, enhance=enhance or DEFAULT_ENHANCEMENT)
+
+
+def extractor_of(enhance: str) -> Extractor:
+    """Return what extracts a template from an image file with ridges found in the way named."""
+    return partial(extract_image, enhance=enhance)
 
 
 def extract_datasets(

@@ -3,14 +3,13 @@ from __future__ import annotations
 import csv
 import importlib
 import json
-from functools import partial
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 from fpmatch.cli import main
-from fpmatch.evaluation import run
+from fpmatch.evaluation import extraction, run
 from fpmatch.evaluation.protocol import PROTOCOLS
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
@@ -28,8 +27,7 @@ def known_answers(monkeypatch):
     monkeypatch.syspath_prepend(str(EVALUATION_TESTS))
     fake_bench = importlib.import_module("fake_bench")
     monkeypatch.setattr(run, "get_matcher", lambda name: fake_bench.MATCHER)
-    known = partial(run.evaluate_matchers, extractor=fake_bench.extractor)
-    monkeypatch.setattr(run, "evaluate_matchers", known)
+    monkeypatch.setattr(extraction, "extractor_of", lambda enhance: fake_bench.extractor)
 
 
 @pytest.fixture

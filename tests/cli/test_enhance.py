@@ -1,0 +1,100 @@
+"""The option `--enhance`: the way that is asked for finds the ridges, in every command."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fpmatch import load_template
+from fpmatch.cli.enhance import WAYS
+from fpmatch.evaluation import extraction
+from fpmatch.image import extract as extraction_of_one
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
+from fpmatch.image.ridge_flow import FLOWS
+
+
+def test_the_words_are_those_of_the_extraction() -> None:
+    assert tuple(FLOWS) == WAYS
+    assert WAYS[0] == DEFAULT_ENHANCEMENT
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the list of the ways in which prints are extracted from now on."""
+    ways: list[str] = []
+
+    def noted(*arguments: Any, enhance: str = "", **others: Any) -> Any:
+        ways.append(enhance)
+        return extract(*arguments, enhance=enhance, **others)
+
+    monkeypatch.setattr(extraction_of_one, "extract", noted)
+    return ways
+
+
+@pytest.mark.parametrize("words", [[], ["--enhance", "filters"], ["--enhance", "learned"]])
+@pytest.mark.parametrize("command", ["verify", "overlay", "extract", "stages"])
+def test_every_command_finds_ridges_as_it_is_told(
+    run: Any, prints: Path, tmp_path: Path, asked: list[str], command: str, words: list[str]
+) -> None:
+    print_ = prints / "1_1.png"
+    files = [print_, print_] if command in {"verify", "overlay"} else [print_]
+    where = {"overlay": "a.png", "extract": "out", "stages": "out"}.get(command)
+    output = ["-o", tmp_path / where] if where else []
+    result = run(command, *files, *output, *words)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert asked == [words[1] if words else "learned"] * len(files)
+
+
+def test_the_stages_are_those_of_the_way(run: Any, prints: Path, tmp_path: Path) -> None:
+    for way in WAYS:
+        out = tmp_path / way
+        assert run("stages", prints / "1_1.png", "-o", out, "--enhance", way).exit_code == 0
+        drawn = {file.stem.partition("_")[2] for file in out.iterdir()}
+        assert {"enhanced", "mask", "orientation", "coherence"} < drawn
+        assert ("period" in drawn) == (way == "filters")
+
+
+def test_templates_differ_and_a_template_is_taken_as_it_is(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    for way in WAYS:
+        words = ("extract", prints / "1_1.png", "-o", tmp_path / way, "--enhance", way)
+        assert run(*words).exit_code == 0
+    one, other = (load_template(tmp_path / way / "1_1.json") for way in WAYS)
+    assert one != other
+    again = tmp_path / "again"
+    run("extract", tmp_path / "learned" / "1_1.json", "-o", again, "--enhance", "filters")
+    assert load_template(again / "1_1.json") == one
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_evaluate_extracts_in_the_way_that_it_is_told(
+    run: Any, prints: Path, tmp_path: Path, asked: list[str], way: str
+) -> None:
+    folder = tmp_path / "set"
+    folder.mkdir()
+    for name in ("1_1", "1_2", "2_1"):
+        (folder / f"{name}.png").write_bytes((prints / f"{name}.png").read_bytes())
+    words = ("--enhance", way, "--workers", 1, "--resamples", 0)
+    result = run("evaluate", folder, *words)
+    assert result.exit_code == 0
+    assert asked == [way] * 3
+
+
+def test_an_extractor_can_be_named_for_other_processes() -> None:
+    extractor = pickle.loads(pickle.dumps(extraction.extractor_of("filters")))
+    assert extractor.func is extraction.extract_image
+    assert extractor.keywords == {"enhance": "filters"}
+
+
+@pytest.mark.parametrize("command", ["verify", "overlay", "extract", "stages", "evaluate"])
+def test_a_word_that_is_none_is_refused_and_help_tells_which_there_are(
+    run: Any, prints: Path, command: str
+) -> None:
+    result = run(command, prints / "1_1.png", "--enhance", "gabor")
+    assert result.exit_code == 2
+    assert "'gabor' is not one of 'learned', 'filters'" in result.stderr
+    assert "--enhance [learned|filters]" in run(command, "--help").stdout

@@ -132,7 +132,7 @@ def measure_print(path: Path, dpi: float | None) -> PrintFigures:
 
     image = read_image(path)
     recorder = StageRecorder()
-    minutiae = extract(image, dpi, recorder=recorder).minutiae
+    minutiae = extract(image, dpi, enhance="filters", recorder=recorder).minutiae
     mask, grey = recorder.stages["mask"], recorder.stages["input"]
     area = float(mask.sum()) * MM_PER_PX**2
     period = recorder.stages["period"][mask]

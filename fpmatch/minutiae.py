@@ -196,9 +196,10 @@ class RidgeField:
             raise MinutiaeError("ridge field: orientation must be finite inside the mask")
         arrays: dict[str, NDArray[Any]] = {"orientation": orientation, "mask": mask}
         if self.ridges is not None:
-            arrays["ridges"] = np.ascontiguousarray(self.ridges, np.uint64) * mask
-            if arrays["ridges"].shape != mask.shape:
+            ridges = np.asarray(self.ridges, np.uint64)
+            if ridges.shape != mask.shape:
                 raise MinutiaeError("ridge field: ridges and mask must be of one shape")
+            arrays["ridges"] = np.ascontiguousarray(ridges * mask)
         for name, array in arrays.items():
             array.setflags(write=False)
             object.__setattr__(self, name, array)

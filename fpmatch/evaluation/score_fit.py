@@ -14,15 +14,16 @@ It is solved by Newton's steps, the lost share by expectation and maximisation b
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
-from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.score import FEATURES, ScoreWeights, features
+from fpmatch.matching.matchers.unit_circle import MATCHER, lay
+from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from fpmatch.matching.score import FEATURES, ScoreWeights, scales
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -30,6 +31,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.matching._evidence_kernel import Scales
+    from fpmatch.matching.prepare import PreparedTemplate
+
+
+OF_RIDGES: Final = np.array(["ridges" in name for name in FEATURES])
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,15 +56,21 @@ class FitParameters:
         Largest change of a weight in a step.
     digits : int
         Significant digits kept, so that rounding in other orders of summing changes nothing.
+    every_impostor : int
+        Of so many impostor comparisons of a database one is taken.
+    looked_at : float
+        Share of the impostor comparisons whose ridges are to be looked at.
     """
 
-    impostor_weight: float = 100.0
+    impostor_weight: float = 10.0
     lost_share: float = 0.03
     ridge: float = 2e-5
     rounds: int = 200
     settled: float = 1e-9
     longest_step: float = 2.0
     digits: int = 6
+    every_impostor: int = 4
+    looked_at: float = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,7 +81,7 @@ class ScoreSample:
     ----------
     name : str
         The database.
-    features : ndarray of float64, shape (N, 8)
+    features : ndarray of float64, shape (N, 6)
         Those of the comparisons that found something, see `fpmatch.matching.score.FEATURES`.
     genuine : ndarray of bool, shape (N,)
         Whether both prints are of one finger.
@@ -83,21 +95,39 @@ class ScoreSample:
     nothing: tuple[int, int]
 
 
-def sample_of(extracted: ExtractedSet) -> ScoreSample:
-    """Compare all impressions of a database, which must have ridge fields, with one another."""
+def sample_of(extracted: ExtractedSet, parameters: FitParameters | None = None) -> ScoreSample:
+    """Compare the impressions of a database with one another.
+
+    Parameters
+    ----------
+    extracted : ExtractedSet
+        The database and its templates, which must show their ridges.
+    parameters : FitParameters, optional
+        What share of the impostors to take.
+
+    Returns
+    -------
+    ScoreSample
+        All genuine comparisons, and every so many of the others.
+    """
+    p = parameters or FitParameters()
     pairs = choose_pairs(extracted.dataset.impressions)
     prints = [
         None if one.template is None else MATCHER.prepare(one.template)
         for one in extracted.extractions
     ]
-    rows, genuine, nothing = [], [], [0, 0]
+    on = scales(max((len(one) for one in prints if one), default=0), _no_weights())
+    rows, genuine, nothing, passed = [], [], [0, 0], 0
     for i, j, same in zip(pairs.probe, pairs.reference, pairs.genuine, strict=True):
+        passed += not same
+        if not same and passed % p.every_impostor:
+            continue
         a, b = prints[i], prints[j]
-        evidence = None if a is None or b is None else MATCHER.evidence(a, b)
-        if evidence is None:
+        row = None if a is None or b is None else _features(a, b, on)
+        if row is None:
             nothing[0 if same else 1] += 1
         else:
-            rows.append(features(evidence))
+            rows.append(row)
             genuine.append(bool(same))
     shape = (len(rows), len(FEATURES))
     return ScoreSample(
@@ -106,6 +136,22 @@ def sample_of(extracted: ExtractedSet) -> ScoreSample:
         np.array(genuine, bool),
         (nothing[0], nothing[1]),
     )
+
+
+def _no_weights() -> ScoreWeights:
+    """Return what weighs nothing and looks at all ridges."""
+    standard = np.zeros((4, len(FEATURES)))
+    standard[1] = 1.0
+    return ScoreWeights(standard, 0.0, -1.0, {})
+
+
+def _features(
+    probe: PreparedTemplate, reference: PreparedTemplate, on: Scales
+) -> NDArray[np.float64] | None:
+    """Return the features of two prints, their ridges looked at whatever the minutiae say."""
+    a, b = sorted((probe, reference), key=lambda side: side.key)
+    laid = lay(a, b, on) if min(len(a), len(b)) >= MIN_MINUTIAE else None
+    return None if laid is None else laid[1].features
 
 
 def fit_weights(
@@ -152,9 +198,13 @@ def fit_weights(
         "version": __version__,
         "command": command,
     }
-    return ScoreWeights(
-        np.stack([middle, spread, weight]), float(_rounded(found[-1:], p.digits)[0]), provenance
-    )
+    stranger = _rounded(means[1], p.digits)
+    bias = float(_rounded(found[-1:], p.digits)[0])
+    unseen = np.where(OF_RIDGES, stranger, x[~genuine])
+    sums = bias + (unseen - middle) / spread @ weight
+    gate = _rounded(np.quantile(sums, [1.0 - p.looked_at]), p.digits)
+    standard = np.stack([middle, spread, weight, stranger])
+    return ScoreWeights(standard, bias, float(gate[0]), provenance)
 
 
 def rates_of(samples: Sequence[ScoreSample], weights: Sequence[ScoreWeights]) -> dict[str, Any]:
@@ -224,7 +274,7 @@ def _sums(
 
     They are in the order of the similarities, which are those of ``log(1 + e^sum)``.
     """
-    middle, spread, weight = weights.standard
+    middle, spread, weight, _ = weights.standard
     total = weights.bias + (sample.features - middle) / spread @ weight
     least = float(total.min(initial=0.0)) - 1.0
     kinds = (total[sample.genuine], total[~sample.genuine])

@@ -1,20 +1,26 @@
 # What other kernels may use of this one.
 from fpmatch.matching._print_kernel cimport Print
+from fpmatch.matching._ridge_kernel cimport RidgeLens
 
-cpdef int gather(
-    Print a, Print b, int[::1] partner, double[:, ::1] bent, double c, double s, double x, double y,
-    float[:, ::1] likeness, double margin, double doubt_cells, double doubt_change,
-    int[::1] scratch, double[::1] evidence,
-) noexcept nogil
-cpdef int field_agreement(
-    Print a, Print b, double c, double s, double x, double y, double doubt_cells,
-    double doubt_change, int[::1] above, double[::1] evidence,
-) noexcept nogil
-cpdef int describe(
-    double[::1] evidence, double doubt_pairs, double doubt_area, double least_roughness,
-    double[::1] feature,
-) noexcept nogil
-cpdef double weigh(
-    double[::1] evidence, double doubt_pairs, double doubt_area, double least_roughness,
-    double[:, ::1] standard, double bias, double[::1] feature,
-) noexcept nogil
+
+cdef class Scales:
+    cdef readonly double[::1] evidence, feature
+    cdef double[:, ::1] standard
+    cdef int[::1] taken
+    cdef RidgeLens lens
+    cdef double bias, gate, margin, doubt_pairs, doubt_cells
+
+    cpdef double weigh(
+        self, Print a, Print b, int[::1] partner, double[:, ::1] bent,
+        double c, double s, double x, double y, float[:, ::1] likeness,
+    ) noexcept nogil
+    cpdef int describe(self) noexcept nogil
+    cdef double _total(self) noexcept nogil
+    cdef int _gather(
+        self, Print a, Print b, int[::1] partner, double[:, ::1] bent,
+        double c, double s, double x, double y, float[:, ::1] likeness,
+    ) noexcept nogil
+
+
+cdef double common_cells(Print a, Print b, double c, double s, double x, double y) noexcept nogil
+cpdef double as_similarity(double total) noexcept nogil

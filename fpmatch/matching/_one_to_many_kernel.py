@@ -9,7 +9,7 @@ import numpy as np
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._align_kernel import LightTable
-    from cython.cimports.fpmatch.matching._evidence_kernel import gather, weigh
+    from cython.cimports.fpmatch.matching._evidence_kernel import Scales, as_similarity
     from cython.cimports.fpmatch.matching._local_kernel import (
         NeighbourIndex,
         divide_by_size,
@@ -18,11 +18,9 @@ if cython.compiled:
     from cython.cimports.fpmatch.matching._print_kernel import PackedPrints, Print
 else:
     from fpmatch.matching._align_kernel import LightTable
-    from fpmatch.matching._evidence_kernel import gather, weigh
+    from fpmatch.matching._evidence_kernel import Scales, as_similarity
     from fpmatch.matching._local_kernel import NeighbourIndex, divide_by_size, most_alike
     from fpmatch.matching._print_kernel import PackedPrints, Print
-
-from fpmatch.matching._evidence_kernel import ENTRIES, FEATURES
 
 COMPILED = cython.compiled
 
@@ -33,8 +31,7 @@ class OneToMany:
     """One print, and the room in which it is compared with one after the other of many.
 
     `neighbours` are the print's own; `before` and `after` the tables on which a reference lies
-    under it or over it; `reference` has room for any of the references, of so many minutiae and
-    `columns` of cells at most.
+    under it or over it; `reference` has room for any of the references.
     """
 
     probe: Print
@@ -45,18 +42,8 @@ class OneToMany:
     likeness: cython.float[:, ::1]
     seeds: cython.int[:, ::1]
     value: cython.float[::1]
-    scratch: cython.int[::1]
-    evidence: cython.double[::1]
-    feature: cython.double[::1]
-    standard: cython.double[:, ::1]
-    bias: cython.double
+    scales: Scales
     min_cosine: cython.double
-    margin: cython.double
-    doubt_cells: cython.double
-    doubt_change: cython.double
-    doubt_pairs: cython.double
-    doubt_area: cython.double
-    least_roughness: cython.double
     fewest_neighbours: cython.int
     fewest_minutiae: cython.int
 
@@ -68,10 +55,8 @@ class OneToMany:
         before,
         after,
         room,
-        columns,
         local,
-        score,
-        weights,
+        scales,
         fewest_minutiae,
     ) -> None:
         self.probe = probe
@@ -82,19 +67,9 @@ class OneToMany:
         self.likeness = np.empty((room, room), np.float32)
         self.seeds = np.empty((local.seeds, 2), np.int32)
         self.value = np.empty(local.seeds, np.float32)
-        self.scratch = np.empty(max(room, columns), np.int32)
-        self.evidence = np.empty(ENTRIES)
-        self.feature = np.empty(FEATURES)
+        self.scales = scales
         self.min_cosine = local.min_cosine
         self.fewest_neighbours = local.fewest_neighbours
-        self.standard = weights.standard
-        self.bias = weights.bias
-        self.margin = score.margin_px
-        self.doubt_cells = score.doubt_cells
-        self.doubt_change = score.doubt_change
-        self.doubt_pairs = score.doubt_pairs
-        self.doubt_area = score.doubt_area_px2
-        self.least_roughness = score.least_roughness
         self.fewest_minutiae = fewest_minutiae
 
     @cython.ccall
@@ -114,6 +89,7 @@ class OneToMany:
         """
         k: cython.Py_ssize_t
         self.reference.cell = packed.cell
+        self.reference.ridges = packed.ridges
         with cython.nogil:
             for k in range(order.shape[0]):
                 if order[k] != 0:
@@ -169,28 +145,16 @@ class OneToMany:
         """Return the similarity of two prints, A laid on B from so many seeds."""
         if table.align(self.seeds, seeds) == 0:
             return 0.0
-        gather(
-            a,
-            b,
-            table.best_partner,
-            table.best_bent,
-            table.best_c,
-            table.best_s,
-            table.best_x,
-            table.best_y,
-            self.likeness,
-            self.margin,
-            self.doubt_cells,
-            self.doubt_change,
-            self.scratch,
-            self.evidence,
-        )
-        return weigh(
-            self.evidence,
-            self.doubt_pairs,
-            self.doubt_area,
-            self.least_roughness,
-            self.standard,
-            self.bias,
-            self.feature,
+        return as_similarity(
+            self.scales.weigh(
+                a,
+                b,
+                table.best_partner,
+                table.best_bent,
+                table.best_c,
+                table.best_s,
+                table.best_x,
+                table.best_y,
+                self.likeness,
+            )
         )

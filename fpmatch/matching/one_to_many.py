@@ -12,7 +12,7 @@ from fpmatch.matching._one_to_many_kernel import OneToMany
 from fpmatch.matching._print_kernel import Print
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.local import LocalParameters, index_neighbours
-from fpmatch.matching.score import ScoreParameters, load_weights
+from fpmatch.matching.score import scales
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -101,7 +101,7 @@ def _as_ordered(x: NDArray[np.float64]) -> NDArray[np.uint64]:
 
 def _bench(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
     """Return what compares the probe with any of the references."""
-    local, alignment, score = LocalParameters(), AlignmentParameters(), ScoreParameters()
+    local, alignment = LocalParameters(), AlignmentParameters()
     ours, theirs = len(probe), references.most_minutiae
     before = LightTable(theirs, ours, local.seeds, alignment)
     before.put_b(probe.points, ours)
@@ -114,10 +114,8 @@ def _bench(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
         before,
         after,
         max(ours, theirs),
-        max(probe.region.code.shape[1], references.most_columns),
         local,
-        score,
-        load_weights(),
+        scales(max(ours, theirs)),
         MIN_MINUTIAE,
     )
 

@@ -17,7 +17,8 @@ from fpmatch.evaluation.score_fit import (
     rates_of,
     sample_of,
 )
-from fpmatch.matching.score import FEATURES
+from fpmatch.matching.matchers.unit_circle import MATCHER, lay
+from fpmatch.matching.score import FEATURES, ScoreWeights, scales
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 N = len(FEATURES)
@@ -36,7 +37,7 @@ def sample(seed: int, count: int = 4000, apart: float = 2.0, lost: int = 0) -> S
 def raw_weights(samples: list[ScoreSample], parameters: FitParameters) -> np.ndarray:
     """Return the weights of features as they are, and the bias last."""
     weights = fit_weights(samples, parameters=parameters)
-    middle, spread, weight = weights.standard
+    middle, spread, weight, _ = weights.standard
     slope = weight / spread
     return np.append(slope, weights.bias - slope @ middle)
 
@@ -84,22 +85,123 @@ def test_rates_are_those_of_the_weighted_sums() -> None:
     assert rates["pooled"]["fmr1000"] == pytest.approx(100 * 1000 / 9000, abs=0.01)
 
 
-def test_a_sample_is_all_comparisons_of_a_database(tmp_path: Path) -> None:
+def impostors_of(samples: list[ScoreSample]) -> np.ndarray:
+    return np.concatenate([one.features[~one.genuine] for one in samples])
+
+
+def test_strangers_are_the_means_of_impostors() -> None:
+    """Every database counts as much, however many its comparisons."""
+    small, large = sample(1, count=200), sample(2, count=4000)
+    small.features[~small.genuine] += 3.0
+    middle, _, _, stranger = fit_weights([small, large]).standard
+    means = [one.features[~one.genuine].mean(axis=0) for one in (small, large)]
+    assert stranger == pytest.approx((means[0] + means[1]) / 2, rel=1e-5)
+    genuine = [one.features[one.genuine].mean(axis=0) for one in (small, large)]
+    assert middle == pytest.approx((stranger + (genuine[0] + genuine[1]) / 2) / 2, rel=1e-4)
+
+
+@pytest.mark.parametrize("looked_at", [0.01, 0.06, 0.2, 1.0])
+def test_the_gate_lets_through_the_asked_share_of_strangers(looked_at: float) -> None:
+    """By the sums that they have while their ridges count as those of strangers."""
+    samples = [sample(1), sample(2)]
+    for one in samples:
+        one.features[one.genuine, 4] += 2.0  # so that ridges have a weight
+    weights = fit_weights(samples, parameters=FitParameters(looked_at=looked_at))
+    middle, spread, weight, stranger = weights.standard
+    assert weight[4] > 1.0
+    unseen = impostors_of(samples)
+    unseen[:, 4:] = stranger[4:]
+    sums = weights.bias + (unseen - middle) / spread @ weight
+    assert weights.gate == pytest.approx(np.quantile(sums, 1 - looked_at), rel=1e-5)
+    assert (sums > weights.gate).mean() == pytest.approx(looked_at, abs=0.001)
+    seen = weights.bias + (impostors_of(samples) - middle) / spread @ weight
+    assert looked_at > 0.1 or (seen > weights.gate).mean() > looked_at + 0.001
+
+
+def test_weights_tell_from_what_they_were_learned() -> None:
+    samples = [sample(1, count=300), sample(2, count=200, lost=50)]
+    found = fit_weights(samples, command="make weights").provenance
+    assert found["sets"] == ["set 1", "set 2"]
+    assert (found["genuine"], found["impostors"]) == (550, 500)
+    assert found["command"] == "make weights"
+    assert ScoreWeights.from_json(fit_weights(samples).as_json()).standard.shape == (4, N)
+
+
+def two_fingers(folder: Path, impressions: int = 2, lost: bool = True) -> ExtractedSet:
+    """Return impressions of two fingers that show their ridges, the last perhaps without any."""
     rng = np.random.default_rng(5)
-    field = RidgeField(16.0, np.zeros((12, 12), np.float32), np.ones((12, 12), bool))
-    impressions, extractions = [], []
+    pictures = rng.integers(0, 2**63, (12, 12), np.uint64)
+    shape = pictures.shape
+    field = RidgeField(16.0, np.zeros(shape, np.float32), np.ones(shape, bool), pictures)
+    taken, extractions = [], []
     for finger in (1, 2):
         x, y, angle = rng.uniform(20, 180, (3, 9))
-        for number in (1, 2):
-            impressions.append(Impression(finger, number, tmp_path / f"{finger}_{number}.tif"))
+        for number in range(1, impressions + 1):
+            taken.append(Impression(finger, number, folder / f"{finger}_{number}.tif"))
             template = Template(Minutiae(x + number, y, angle), 192, 192, field=field)
             extractions.append(Extraction(template, "", 0.0))
-    extractions[-1] = Extraction(None, "no ridges", 0.0)
-    dataset = Dataset("two", 500.0, "", tuple(impressions))
-    found = sample_of(ExtractedSet(dataset, tuple(extractions)))
+    if lost:
+        extractions[-1] = Extraction(None, "no ridges", 0.0)
+    dataset = Dataset("two", 500.0, "", tuple(taken))
+    return ExtractedSet(dataset, tuple(extractions))
+
+
+def test_a_sample_is_all_comparisons_of_a_database(tmp_path: Path) -> None:
+    every = FitParameters(every_impostor=1)
+    found = sample_of(two_fingers(tmp_path), every)
     assert found.name == "two"
     assert found.features.shape == (len(found.genuine), N)
     assert found.genuine.sum() + found.nothing[0] == 2
     assert (~found.genuine).sum() + found.nothing[1] == 4
     assert found.nothing[0] >= 1
     assert found.genuine.any()
+
+
+@pytest.mark.parametrize(("every", "taken"), [(1, 9), (2, 4), (4, 2), (9, 1), (10, 0)])
+def test_of_so_many_impostors_one_is_taken(tmp_path: Path, every: int, taken: int) -> None:
+    """And of the genuine comparisons all."""
+    parameters = FitParameters(every_impostor=every)
+    found = sample_of(two_fingers(tmp_path, 3, lost=False), parameters)
+    assert found.genuine.sum() + found.nothing[0] == 6
+    assert (~found.genuine).sum() + found.nothing[1] == taken
+    assert found.features.shape == (len(found.genuine), N)
+
+
+def test_a_sample_of_nothing_has_no_features(tmp_path: Path) -> None:
+    nothing = ExtractedSet(two_fingers(tmp_path).dataset, (Extraction(None, "no ridges", 0.0),) * 4)
+    found = sample_of(nothing, FitParameters(every_impostor=1))
+    assert found.features.shape == (0, N)
+    assert found.nothing == (2, 4)
+
+
+def test_prints_of_too_few_minutiae_are_like_nothing(tmp_path: Path) -> None:
+    bare = Extraction(Template(Minutiae([9.0, 30.0], [9.0, 40.0], [0.0, 1.0]), 99, 99), "", 0.0)
+    few = ExtractedSet(two_fingers(tmp_path).dataset, (bare,) * 4)
+    assert sample_of(few, FitParameters(every_impostor=1)).nothing == (2, 4)
+
+
+def test_ridges_are_looked_at_whatever_the_minutiae_say(tmp_path: Path) -> None:
+    """Else nothing could be learned of them."""
+    extracted = two_fingers(tmp_path, 3, lost=False)
+    found = sample_of(extracted)
+    ridges, area = (FEATURES.index(name) for name in ("ridges", "area of the ridges"))
+    assert (found.features[:, ridges] > -1.0).all()
+    assert (found.features[:, area] > np.log(10)).all()
+
+
+def test_features_are_those_that_the_matcher_weighs(tmp_path: Path) -> None:
+    """Under weights whose gate is open."""
+    extracted = two_fingers(tmp_path, 3, lost=False)
+    found = sample_of(extracted, FitParameters(every_impostor=1))
+    standard = np.stack([np.zeros(N), np.ones(N), np.arange(N) + 1.0, np.zeros(N)])
+    weights = ScoreWeights(standard, 2.0, -np.inf, {})
+    prints = [MATCHER.prepare(one.template) for one in extracted.extractions if one.template]
+    totals = []
+    for i, probe in enumerate(prints):
+        for other in prints[i + 1 :]:
+            a, b = sorted((probe, other), key=lambda side: side.key)
+            laid = lay(a, b, scales(len(b), weights))
+            totals += [laid[1].total] if laid else []
+    assert len(totals) > 6
+    sums = 2.0 + found.features @ (np.arange(N) + 1.0)
+    assert sorted(sums) == pytest.approx(sorted(totals))

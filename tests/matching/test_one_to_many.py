@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,41 +14,68 @@ from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
     any_points,
-    even_field,
     jittered,
     moved,
     seeds,
     spread_points,
+    striped_field,
     template_of,
     templates,
 )
+from matching_weights import ALWAYS, NEVER, print_for, some_weights, weighing
 from numpy.typing import NDArray
 
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.local import LocalParameters
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.one_to_many import NEITHER_FIRST, orders, similarities
+from fpmatch.matching.one_to_many import (
+    NEITHER_FIRST,
+    PROBE_FIRST,
+    REFERENCE_FIRST,
+    orders,
+    similarities,
+)
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.ridges import RidgeParameters
 from fpmatch.matching.rounding import CIRCLE_STEP, QUALITIES, RING_WEIGHT_STEP, ROOT_WEIGHTS
-from fpmatch.matching.score import ScoreParameters, load_weights
-from fpmatch.minutiae import Template
+from fpmatch.matching.score import WEIGHTS_FILE, ScoreParameters, ScoreWeights
+from fpmatch.minutiae import RidgeField, Template
 
-EXAMPLES = 50 if COMPILED else 8
+EXAMPLES = 30 if COMPILED else 4
 PRINT_SIZE = 30 if COMPILED else 12
+FIELD_SIDE = 20 if COMPILED else 6
+
+gates = st.sampled_from([ALWAYS, NEVER, -4.0, 4.0])
+"""Gates that all, no, or some comparisons pass."""
+
+
+@pytest.fixture(autouse=True)
+def weights_by_hand() -> Iterator[None]:
+    with weighing(some_weights()):
+        yield
 
 
 def one_by_one(probe: PreparedTemplate, prints: list[PreparedTemplate]) -> list[float]:
     return [MATCHER.compare(probe, print_).similarity for print_ in prints]
 
 
-def impressions(seed: int) -> list[PreparedTemplate]:
-    """Return impressions of one finger and of others, with and without a field, and of nothing."""
+def some_field(rng: np.random.Generator, k: int) -> RidgeField | None:
+    """Return no field, one that does not show its ridges, or one that does, but for a few bits."""
+    field = striped_field(side=FIELD_SIDE)
+    assert field.ridges is not None
+    worn = field.ridges ^ (np.uint64(1) << rng.integers(0, 64, field.ridges.shape, np.uint64))
+    return [replace(field, ridges=worn), None, replace(field, ridges=None)][k % 3]
+
+
+def impressions(seed: int, kinds: int = 0) -> list[PreparedTemplate]:
+    """Return impressions of one finger and of others, with and without ridges, and of nothing."""
     rng = np.random.default_rng(seed)
     finger = spread_points(rng, PRINT_SIZE)
     sides = [
         finger,
         jittered(rng, moved(finger[:, 3:], 0.4, 30 - 20j), 1.5, 0.05),
+        jittered(rng, moved(finger[:, 2:-3], 0.1, 5 - 4j), 1.5, 0.05),
         jittered(rng, moved(finger[:, :-3], -2.0, 300 - 100j), 1.5, 0.05)[:, ::-1],
         any_points(seed + 1),
         any_points(seed + 2),
@@ -60,36 +87,71 @@ def impressions(seed: int) -> list[PreparedTemplate]:
                 np.ascontiguousarray(side),
                 dpi=(500.0, 569.0)[k % 2],
                 quality=rng.integers(0, 101, side.shape[1]),
-                field=even_field(side=20) if k % 3 else None,
+                field=some_field(rng, kinds * k),
             )
         )
         for k, side in enumerate(sides)
     ]
 
 
-@given(seeds)
+@given(seeds, gates, st.sampled_from([0, 1, 2]))
 @settings(max_examples=EXAMPLES)
-def test_similarities_are_those_of_compare_to_the_last_bit(seed: int) -> None:
-    prints = impressions(seed)
+def test_similarities_are_those_of_compare_to_the_last_bit(
+    seed: int, gate: float, kinds: int
+) -> None:
+    """Where all prints show their ridges, and where some do."""
+    prints = impressions(seed, kinds)
     many = PreparedMany.of(prints)
-    for probe in prints:
-        assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
+    with weighing(some_weights(gate)):
+        for probe in prints:
+            assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
 
 
-@given(templates(), st.lists(templates(), max_size=4))
+def test_probes_come_before_and_after_and_their_ridges_count() -> None:
+    """Else that they are the same to the last bit would say little."""
+    prints = impressions(3)
+    many = PreparedMany.of(prints)
+    order = np.array([orders(probe, many, 0, 4) for probe in prints[:4]])
+    assert np.count_nonzero(order == REFERENCE_FIRST) == 6
+    assert np.count_nonzero(order == PROBE_FIRST) == 6
+    tables = []
+    for gate in (ALWAYS, NEVER):
+        with weighing(some_weights(gate)):
+            tables.append(np.array([MATCHER.similarities(probe, many)[:4] for probe in prints[:4]]))
+    always, never = tables
+    assert np.count_nonzero(always != never) >= 8
+    with weighing(some_weights(float(np.median(never)))):
+        above = np.array([MATCHER.similarities(probe, many)[:4] for probe in prints[:4]])
+    assert 0 < np.count_nonzero(above == never) < above.size
+    assert 0 < np.count_nonzero(above == always) < above.size
+
+
+def test_the_weights_of_the_package_give_the_same() -> None:
+    prints = impressions(5)
+    many = PreparedMany.of(prints)
+    with weighing(ScoreWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))):
+        for probe in prints:
+            assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
+
+
+@given(templates(), st.lists(templates(), max_size=4), gates)
 @settings(max_examples=EXAMPLES)
-def test_any_templates_compare_as_one_by_one(probe: Template, references: list[Template]) -> None:
+def test_any_templates_compare_as_one_by_one(
+    probe: Template, references: list[Template], gate: float
+) -> None:
     prints = [prepare(template) for template in [*references, probe]]
     many = PreparedMany.of(prints)
-    assert MATCHER.similarities(prints[-1], many).tolist() == one_by_one(prints[-1], prints)
+    with weighing(some_weights(gate)):
+        assert MATCHER.similarities(prints[-1], many).tolist() == one_by_one(prints[-1], prints)
 
 
-@given(seeds)
+@given(seeds, gates)
 @settings(max_examples=EXAMPLES)
-def test_either_side_may_be_the_probe(seed: int) -> None:
+def test_either_side_may_be_the_probe(seed: int, gate: float) -> None:
     prints = impressions(seed)[:4]
     many = PreparedMany.of(prints)
-    table = np.array([MATCHER.similarities(probe, many) for probe in prints])
+    with weighing(some_weights(gate)):
+        table = np.array([MATCHER.similarities(probe, many) for probe in prints])
     assert table.tolist() == table.T.tolist()
 
 
@@ -169,15 +231,22 @@ def test_too_few_minutiae_are_like_nothing(size: int) -> None:
         assert MATCHER.similarities(probe, many)[0] == 0.0
 
 
-def test_compiled_and_interpreted_agree(interpreted: Callable[[str], ModuleType]) -> None:
-    prints = [prepare(template_of(spread_points(np.random.default_rng(k), 9))) for k in range(3)]
-    worn = jittered(np.random.default_rng(9), spread_points(np.random.default_rng(0), 9), 1.0, 0.1)
-    prints.append(prepare(template_of(worn, field=even_field(side=5))))
+@pytest.mark.parametrize("gate", [ALWAYS, 0.0, NEVER])
+def test_compiled_and_interpreted_agree(
+    interpreted: Callable[[str], ModuleType], gate: float
+) -> None:
+    weights = some_weights(gate)
+    rng = np.random.default_rng(9)
+    points = [spread_points(np.random.default_rng(k), 9, size=120.0) for k in range(3)]
+    points.append(jittered(rng, points[0], 1.0, 0.1))
+    shown = [prepare(template_of(side, field=striped_field(side=8))) for side in points]
+    prints = [*shown, prepare(template_of(points[3]))]
     many = PreparedMany.of(prints[1:])
     similarity = np.zeros(len(many))
     order = orders(prints[0], many, 0, len(many))
-    plainly(interpreted, prints[0], many, order, similarity)
-    fast = MATCHER.similarities(prints[0], many)
+    plainly(interpreted, prints[0], many, order, similarity, weights)
+    with weighing(weights):
+        fast = MATCHER.similarities(prints[0], many)
     assert similarity == pytest.approx(fast, rel=1e-12)
     assert fast.all()
 
@@ -188,32 +257,26 @@ def plainly(
     many: PreparedMany,
     order: NDArray[np.int8],
     similarity: NDArray[np.float64],
+    weights: ScoreWeights,
 ) -> None:
     """Compare with every kernel interpreted."""
-    names = ("_print", "_local", "_align", "_evidence", "_one_to_many")
-    prints, local, align, evidence, kernel = (interpreted(f"{name}_kernel") for name in names)
-    kernel.gather, kernel.weigh = evidence.gather, evidence.weigh
-    columns = max(probe.region.code.shape[1], many.most_columns)
+    names = ("_print", "_local", "_align", "_ridge", "_evidence", "_one_to_many")
+    loaded = [interpreted(f"{name}_kernel") for name in names]
+    prints, local, align, ridges, evidence, kernel = loaded
+    evidence.RidgeLens = ridges.RidgeLens
+    kernel.as_similarity = evidence.as_similarity
     kernel.most_alike, kernel.divide_by_size = local.most_alike, local.divide_by_size
     p, room = LocalParameters(), many.most_minutiae
-
-    def as_plain(print_: PreparedTemplate) -> Any:
-        n, r = print_.neighbourhoods, print_.region
-        sides = (n.count, n.frame, n.ring_start, n.ring, n.circle)
-        plain = prints.Print(print_.points, print_.quality, *sides)
-        plain.set_region(r.code, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
-        return plain
-
     before, after = (align.LightTable(room, room, p.seeds, AlignmentParameters()) for _ in "ab")
     before.put_b(probe.points, len(probe))
     after.put_a(probe.points, len(probe))
     n = probe.neighbourhoods
     index = local.NeighbourIndex(n.count, n.frame, 30.0, 4, math.radians(p.max_turn_deg), 1.2, 12)
-    reference = as_plain(many[int(np.argmax(np.diff(many.ring_start)))])
-    sides = (as_plain(probe), reference, index, before, after)
-    tools = (*sides, room, columns, p, ScoreParameters(), load_weights(), 3)
-    tolerance = (9.0, 0.08)
+    largest = many[int(np.argmax(np.diff(many.ring_start)))]
+    scales = evidence.Scales(ScoreParameters(), RidgeParameters(), weights, room)
+    sides = (print_for(prints, probe), print_for(prints, largest), index, before, after)
     packed = prints.PackedPrints(
-        many, CIRCLE_STEP, RING_WEIGHT_STEP, QUALITIES, ROOT_WEIGHTS, tolerance
+        many, CIRCLE_STEP, RING_WEIGHT_STEP, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08)
     )
+    tools = (*sides, room, p, scales, 3)
     kernel.OneToMany(*tools).compare(packed, 0, order, similarity)

@@ -1,8 +1,8 @@
-"""Evidence and score: kernels against slow twins, known overlays, and what raises or lowers."""
+"""Evidence and score: the kernel against slow twins, known overlays, and what raises or lowers."""
 
 from __future__ import annotations
 
-import dataclasses
+import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,207 +11,236 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import (
     COMPILED,
     Points,
     even_field,
     jittered,
+    moved,
     seeds,
     spread_points,
+    striped_field,
     template_of,
     templates,
 )
+from matching_weights import ALWAYS, NEVER, print_for, some_weights, weighing
 from numpy.typing import NDArray
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching import _evidence_kernel as kernel
-from fpmatch.matching._print_kernel import Print
-from fpmatch.matching.align import Alignment, align
+from fpmatch.matching.align import Alignment, align, at_rest
 from fpmatch.matching.local import local_likeness, most_alike
-from fpmatch.matching.neighbourhood import neighbourhoods
-from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, Region, prepare
-from fpmatch.matching.rounding import flow_of
+from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
+from fpmatch.matching.ridges import RidgeParameters, ridge_correlation
 from fpmatch.matching.score import (
     FEATURES,
+    STANDARD,
     WEIGHTS_FILE,
     Evidence,
     ScoreParameters,
     ScoreWeights,
-    features,
     gather_evidence,
     load_weights,
-    similarity,
+    scales,
 )
-from fpmatch.minutiae import Template
+from fpmatch.minutiae import RidgeField, Template
 
 P = ScoreParameters()
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+ENTRIES = ("pairs", "local", "unpaired", "common", "overlap", "ridges", "cells")
+FEW = 20 if COMPILED else 6
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 
-def field_agreement_twin(transform: Floats, a: Region, b: Region) -> tuple[float, ...]:
-    """Return area, orientation, change and roughness, with arrays of complex numbers."""
-    linear, shift = transform[0] + 1j * transform[1], transform[2] + 1j * transform[3]
-    row, column = np.indices(a.code.shape) + 0.5
-    z = (column + a.first_column) * a.step - 1j * (row + a.first_row) * a.step
-    z = shift + linear * z
-    inside = (a.code > 0) & b.holds(z.real.ravel(), z.imag.ravel()).reshape(z.shape)
-    column = np.floor(z.real / b.step).astype(int) - b.first_column
-    row = np.floor(-z.imag / b.step).astype(int) - b.first_row
-    other = np.zeros_like(a.code)
-    other[inside] = b.code[row[inside], column[inside]]
-    here, there = (c + 1j * s for c, s in (flow_of(a.code), flow_of(other)))
-    difference = (there * np.conj(here * linear**2 / abs(linear) ** 2))[inside]
-    turns_a, turns_b = [], []
-    for one, two in (((slice(1, None),), (slice(-1),)), ((..., slice(1, None)), (..., slice(-1)))):
-        both = inside[one] & inside[two]
-        turns_a.append((here[one] * np.conj(here[two]))[both])
-        turns_b.append((there[one] * np.conj(there[two]))[both])
-    u, v = np.concatenate(turns_a), np.concatenate(turns_b)
-    bottom = np.sqrt((u.imag**2).sum() * (v.imag**2).sum()) + P.doubt_change
-    return (
-        float(inside.sum() * a.step**2),
-        float(difference.real.sum() / (inside.sum() + P.doubt_cells)),
-        float((u.imag * v.imag).sum() / bottom),
-        float(1 - (u * np.conj(v)).real.sum() / (len(u) + P.doubt_cells)),
-    )
-
-
-def print_of(points: Points, region: Region | None = None, type_: Any = Print) -> Any:
-    """Return a print as the kernels see it, all of the best quality."""
-    n = neighbourhoods(points)
-    quality = np.ones(points.shape[1])
-    print_ = type_(points, quality, n.count, n.frame, n.ring_start, n.ring, n.circle)
-    if region:
-        at = (region.first_row, region.first_column)
-        print_.set_region(region.code, *at, region.step, region.inside, region.has_flow)
-    return print_
-
-
-def field_agreement(
-    transform: Floats, a: Region, b: Region, module: ModuleType = kernel, type_: Any = Print
-) -> tuple[float, ...]:
-    """Return what the kernel finds: area, orientation, change and roughness."""
-    sides = [print_of(np.empty((4, 0)), region, type_) for region in (a, b)]
-    evidence = np.full(module.ENTRIES, np.nan)
-    above = np.full(a.code.shape[1], -7, np.int32)
-    module.field_agreement(
-        *sides, *transform.tolist(), P.doubt_cells, P.doubt_change, above, evidence
-    )
-    return evidence[4], *evidence[6:9]
-
-
-def some_region(rng: np.random.Generator, step: float) -> Region:
-    """Return a region of random cells and orientations, away from the corner."""
-    code = rng.integers(0, 256, (9, 12)).astype(np.uint8) * (rng.random((9, 12)) < 0.7)
-    return Region(step, code.astype(np.uint8), 2, 1, has_flow=True)
-
-
-def overlay(
-    a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Floats = IDENTITY
-) -> Evidence:
-    """Return the evidence of an alignment that is given."""
+def laid_by(a: PreparedTemplate, partner: Ints, transform: Floats = IDENTITY) -> Alignment:
+    """Return the alignment of given pairs under a given transform, without any bending."""
     linear, shift = transform[0] + 1j * transform[1], transform[2] + 1j * transform[3]
     z = shift + linear * (a.points[0] + 1j * a.points[1])
     bent = np.vstack([z.real, z.imag, a.points[2:]])
-    alignment = Alignment(transform, partner, (partner >= 0).astype(float), bent)
-    return gather_evidence(a, b, alignment, local_likeness(a.neighbourhoods, b.neighbourhoods))
+    return Alignment(transform, partner, (partner >= 0).astype(float), bent)
 
 
-def alone(print_: PreparedTemplate, partner: Ints | None = None) -> Evidence:
+def overlay(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    partner: Ints,
+    transform: Floats = IDENTITY,
+    weights: ScoreWeights | None = None,
+) -> Evidence:
+    """Return the evidence of an alignment that is given."""
+    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
+    on = scales(len(b), weights or some_weights())
+    return gather_evidence(a, b, laid_by(a, partner, transform), likeness, on)
+
+
+def alone(
+    print_: PreparedTemplate, partner: Ints | None = None, weights: ScoreWeights | None = None
+) -> Evidence:
     """Return the evidence of a print laid over itself, all minutiae paired or those given."""
-    n = len(print_)
-    return overlay(print_, print_, np.arange(n, dtype=np.int32) if partner is None else partner)
+    pairs = np.arange(len(print_), dtype=np.int32) if partner is None else partner
+    return overlay(print_, print_, pairs, weights=weights)
 
 
-@given(seeds, st.sampled_from([4.0, 16.0, 21.5]))
-def test_field_agreement_agrees_with_its_twin(seed: int, step: float) -> None:
+def described(weights: ScoreWeights, **entries: float) -> list[float]:
+    """Return the features of evidence of which all that is not given is 0."""
+    on = scales(0, weights)
+    np.asarray(on.evidence)[:] = [entries.get(name, 0.0) for name in ENTRIES]
+    on.describe()
+    return np.asarray(on.feature).tolist()
+
+
+def total_of(weights: ScoreWeights, features: Any) -> float:
+    """Return the weighted sum of features, as the module says it."""
+    middle, spread, weight, _ = weights.standard
+    return float(weights.bias + (weight * (features - middle) / spread).sum())
+
+
+def some_case(seed: int) -> tuple[PreparedTemplate, PreparedTemplate, Ints, Floats]:
+    """Return two prints, pairs of their minutiae, and a transform."""
     rng = np.random.default_rng(seed)
-    a, b = some_region(rng, 16.0), some_region(rng, step)
-    turn, scale = rng.uniform(-4, 4), rng.uniform(0.9, 1.1)
-    transform = np.array([scale * np.cos(turn), scale * np.sin(turn), *rng.uniform(-150, 150, 2)])
-    found = field_agreement(transform, a, b)
-    assert found == pytest.approx(field_agreement_twin(transform, a, b), abs=1e-9)
+    points = spread_points(rng, int(rng.integers(0, 12)), size=150.0)
+    n = points.shape[1]
+    turn, scale = rng.uniform(-0.5, 0.5), rng.uniform(0.94, 1.06)
+    shift = complex(*rng.uniform(-30, 30, 2))
+    sides = []
+    for side in (points, jittered(rng, moved(points, turn, shift, scale), 3.0, 0.1)):
+        field = striped_field(side=int(rng.integers(2, 10)), step=rng.choice([12.0, 16.0, 21.7]))
+        mask = rng.random(field.mask.shape) < rng.choice([0.6, 0.9, 1.0])
+        ridges = field.ridges if rng.random() < 0.7 else None
+        quality = rng.integers(0, 101, n)
+        chosen = replace(field, mask=mask, ridges=ridges) if rng.random() < 0.85 else None
+        sides.append(prepare(template_of(side, quality=quality, field=chosen)))
+    partner = np.where(rng.random(n) < 0.6, rng.permutation(n), -1).astype(np.int32)
+    linear = scale * np.exp(1j * turn)
+    return *sides, partner, np.array([linear.real, linear.imag, shift.real, shift.imag])
 
 
-def test_a_turned_field_agrees_once_it_is_turned_back() -> None:
-    """Cells of ridges at 0.6 rad, on a plane of ridges at 1.5: they agree when turned by 0.9."""
-    a = prepare(template_of(np.empty((4, 0)), field=even_field(orientation=0.6))).region
-    b = prepare(template_of(np.empty((4, 0)), field=even_field(orientation=1.5))).region
-    cosines = {}
-    for turn in (0.9, 0.0, 0.9 - np.pi / 2, 0.9 + np.pi):
-        transform = np.array([np.cos(turn), np.sin(turn), 0.0, 0.0])
-        middle = np.array([200.0, -200.0])
-        turned = np.array([[transform[0], -transform[1]], [transform[1], transform[0]]]) @ middle
-        transform[2:] = middle - turned
-        area, orientation, *_ = field_agreement(transform, a, b)
-        cells = area / 16.0**2
-        assert cells > 400
-        cosines[turn] = orientation * (cells + P.doubt_cells) / cells
-    # to the steps in which orientations are kept
-    assert list(cosines.values()) == pytest.approx([1, math.cos(1.8), -1, 1], abs=0.03)
+def twin(a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment) -> list[float]:
+    """Return the evidence of an alignment, the ridges' aside, with arrays of complex numbers."""
+    linear, shift = (complex(*alignment.transform[k : k + 2]) for k in (0, 2))
+    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
+    i = np.flatnonzero(alignment.partner >= 0)
+    j = alignment.partner[i]
+    back = (b.points[0] + 1j * b.points[1] - shift) / linear
+    common, unpaired = 2 * len(i), 0.0
+    for one, other, x, y, paired in (
+        (a, b, *alignment.bent[:2], i),
+        (b, a, back.real, back.imag, j),
+    ):
+        single = np.setdiff1d(np.arange(len(one)), paired)
+        u, v, holds = x[single], y[single], other.region.holds
+        inside = holds(u, v)
+        deep = inside.copy()
+        for across, along in ((20.0, 0), (-20.0, 0), (0, 20.0), (0, -20.0)):
+            deep &= holds(u + across, v + along)
+        common += np.count_nonzero(inside)
+        unpaired += float((one.quality[single][deep] ** 2).sum())
+    x, y, *_ = a.region.cells
+    laid = shift + linear * (x + 1j * y)
+    shared = np.count_nonzero(b.region.holds(laid.real, laid.imag)) * a.region.step**2
+    smaller = min(a.region.area, b.region.area)
+    overlap = min(shared / smaller, 1.0) if smaller else 0.0
+    return [len(i), float(likeness[i, j].sum()), unpaired, common, overlap]
 
 
-def test_orientations_that_change_alike_are_told_from_those_that_do_not() -> None:
-    rng = np.random.default_rng(4)
-    bends = np.cumsum(rng.normal(0, 8, (12, 15)), axis=1)
-    regions = [
-        Region(16.0, (np.rint(field).astype(int) % 255 + 1).astype(np.uint8), 0, 0, has_flow=True)
-        for field in (bends, bends + 40, bends[::-1])
-    ]
-    same, turned, other = (field_agreement(IDENTITY, regions[0], b) for b in regions)
-    assert same[2] == turned[2] > 0.95
-    assert other[2] < 0.5
-    assert same[3] == turned[3] < 0.04 < other[3]
-    assert same[1] > 0.9 > turned[1]
+def entries_of(found: Evidence) -> list[float]:
+    return [getattr(found, name) for name in ENTRIES]
 
 
 @given(seeds)
+def test_evidence_agrees_with_its_twin(seed: int) -> None:
+    a, b, partner, transform = some_case(seed)
+    found = entries_of(overlay(a, b, partner, transform))
+    alignment = laid_by(a, partner, transform)
+    assert found[:5] == pytest.approx(twin(a, b, alignment), abs=1e-5)
+    correlation, cells = ridge_correlation(a, b, alignment)
+    assert found[5:] == [correlation if cells else 0.0, cells]
+
+
+def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
+    found = [overlay(*some_case(seed)) for seed in range(40)]
+    assert sum(one.cells > 0 for one in found) > 5
+    assert sum(one.cells == 0 for one in found) > 5
+    assert sum(one.unpaired > 0 for one in found) > 5
+    assert sum(0 < one.overlap < 1 for one in found) > 10
+    assert sum(one.common > 2 * one.pairs for one in found) > 10
+
+
+@given(seeds, st.sampled_from([ALWAYS, NEVER, -12.0]))
+@settings(max_examples=FEW)
 def test_compiled_and_interpreted_agree(
-    interpreted: Callable[[str], ModuleType], seed: int
+    interpreted: Callable[[str], ModuleType], seed: int, gate: float
 ) -> None:
-    rng = np.random.default_rng(seed)
-    a, b = some_region(rng, 16.0), some_region(rng, 12.0)
-    plain, plain_print = interpreted("_evidence_kernel"), interpreted("_print_kernel").Print
-    transform = np.array([0.8, 0.6, 30.0, 5.0])
-    assert field_agreement(transform, a, b) == pytest.approx(
-        field_agreement(transform, a, b, plain, plain_print), rel=1e-12
-    )
-    evidence, weights = rng.uniform(0, 5, kernel.ENTRIES), load_weights()
-    constants = (P.doubt_pairs, P.doubt_area_px2, P.least_roughness)
-    learned = (weights.standard, weights.bias, np.empty(len(FEATURES)))
-    assert kernel.weigh(evidence, *constants, *learned) == pytest.approx(
-        plain.weigh(evidence, *constants, *learned), rel=1e-12
-    )
+    a, b, partner, transform = some_case(seed)
+    weights = some_weights(gate)
+    prints, plain = interpreted("_print_kernel"), interpreted("_evidence_kernel")
+    plain.RidgeLens = interpreted("_ridge_kernel").RidgeLens
+    on = plain.Scales(P, RidgeParameters(), weights, len(b))
+    bent = laid_by(a, partner, transform).bent
+    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
+    sides = (print_for(prints, a), print_for(prints, b))
+    total = on.weigh(*sides, partner, bent, *transform.tolist(), likeness)
+    found = overlay(a, b, partner, transform, weights)
+    assert total == pytest.approx(found.total, rel=1e-12)
+    assert on.evidence.tolist() == pytest.approx(entries_of(found), rel=1e-12)
+    assert on.feature.tolist() == pytest.approx(found.features.tolist(), rel=1e-12)
+    assert plain.as_similarity(total) == pytest.approx(found.similarity, rel=1e-12)
+
+
+@given(seeds)
+@settings(max_examples=FEW)
+def test_scales_remember_nothing(seed: int) -> None:
+    """Not even of a print of more minutiae, or one that shows its ridges."""
+    weights = some_weights()
+    on = scales(12, weights)
+    for a, b, partner, transform in map(some_case, (seed, seed + 1, seed + 2, seed)):
+        likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
+        again = gather_evidence(a, b, laid_by(a, partner, transform), likeness, on)
+        fresh = overlay(a, b, partner, transform, weights)
+        assert (entries_of(again), again.total) == (entries_of(fresh), fresh.total)
+
+
+def test_evidence_keeps_what_the_scales_forget() -> None:
+    print_ = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
+    likeness = local_likeness(print_.neighbourhoods, print_.neighbourhoods)
+    on = scales(9, some_weights())
+    first = gather_evidence(print_, print_, at_rest(print_.points), likeness, on)
+    before = first.features.tolist()
+    nobody = laid_by(print_, np.full(9, -1, np.int32))
+    assert gather_evidence(print_, print_, nobody, likeness, on).features.tolist() != before
+    assert first.features.tolist() == before
+
+
+def test_without_scales_the_weights_of_the_package_count() -> None:
+    print_ = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
+    likeness = local_likeness(print_.neighbourhoods, print_.neighbourhoods)
+    with weighing(some_weights(bias=7.0)):
+        found = gather_evidence(print_, print_, at_rest(print_.points), likeness)
+    assert found.total == alone(print_, weights=some_weights(bias=7.0)).total
 
 
 def test_a_print_laid_over_itself() -> None:
     points = spread_points(np.random.default_rng(6), 25, spacing=20.0)
-    print_ = prepare(template_of(points, field=even_field()))
-    found = alone(print_)
-    cells = print_.region.cells.shape[1]
+    found = alone(prepare(template_of(points, field=striped_field(side=25))))
     assert found.pairs == 25
     assert found.common == 50
     assert found.unpaired == 0
     assert found.agreement == 1.0
     assert found.overlap == 1.0
-    assert found.area == pytest.approx(cells * 16.0**2)
-    assert found.orientation == pytest.approx(cells / (cells + P.doubt_cells))
-    assert found.change == 0.0  # the ridges run one way everywhere
-    assert 0 < found.roughness < 0.02
-    assert found.flow
+    assert found.ridges == 1.0
+    assert found.cells == 625
     assert found.local >= 25 - 1e-3
 
 
 def test_prints_side_by_side_have_nothing_in_common() -> None:
-    print_ = prepare(template_of(spread_points(np.random.default_rng(6), 25), field=even_field()))
+    field = striped_field(side=25)
+    print_ = prepare(template_of(spread_points(np.random.default_rng(6), 25), field=field))
     nobody = np.full(25, -1, np.int32)
     found = overlay(print_, print_, nobody, np.array([1.0, 0.0, 900.0, 0.0]))
-    assert dataclasses.astuple(found) == (0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0, 1.0, True)
+    assert entries_of(found) == [0] * 7
     assert found.agreement == 0.0
 
 
@@ -239,8 +268,7 @@ def test_minutiae_count_in_the_common_region_alone() -> None:
 
 def test_pairs_count_as_common_wherever_they_lie() -> None:
     points = spread_points(np.random.default_rng(6), 10)
-    print_ = prepare(template_of(points, field=even_field(side=2)))
-    found = alone(print_)
+    found = alone(prepare(template_of(points, field=even_field(side=2))))
     assert found.common == 20
     assert found.agreement == 1.0
 
@@ -271,33 +299,11 @@ def test_poor_minutiae_without_a_partner_are_forgiven() -> None:
     partner = np.arange(12, dtype=np.int32)
     partner[:4] = -1
     scores = [
-        similarity(alone(prepare(template_of(points, quality=np.full(12, quality))), partner))
+        alone(prepare(template_of(points, quality=np.full(12, quality))), partner).similarity
         for quality in (99, 60, 20, 0)
     ]
     assert scores == sorted(scores)
     assert scores[0] < scores[-1]
-
-
-@pytest.mark.parametrize("with_field", [(True, False), (False, True), (False, False)])
-def test_unknown_orientation_is_neutral(with_field: tuple[bool, bool]) -> None:
-    points = spread_points(np.random.default_rng(6), 20)
-    a, b = (
-        prepare(template_of(points, field=even_field() if known else None)) for known in with_field
-    )
-    found = overlay(a, b, np.arange(20, dtype=np.int32))
-    assert not found.flow
-    assert 0.8 < found.overlap <= 1.0
-    any_flow = replace(found, orientation=-0.9, change=-0.5, roughness=1.4)
-    assert similarity(any_flow) == similarity(found) > 0
-    middles = dict(zip(FEATURES, load_weights().standard[0].tolist(), strict=True))
-    halfway = replace(
-        found,
-        flow=True,
-        orientation=middles["orientation"],
-        change=middles["change of orientation"],
-        roughness=math.exp(middles["roughness"]) - P.least_roughness,
-    )
-    assert similarity(halfway) == pytest.approx(similarity(found))
 
 
 @pytest.mark.parametrize("steps", [(8.0, 16.0), (16.0, 8.0)])
@@ -319,102 +325,94 @@ def test_evidence_is_within_its_bounds(probe: Template, reference: Template) -> 
     if alignment is None:
         assert not likeness.any()
         return
-    found = gather_evidence(a, b, alignment, likeness)
+    found = gather_evidence(a, b, alignment, likeness, scales(len(b), some_weights()))
     assert 0 <= found.pairs <= min(len(a), len(b))
     assert 2 * found.pairs <= found.common <= len(a) + len(b)
     assert 0 <= found.unpaired <= found.common - 2 * found.pairs + 1e-9
     assert 0 <= found.agreement <= 1
     assert 0 <= found.overlap <= 1
-    assert -1 <= found.orientation <= 1
-    assert -1 <= found.change <= 1
-    assert 0 <= found.roughness <= 2
-    assert found.area >= 0
+    assert -1 <= found.ridges <= 1
+    assert 0 <= found.cells <= a.region.inside
     assert found.local >= 0
-    assert np.isfinite(features(found)).all()
-    assert 0 < similarity(found) < math.inf
+    assert np.isfinite(found.features).all()
+    assert 0 < found.similarity < math.inf
 
 
-EVIDENCE = Evidence(
-    pairs=20,
-    local=9.0,
-    unpaired=6.0,
-    common=52,
-    area=40_000.0,
-    overlap=0.7,
-    orientation=0.8,
-    change=0.6,
-    roughness=0.05,
-    flow=True,
-)
+def test_features_are_the_formulas_of_the_module() -> None:
+    entries = {"pairs": 20, "local": 9.0, "unpaired": 6.0, "overlap": 0.7, "common": 52}
+    of_minutiae = [math.log(1 + 9), math.log((1 + 9) / (1 + 20)), math.sqrt(6 / (20 + 2)), 0.7]
+    weights = some_weights()
+    found = described(weights, **entries, ridges=0.45, cells=130)
+    assert found == pytest.approx([*of_minutiae, 0.45, math.log(130 + 10)])
+    unseen = described(weights, **entries)
+    assert unseen == pytest.approx([*of_minutiae, *weights.standard[3, 4:]])
+    assert len(FEATURES) == 6
+
+
+def test_features_and_sum_are_those_of_the_evidence() -> None:
+    for seed in range(10):
+        weights = some_weights()
+        found = overlay(*some_case(seed), weights)
+        expected = described(weights, **dict(zip(ENTRIES, entries_of(found), strict=True)))
+        assert found.features.tolist() == expected
+        assert found.total == pytest.approx(total_of(weights, found.features))
+
+
+@given(seeds, st.floats(-5, 5))
+def test_the_sum_is_linear_in_the_weights(seed: int, factor: float) -> None:
+    case, rng = some_case(seed), np.random.default_rng(seed)
+    middle, spread = rng.uniform(-1, 1, 6), rng.uniform(0.1, 3, 6)
+    first, second = rng.normal(size=(2, 6))
+
+    def total(weight: Floats, bias: float) -> float:
+        standard = np.stack([middle, spread, weight, np.zeros(6)])
+        return overlay(*case, ScoreWeights(standard, bias, ALWAYS, {})).total
+
+    summed = total(first + factor * second, 3.0)
+    assert summed == pytest.approx(total(first, 3.0) + factor * total(second, 0.0), abs=1e-9)
+    assert total(np.zeros(6), -2.5) == -2.5
+
+
+@pytest.mark.parametrize("bias", [-800.0, -40.0, -1.0, 0.0, 1.0, 40.0, 800.0])
+def test_similarity_is_the_logarithm_of_one_and_the_ratio(bias: float) -> None:
+    print_ = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
+    standard = np.array([[0.0], [1.0], [0.0], [0.0]]).repeat(6, axis=1)
+    found = alone(print_, weights=ScoreWeights(standard, bias, NEVER, {}))
+    assert found.total == bias
+    assert found.similarity == pytest.approx(np.logaddexp(0.0, bias), rel=1e-12)
+    assert found.similarity > 0 or bias == -800.0
 
 
 @given(
-    st.sampled_from(["local", "orientation", "change", "overlap", "area", "unpaired"]),
+    st.sampled_from(["local", "overlap", "ridges", "cells", "unpaired"]),
     st.floats(0.01, 1),
     st.floats(0.01, 1),
 )
 def test_what_agrees_raises_and_what_does_not_lowers(name: str, low: float, more: float) -> None:
-    less, greater = (similarity(replace(EVIDENCE, **{name: v})) for v in (low, low + more))
+    weights = some_weights()
+    usual = {
+        "pairs": 20, "local": 9.0, "unpaired": 6.0, "overlap": 0.7, "ridges": 0.5, "cells": 99
+    }  # fmt: skip
+    scale = 100 if name == "cells" else 1
+    less, greater = (
+        total_of(weights, described(weights, **{**usual, name: scale * v}))
+        for v in (low, low + more)
+    )
     assert (less > greater) if name == "unpaired" else (less < greater)
 
 
-def test_features_are_the_formulas_of_the_module() -> None:
-    assert features(EVIDENCE).tolist() == pytest.approx(
-        [
-            math.log(1 + 9),
-            math.log((1 + 9) / (1 + 20)),
-            math.sqrt(6 / (20 + 2)),
-            math.log(40_000 + 5_000),
-            0.7,
-            0.8,
-            0.6,
-            math.log(0.05 + 0.002),
-        ]
-    )
-
-
-def test_similarity_is_the_standardised_features_weighted_sum() -> None:
-    middle, spread, weight = np.random.default_rng(2).uniform(0.5, 2, (3, len(FEATURES)))
-    total = float((weight * (features(EVIDENCE) - middle) / spread).sum())
-    for bias in (-40.0, 0.0, 40.0):
-        weights = ScoreWeights(np.stack([middle, spread, weight]), bias, {})
-        found = similarity(EVIDENCE, weights=weights)
-        assert found == pytest.approx(math.log1p(math.exp(total + bias)))
-
-
-def test_weights_read_back_are_the_same() -> None:
-    weights = load_weights()
-    again = ScoreWeights.from_json(weights.as_json())
-    assert again.as_json() == weights.as_json() == WEIGHTS_FILE.read_text(encoding="utf-8")
-    assert again.standard.tolist() == weights.standard.tolist()
-
-
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"bias": 1, "features": [{}]}'])
-def test_what_holds_no_weights_is_refused(text: str) -> None:
-    with pytest.raises(MatcherError, match="weights of the score"):
-        ScoreWeights.from_json(text)
-
-
-def test_weights_of_other_features_are_refused() -> None:
-    with pytest.raises(MatcherError, match="other features"):
-        ScoreWeights.from_json(load_weights().as_json().replace("unpaired", "lonely"))
-
-
 @given(st.floats(0.5, 1), st.floats(0, 1), st.integers(2, 40))
-def test_a_good_pair_that_is_lost_lowers_the_similarity(
-    each: float, quality: float, pairs: int
-) -> None:
-    before = replace(EVIDENCE, pairs=pairs, local=pairs * each)
-    after = replace(
-        before,
-        pairs=pairs - 1,
-        local=(pairs - 1) * each,
-        unpaired=before.unpaired + 2 * quality**2,
+def test_a_good_pair_that_is_lost_lowers_the_sum(each: float, quality: float, pairs: int) -> None:
+    weights = some_weights()
+    before, after = (
+        total_of(weights, described(weights, pairs=n, local=n * each, unpaired=u, overlap=0.7))
+        for n, u in ((pairs, 3.0), (pairs - 1, 3.0 + 2 * quality**2))
     )
-    assert similarity(after) < similarity(before)
+    assert after < before
 
 
 @given(seeds)
+@settings(max_examples=FEW)
 def test_the_more_pairs_are_lost_the_lower_the_similarity(seed: int) -> None:
     rng = np.random.default_rng(seed)
     n = 16 if COMPILED else 8
@@ -425,7 +423,142 @@ def test_the_more_pairs_are_lost_the_lower_the_similarity(seed: int) -> None:
     lost = rng.permutation(n)
     found = []
     for _ in range(4):
-        found.append(similarity(overlay(a, b, partner)))
+        found.append(overlay(a, b, partner).similarity)
         partner[lost[: n // 4]] = -1
         lost = lost[n // 4 :]
     assert found == sorted(found, reverse=True)
+
+
+SHOWN = striped_field(side=25)
+NOT_SHOWN = replace(SHOWN, ridges=None)
+
+
+def with_fields(*fields: RidgeField | None) -> list[PreparedTemplate]:
+    """Return prints of the same minutiae, with these fields."""
+    points = spread_points(np.random.default_rng(6), 20)
+    return [prepare(template_of(points, field=field)) for field in fields]
+
+
+@pytest.mark.parametrize(
+    "fields", [(SHOWN, NOT_SHOWN), (NOT_SHOWN, SHOWN), (NOT_SHOWN, NOT_SHOWN), (SHOWN, SHOWN)]
+)
+def test_ridges_that_nobody_sees_count_as_those_of_strangers(
+    fields: tuple[RidgeField, RidgeField],
+) -> None:
+    """Because a print does not show them, or because the gate is shut."""
+    a, b = with_fields(*fields)
+    everyone = np.arange(20, dtype=np.int32)
+    gates = [NEVER] if fields == (SHOWN, SHOWN) else [NEVER, ALWAYS]
+    for gate in gates:
+        weights = some_weights(gate)
+        found = overlay(a, b, everyone, weights=weights)
+        assert (found.ridges, found.cells) == (0.0, 0)
+        assert found.features[4:].tolist() == weights.standard[3, 4:].tolist()
+        assert found.total == alone(with_fields(NOT_SHOWN)[0], weights=weights).total
+        assert found.total == pytest.approx(total_of(weights, found.features))
+
+
+def test_ridges_as_those_of_strangers_change_nothing() -> None:
+    """Whether they are seen or not: the sum goes on where it was."""
+    a, b = with_fields(SHOWN, replace(SHOWN, ridges=SHOWN.ridges[::-1]))  # type: ignore[index]
+    everyone = np.arange(20, dtype=np.int32)
+    seen = overlay(a, b, everyone)
+    assert seen.cells > 0
+    weights = some_weights(NEVER)
+    weights.standard[3, 4:] = seen.features[4:]
+    assert overlay(a, b, everyone, weights=weights).total == pytest.approx(seen.total)
+
+
+def test_above_the_gate_ridges_count() -> None:
+    shown, plain = with_fields(SHOWN, NOT_SHOWN)
+    unseen = alone(plain).total
+    for gate, looked in ((unseen - 1e-9, True), (unseen, False), (unseen + 1.0, False)):
+        found = alone(shown, weights=some_weights(gate))
+        assert (found.cells == 625) is looked
+        assert (found.total > unseen) is looked
+        assert looked or found.total == unseen
+
+
+def test_the_gate_is_passed_by_the_sum_without_ridges() -> None:
+    """Ridges that disagree may well take the sum back below the gate."""
+    a, b = with_fields(SHOWN, striped_field(side=25, orientation=0.6 + math.pi / 2))
+    everyone = np.arange(20, dtype=np.int32)
+    unseen = overlay(a, b, everyone, weights=some_weights(NEVER)).total
+    weights = some_weights(unseen - 1e-6)
+    weights.standard[3, 4] = 0.8  # so that any ridges are worse than a stranger's
+    weights = replace(
+        weights, gate=overlay(a, b, everyone, weights=replace(weights, gate=NEVER)).total - 1e-6
+    )
+    found = overlay(a, b, everyone, weights=weights)
+    assert found.cells > 0
+    assert found.total < weights.gate
+
+
+def test_a_print_that_shows_its_ridges_is_more_like_itself() -> None:
+    shown, plain, bare = with_fields(SHOWN, NOT_SHOWN, None)
+    assert alone(shown).total > alone(plain).total
+    assert alone(shown).ridges == 1.0
+    assert alone(bare).cells == 0
+
+
+def some_json() -> str:
+    return some_weights(gate=-1.25).as_json()
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=26, max_size=26))
+def test_weights_read_back_are_the_same(numbers: list[float]) -> None:
+    standard = np.array(numbers[:24]).reshape(4, 6)
+    weights = ScoreWeights(standard, numbers[24], numbers[25], {"sets": ["one", "two"], "n": 3})
+    again = ScoreWeights.from_json(weights.as_json())
+    assert again.standard.tolist() == standard.tolist()
+    assert (again.bias, again.gate) == (weights.bias, weights.gate)
+    assert again.provenance == weights.provenance
+    assert again.as_json() == weights.as_json()
+
+
+def test_the_file_names_every_feature_and_what_is_known_of_it() -> None:
+    document = json.loads(some_json())
+    assert [row["name"] for row in document["features"]] == list(FEATURES)
+    for k, row in enumerate(document["features"]):
+        assert list(row) == ["name", *STANDARD]
+        assert [row[key] for key in STANDARD] == some_weights().standard[:, k].tolist()
+    assert (document["bias"], document["gate"]) == (0.4, -1.25)
+    assert document["provenance"] == {"by": "hand"}
+
+
+def test_the_weights_of_the_package_are_as_they_were_written() -> None:
+    weights = load_weights()
+    assert weights.as_json() == WEIGHTS_FILE.read_text(encoding="utf-8")
+    assert np.isfinite(weights.standard).all()
+    assert math.isfinite(weights.bias)
+    assert math.isfinite(weights.gate)
+    assert (weights.standard[1] > 0).all()
+    unpaired = FEATURES.index("unpaired")
+    assert weights.standard[2, unpaired] < 0
+    assert weights.standard[2, FEATURES.index("likeness")] > 0
+    assert weights.standard[2, FEATURES.index("ridges")] > 0
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{}", "3", '{"bias": 1, "features": [{}]}', '{"features": "none"}']
+    + [some_json().replace(f'"{name}"', '"other"') for name in ("bias", "gate", "provenance")]
+    + [some_json().replace(f'"{name}"', '"other"') for name in STANDARD]
+    + [some_json().replace("-1.25", value) for value in ('"shut"', "null", "[]")],
+)
+def test_what_holds_no_weights_is_refused(text: str) -> None:
+    with pytest.raises(MatcherError, match="weights of the score: not such a file"):
+        ScoreWeights.from_json(text)
+
+
+@pytest.mark.parametrize("name", FEATURES)
+def test_weights_of_other_features_are_refused(name: str) -> None:
+    with pytest.raises(MatcherError, match="other features"):
+        ScoreWeights.from_json(some_json().replace(f'"name": "{name}"', '"name": "loneliness"'))
+
+
+def test_weights_of_fewer_features_are_refused() -> None:
+    document = json.loads(some_json())
+    del document["features"][-1]
+    with pytest.raises(MatcherError, match="other features"):
+        ScoreWeights.from_json(json.dumps(document))

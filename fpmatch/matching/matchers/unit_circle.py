@@ -17,12 +17,13 @@ from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.one_to_many import MIN_MINUTIAE, similarities
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.score import gather_evidence, similarity
+from fpmatch.matching.score import gather_evidence
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.matching._evidence_kernel import Scales
     from fpmatch.matching.align import Alignment
     from fpmatch.matching.prepared_many import PreparedMany
     from fpmatch.matching.score import Evidence
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 MIN_PAIRS_FOR_SCALE: Final = 6
 SMALL_OVERLAP: Final = 0.25  # share of the smaller print
-POOR_ORIENTATION: Final = 0.5  # mean cosine of twice the difference
+POOR_RIDGES: Final = 0.3  # correlation, hardly more than that of strangers
 MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
@@ -58,16 +59,10 @@ class UnitCircleMatcher:
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return _nothing(_too_few(probe, reference))
-        laid = _laid(a, b)
+        laid = lay(a, b)
         if laid is None:
             return _nothing("no neighbourhood of one print is like one of the other")
         return _comparison(a, b, *laid, swapped=swapped)
-
-    def evidence(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Evidence | None:
-        """Return the evidence that `compare` weighs, or None where it finds nothing."""
-        a, b = sorted((probe, reference), key=lambda side: side.key)
-        laid = _laid(a, b) if min(len(a), len(b)) >= MIN_MINUTIAE else None
-        return laid and laid[1]
 
     def similarities(
         self,
@@ -113,15 +108,30 @@ class UnitCircleMatcher:
 MATCHER: Final = UnitCircleMatcher()
 
 
-def _laid(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Alignment, Evidence] | None:
-    """Lay print A on print B; None where nothing of them is alike."""
+def lay(
+    a: PreparedTemplate, b: PreparedTemplate, on: Scales | None = None
+) -> tuple[Alignment, Evidence] | None:
+    """Lay print A on print B, and weigh what that says.
+
+    Parameters
+    ----------
+    a, b : PreparedTemplate
+        Two prints, in the order of their content.
+    on : Scales, optional
+        What weighs; see `fpmatch.matching.score.scales`.
+
+    Returns
+    -------
+    tuple of Alignment and Evidence, or None
+        None where nothing of them is alike.
+    """
     likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
     same = a.key == b.key  # neither comes first, and only lying still is its own inverse
     seeds = most_alike(likeness)
     alignment = at_rest(a.points) if same else align(a.points, b.points, seeds)
     if alignment is None or not (alignment.partner >= 0).any():
         return None
-    return alignment, gather_evidence(a, b, alignment, likeness)
+    return alignment, gather_evidence(a, b, alignment, likeness, on)
 
 
 def _comparison(
@@ -145,7 +155,7 @@ def _comparison(
         pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
     residual = transform.apply(pa) - pb
     return Comparison(
-        similarity=similarity(evidence),
+        similarity=evidence.similarity,
         transform=transform,
         pairs=np.ascontiguousarray(pairs, np.int32),
         rms_px=float(np.sqrt((residual**2).sum(axis=1).mean())),
@@ -200,6 +210,6 @@ def _against(evidence: Evidence) -> str:
     share = f"{evidence.pairs} pairs among {evidence.common} minutiae in the common region"
     if evidence.overlap < SMALL_OVERLAP:
         return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
-    if evidence.flow and evidence.orientation < POOR_ORIENTATION:
-        return f"ridge orientations disagree under the best transform: {share}"
+    if evidence.cells and evidence.ridges < POOR_RIDGES:
+        return f"the ridges disagree under the best transform: {share}"
     return f"too few minutiae agree under the best transform: {share}"

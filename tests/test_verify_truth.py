@@ -126,7 +126,7 @@ def test_genuine_pair_matches_where_it_truly_lies(probe: str, reference: str) ->
     assert found.reason == ""
     seen_in_both, _ = common_minutiae(TRUTH[probe], TRUTH[reference])
     true = true_transform(probe, reference)
-    assert_near(found.transform, true, seen_in_both.mean(axis=0, keepdims=True), deg=2, px=4)
+    assert_near(found.transform, true, seen_in_both.mean(axis=0, keepdims=True), deg=3, px=4)
     assert found.transform is not None
     assert found.transform.scale == pytest.approx(true.scale, abs=0.05)
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.report import EvaluationReport, SetResult
     from fpmatch.matching.calibration import Calibration
 
-SCORES: Final = (20.0, 30.0)
-"""The scores that are looked at: one false match in a hundred, and in a thousand."""
+SCORES: Final = (20.0, 30.0, 40.0)
+"""The scores that are looked at: one false match in 100, in 1,000, and in 10,000."""
 LARGEST_FACTOR: Final = 2.0
 """By which the share found may differ from the share promised, either way."""
 
@@ -110,18 +110,18 @@ def format_calibration_checks(checks: Sequence[CalibrationCheck]) -> str:
 
     Examples
     --------
-    >>> print(format_calibration_checks([CalibrationCheck("one", 20000, (240, 50))]))
-    database  impostors  at 20 or more  times 1 %  at 30 or more  times 0.1 %
-    one           20000        1.200 %       1.20        0.250 %       2.50 !
+    >>> print(format_calibration_checks([CalibrationCheck("one", 20000, (240, 50, 1))]))
+    database  impostors  from 20 on  times 1 %  from 30 on  times 0.1 %  from 40 on  times 0.01 %
+    one           20000    1.2000 %       1.20    0.2500 %       2.50 !    0.0050 %          0.50
     """
     head = ["database", "impostors"]
     for score in SCORES:
-        head += [f"at {score:g} or more", f"times {100 * score_to_fmr(score):g} %"]
+        head += [f"from {score:g} on", f"times {100 * score_to_fmr(score):g} %"]
     rows = [head]
     for check in checks:
         row = [check.name, str(check.impostors)]
         for share, factor, kept in zip(check.shares, check.factors, check.kept, strict=True):
-            row += [f"{100 * share:.3f} %", f"{factor:.2f}" + ("" if kept else " !")]
+            row += [f"{100 * share:.4f} %", f"{factor:.2f}" + ("" if kept else " !")]
         rows.append(row)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(

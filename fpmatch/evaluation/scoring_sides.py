@@ -164,6 +164,8 @@ def pack(template: Template) -> bytes:
     if field is not None:
         arrays |= {"orientation": field.orientation, "mask": field.mask}
         arrays["step"] = np.array(field.step)
+        if field.ridges is not None:
+            arrays["ridges"] = field.ridges
     stream = io.BytesIO()
     np.savez(stream, allow_pickle=False, **arrays)
     return stream.getvalue()
@@ -177,7 +179,8 @@ def unpack(data: bytes) -> Template:
         width, height, dpi = arrays["frame"].tolist()
         field = None
         if "step" in arrays:
-            field = RidgeField(float(arrays["step"]), arrays["orientation"], arrays["mask"])
+            ridges = arrays.get("ridges")
+            field = RidgeField(float(arrays["step"]), arrays["orientation"], arrays["mask"], ridges)
         minutiae = Minutiae(*(arrays[name] for name in _COLUMNS))
     return Template(minutiae, int(width), int(height), dpi, field)
 

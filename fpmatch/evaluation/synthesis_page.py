@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import DatasetError
+from fpmatch.evaluation.markdown import markdown_table
 from fpmatch.evaluation.print_table import TITLES
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ def _prints_table(prints: dict[str, Any]) -> str:
     ]
     outside = [f"{100 * share:.0f} %" for share in mean]
     rows.append(["*synthetic ones outside the others' span*", "", *outside])
-    return _table([head, *rows])
+    return markdown_table([head, *rows])
 
 
 def _figures(entry: dict[str, Any]) -> list[str]:
@@ -135,7 +136,7 @@ def _presets_table(rows: Sequence[dict[str, Any]]) -> str:
         ]
         for row in rows
     ]
-    return _table([head, *body])
+    return markdown_table([head, *body])
 
 
 def _calibration_table(rows: Sequence[dict[str, Any]]) -> str:
@@ -148,10 +149,4 @@ def _calibration_table(rows: Sequence[dict[str, Any]]) -> str:
         for at in row["scores"]:
             cells += [f"{100 * at['share']:.3f} %", f"{at['factor']:.2f}"]
         body.append(cells)
-    return _table([head, *body])
-
-
-def _table(rows: Sequence[Sequence[str]]) -> str:
-    head, *body = rows
-    rule = ["---", *["---:"] * (len(head) - 1)]
-    return "\n".join(f"| {' | '.join(row)} |" for row in (head, rule, *body))
+    return markdown_table([head, *body])

@@ -27,7 +27,8 @@ def test_candidates_in_words(run, place, prints):
     head, columns, first, first_moved, second, _, note = result.stdout.splitlines()
     assert head.startswith(f"{prints}/1_1.png: 3 prints compared in ")
     assert columns.split() == ["rank", "score", "FMR", "by", "chance", "print", "number", "picture"]
-    assert first.split()[:2] == ["1", "100.0"]
+    assert first.split()[0] == "1"
+    assert float(first.split()[1]) > 60
     assert first.split()[-3:] == ["1_1", "1", f"{prints}/1_1.png"]
     assert first_moved.strip().startswith("rotation 0.0°")
     assert second.split()[-3] == "1_2"

@@ -35,32 +35,36 @@ def set_of(name, impostors, genuine=(), no_template=0):
 
 
 def test_impostors_are_counted_at_each_score_and_no_other_pairs_are():
-    row = set_of("one", [0.5, 1.9, 2.0, 2.5, 3.0], genuine=[8.0], no_template=3)
+    row = set_of("one", [0.5, 1.9, 2.0, 2.5, 4.0], genuine=[8.0], no_template=3)
     (check,) = check_calibration(SimpleNamespace(matcher=NAME, sets=(row,)), TEN_A_UNIT)
-    assert check == CalibrationCheck("one", 5, (3, 1))
-    assert check.shares == (0.6, 0.2)
-    assert check.factors == pytest.approx((60.0, 200.0))
+    assert check == CalibrationCheck("one", 5, (3, 1, 1))
+    assert check.shares == (0.6, 0.2, 0.2)
+    assert check.factors == pytest.approx((60.0, 200.0, 2000.0))
 
 
 def test_several_databases_are_followed_by_all_of_them():
     rows = (set_of("one", [2.0, 0.0]), set_of("two", [3.0] * 3))
     *each, together = check_calibration(SimpleNamespace(matcher=NAME, sets=rows), TEN_A_UNIT)
     assert [check.name for check in each] == ["one", "two"]
-    assert together == CalibrationCheck("all", 5, (4, 3))
+    assert together == CalibrationCheck("all", 5, (4, 3, 0))
 
 
 @pytest.mark.parametrize(
     ("reached", "kept"),
-    [((100, 10), (True, True)), ((50, 20), (True, True)), ((49, 21), (False, False))],
+    [
+        ((100, 10, 1), (True, True, True)),
+        ((50, 20, 2), (True, True, True)),
+        ((49, 21, 0), (False, False, False)),
+    ],
 )
 def test_a_factor_of_two_either_way_is_kept(reached, kept):
     assert CalibrationCheck("one", 10_000, reached).kept == kept
 
 
 def test_the_table_marks_what_is_not_kept_and_json_holds_the_counts():
-    check = CalibrationCheck("one", 10_000, (100, 30))
+    check = CalibrationCheck("one", 10_000, (100, 30, 1))
     table = format_calibration_checks([check])
-    assert table.splitlines()[1].split()[1:4] == ["10000", "1.000", "%"]
+    assert table.splitlines()[1].split()[1:4] == ["10000", "1.0000", "%"]
     assert table.count("!") == 1
     entry = json.loads(json.dumps(check.as_json()))
     assert entry["scores"][1] == {"score": 30.0, "reached": 30, "share": 0.003, "factor": 3.0}
@@ -72,6 +76,6 @@ def test_an_evaluation_is_checked_by_the_calibration_given_or_refused(bench, mak
     )
     (check,) = check_calibration(report, TEN_A_UNIT)
     assert check.impostors == report.sets[0].impostor
-    assert check.reached == (0, 0)
+    assert check.reached == (0, 0, 0)
     with pytest.raises(MatcherError):
         check_calibration(report)

@@ -1,0 +1,116 @@
+"""What was measured of the default matcher's accuracy, as the tables of the documentation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.evaluation.markdown import markdown_table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+PARTS: Final = ("learned", "filters", "ablation", "calibration")
+"""What the results hold: error rates with either enhancement, without each feature, of scores."""
+_KEPT: Final = ("name", "genuine", "impostor", "eer", "fmr1000", "fmr10000", "rank_one")
+_ROWS: Final = {
+    "synthetic": "synthetic sets, each learned from the others",
+    "checked": "FVC, learned from the synthetic sets",
+    "checked, learned from the others": "FVC, each learned from the other FVC sets",
+}
+
+
+def error_rates_kept(evaluation: Mapping[str, Any]) -> dict[str, Any]:
+    """Take from what ``fpmatch evaluate --json`` prints what the page shows.
+
+    Parameters
+    ----------
+    evaluation : mapping
+        The parsed JSON.
+
+    Returns
+    -------
+    dict
+        ``"sets"``, a row a database, ``"mean"`` and ``"pooled"``.
+    """
+
+    def kept(row: Mapping[str, Any]) -> dict[str, Any]:
+        return {key: row[key] for key in _KEPT if key in row}
+
+    sets = [kept(row) for row in evaluation["sets"]]
+    return {
+        "sets": sets,
+        "mean": kept(evaluation["mean"]),
+        "pooled": kept(evaluation["pooled"]),
+    }
+
+
+def format_accuracy_markdown(results: Mapping[str, Any]) -> str:
+    """Return the tables of the page.
+
+    Parameters
+    ----------
+    results : mapping
+        An entry for each of `PARTS`.
+
+    Returns
+    -------
+    str
+        Markdown: error rates, what each feature is worth, and the calibration.
+    """
+    return "\n\n".join(
+        [
+            "### Error rates",
+            "Extended protocol, EER / FMR1000 in percent.",
+            _rates_table(results),
+            "### What each feature is worth",
+            "Mean over the databases, then pooled; EER / FMR1000 in percent.",
+            _ablation_table(results["ablation"]),
+            "### Scores of impostors",
+            _calibration_table(results["calibration"]["sets"]),
+        ]
+    )
+
+
+def _rates_table(results: Mapping[str, Any]) -> str:
+    names = [row["name"] for row in results["learned"]["sets"]]
+    body = []
+    for title, part in (("learned enhancement (default)", "learned"), ("filters", "filters")):
+        found = results[part]
+        rows = [*found["sets"], found["mean"], found["pooled"]]
+        body.append([title, *(_both(100 * row["eer"], 100 * row["fmr1000"]) for row in rows)])
+    return markdown_table([["", *names, "mean", "pooled"], *body])
+
+
+def _ablation_table(ablation: Mapping[str, Any]) -> str:
+    columns = [key for key in _ROWS if key in ablation["all"]]
+    body = []
+    for name, row in ablation.items():
+        cells = [name]
+        for key in columns:
+            mean, pooled = row[key]["mean"], row[key]["pooled"]
+            cells += [
+                _both(mean["eer"], mean["fmr1000"]),
+                _both(pooled["eer"], pooled["fmr1000"]),
+            ]
+        body.append(cells)
+    head = ["features"]
+    for key in columns:
+        head += [f"{_ROWS[key]}: mean", "pooled"]
+    return markdown_table([head, *body])
+
+
+def _calibration_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    head = ["", "impostor pairs"]
+    for at in rows[0]["scores"]:
+        head += [f"at {at['score']:g} or more", "times what it says"]
+    body = []
+    for row in rows:
+        cells = [row["name"], f"{row['impostors']:,}"]
+        for at in row["scores"]:
+            cells += [f"{100 * at['share']:.4f} %", f"{at['factor']:.2f}"]
+        body.append(cells)
+    return markdown_table([head, *body])
+
+
+def _both(eer: float, fmr1000: float) -> str:
+    return f"{eer:.2f} / {fmr1000:.2f}"

@@ -29,8 +29,6 @@ RIDGES = cython.declare(cython.Py_ssize_t, 5)
 CELLS = cython.declare(cython.Py_ssize_t, 6)
 ENTRIES = 7
 
-# Of the features, those from here on are of the ridges:
-OF_RIDGES = cython.declare(cython.Py_ssize_t, 4)
 FEATURES = 6
 
 # Rows of `standard`:

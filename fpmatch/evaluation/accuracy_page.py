@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.evaluation.markdown import markdown_table
+from fpmatch.evaluation.markdown import calibration_table, markdown_table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
 PARTS: Final = ("learned", "filters", "ablation", "calibration")
 """What the results hold: error rates with either enhancement, without each feature, of scores."""
@@ -66,7 +66,7 @@ def format_accuracy_markdown(results: Mapping[str, Any]) -> str:
             "Mean over the databases, then pooled; EER / FMR1000 in percent.",
             _ablation_table(results["ablation"]),
             "### Scores of impostors",
-            _calibration_table(results["calibration"]["sets"]),
+            calibration_table(results["calibration"]["sets"], digits=4),
         ]
     )
 
@@ -96,19 +96,6 @@ def _ablation_table(ablation: Mapping[str, Any]) -> str:
     head = ["features"]
     for key in columns:
         head += [f"{_ROWS[key]}: mean", "pooled"]
-    return markdown_table([head, *body])
-
-
-def _calibration_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    head = ["", "impostor pairs"]
-    for at in rows[0]["scores"]:
-        head += [f"at {at['score']:g} or more", "times what it says"]
-    body = []
-    for row in rows:
-        cells = [row["name"], f"{row['impostors']:,}"]
-        for at in row["scores"]:
-            cells += [f"{100 * at['share']:.4f} %", f"{at['factor']:.2f}"]
-        body.append(cells)
     return markdown_table([head, *body])
 
 

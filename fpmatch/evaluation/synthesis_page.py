@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.markdown import markdown_table
+from fpmatch.evaluation.markdown import calibration_table, markdown_table
 from fpmatch.evaluation.print_table import TITLES
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def format_synthesis_markdown(results: dict[str, Any]) -> str:
             "### Presets",
             _presets_table(results["presets"]),
             "### Scores of impostors",
-            _calibration_table(results["calibration"]["sets"]),
+            calibration_table(results["calibration"]["sets"], digits=3),
         ]
     )
 
@@ -136,17 +136,4 @@ def _presets_table(rows: Sequence[dict[str, Any]]) -> str:
         ]
         for row in rows
     ]
-    return markdown_table([head, *body])
-
-
-def _calibration_table(rows: Sequence[dict[str, Any]]) -> str:
-    head = ["", "impostor pairs"]
-    for at in rows[0]["scores"]:
-        head += [f"at {at['score']:g} or more", "times what it says"]
-    body = []
-    for row in rows:
-        cells = [row["name"], f"{row['impostors']:,}"]
-        for at in row["scores"]:
-            cells += [f"{100 * at['share']:.3f} %", f"{at['factor']:.2f}"]
-        body.append(cells)
     return markdown_table([head, *body])

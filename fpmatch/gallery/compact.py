@@ -13,8 +13,8 @@ numbers beginning with a byte of its own::
     CRC-32 of all before
 
 Positions are kept in whole pixels at 500 dpi, which is exactly where `fpmatch.image.extract` finds
-minutiae; angles in 256ths of a turn; ridge orientations in 16ths of a half turn, of which only the
-mean agreement over hundreds of cells is ever asked; kinds, qualities and the mask as they are.
+minutiae; angles in 256ths of a turn; ridge orientations in 16ths of a half turn; kinds, qualities,
+the mask and the pictures of the ridges as they are.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from fpmatch.image.orientation import (
     orientation_at_pixels,
     ridge_orientation,
 )
+from fpmatch.image.recorder import NoRecorder
 from fpmatch.image.ridge_network import enhance_by_network
 from fpmatch.image.segment import mask_at_pixels, segment, segment_enhanced
 from fpmatch.image.spectrum import ridge_spectrum
@@ -93,10 +94,10 @@ def learned_flow(
     enhanced = ridges * mask
     note.record("enhanced", enhanced)
     note.record("mask", mask)
-    note.record(
-        "orientation", np.where(mask, orientation_at_pixels(field.orientation, grid), np.nan)
-    )
-    note.record("coherence", cells_to_pixels(field.coherence, grid))
+    if not isinstance(note, NoRecorder):  # made for the eye alone
+        orientation = orientation_at_pixels(field.orientation, grid)
+        note.record("orientation", np.where(mask, orientation, np.nan))
+        note.record("coherence", cells_to_pixels(field.coherence, grid))
     return RidgeFlow(CELL_PX, cells, mask, field, enhanced)
 
 

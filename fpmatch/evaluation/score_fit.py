@@ -1,12 +1,14 @@
 """Learn the weights of the default matcher's score from comparisons whose truth is known.
 
-It is logistic regression with three particulars.
+It is logistic regression with four particulars.
 
 - Impostor comparisons weigh more than genuine ones: what matters is where few impostors are left,
   and the balanced fit looks at where the two kinds overlap most.
 - A share of the genuine comparisons is taken for lost: nothing in common was found, and their
   features are those of impostors. Without it these few pull the fit away from all others.
 - Every database, and in it every kind, has the same weight, however many its comparisons.
+- Of the ways in which two prints can be laid on one another that counts for which the minutiae
+  speak the most. Which one that is, the weights say, so that choosing and fitting take turns.
 
 It is solved by Newton's steps, the lost share by expectation and maximisation between them.
 """
@@ -21,9 +23,11 @@ import numpy as np
 from fpmatch._version import __version__
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
-from fpmatch.matching.matchers.unit_circle import MATCHER, lay
+from fpmatch.matching.align import AlignmentParameters, candidates
+from fpmatch.matching.local import local_likeness, most_alike
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
-from fpmatch.matching.score import FEATURES, ScoreWeights, scales
+from fpmatch.matching.score import FEATURES, ScoreWeights, gather_evidence, scales
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -60,6 +64,8 @@ class FitParameters:
         Of so many impostor comparisons of a database one is taken.
     looked_at : float
         Share of the impostor comparisons whose ridges are to be looked at.
+    turns : int
+        How many times to choose and to fit.
     """
 
     impostor_weight: float = 10.0
@@ -70,7 +76,8 @@ class FitParameters:
     longest_step: float = 2.0
     digits: int = 6
     every_impostor: int = 4
-    looked_at: float = 0.2
+    looked_at: float = 0.5
+    turns: int = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,8 +88,10 @@ class ScoreSample:
     ----------
     name : str
         The database.
-    features : ndarray of float64, shape (N, 6)
-        Those of the comparisons that found something, see `fpmatch.matching.score.FEATURES`.
+    features : ndarray of float64, shape (N, C, 6)
+        Those of the comparisons that found something, of each way to lay the prints on one another,
+        that of most support first; NaN where there are fewer. See
+        `fpmatch.matching.score.FEATURES`.
     genuine : ndarray of bool, shape (N,)
         Whether both prints are of one finger.
     nothing : tuple of int
@@ -129,7 +138,7 @@ def sample_of(extracted: ExtractedSet, parameters: FitParameters | None = None) 
         else:
             rows.append(row)
             genuine.append(bool(same))
-    shape = (len(rows), len(FEATURES))
+    shape = (len(rows), AlignmentParameters().candidates, len(FEATURES))
     return ScoreSample(
         extracted.dataset.name,
         np.array(rows).reshape(shape),
@@ -150,8 +159,16 @@ def _features(
 ) -> NDArray[np.float64] | None:
     """Return the features of two prints, their ridges looked at whatever the minutiae say."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
-    laid = lay(a, b, on) if min(len(a), len(b)) >= MIN_MINUTIAE else None
-    return None if laid is None else laid[1].features
+    if min(len(a), len(b)) < MIN_MINUTIAE:
+        return None
+    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
+    laid = candidates(a.points, b.points, most_alike(likeness))
+    if not laid:
+        return None
+    found = np.full((AlignmentParameters().candidates, len(FEATURES)), np.nan)
+    for k, alignment in enumerate(laid):
+        found[k] = gather_evidence(a, b, alignment, likeness, on).features
+    return found
 
 
 def fit_weights(
@@ -180,17 +197,14 @@ def fit_weights(
         The same for the same samples.
     """
     p = parameters or FitParameters()
-    x = np.concatenate([one.features for one in samples])
+    every = np.concatenate([one.features for one in samples])
     genuine = np.concatenate([one.genuine for one in samples])
     share = np.concatenate([_shares(one) for one in samples]) / len(samples)
-    means = [share[k] @ x[k] / share[k].sum() for k in (genuine, ~genuine)]
-    middle = _rounded((means[0] + means[1]) / 2, p.digits)
-    spread = _rounded(np.sqrt(share @ (x - middle) ** 2 / share.sum()), p.digits)
     used = np.array([name not in without for name in FEATURES])
-    z = np.column_stack([((x - middle) / spread)[:, used], np.ones(len(x))])
-    found = _newton(z, genuine, share, p)
-    weight = np.zeros(len(FEATURES))
-    weight[used] = _rounded(found[:-1], p.digits)
+    x = every[:, 0]
+    for _ in range(p.turns):
+        standard, bias = _fit(x, genuine, share, used, p)
+        x, of_minutiae = _chosen(every, standard, bias)
     provenance: dict[str, Any] = {
         "sets": [one.name for one in samples],
         "genuine": int(genuine.sum()),
@@ -198,13 +212,39 @@ def fit_weights(
         "version": __version__,
         "command": command,
     }
-    stranger = _rounded(means[1], p.digits)
-    bias = float(_rounded(found[-1:], p.digits)[0])
-    unseen = np.where(OF_RIDGES, stranger, x[~genuine])
-    sums = bias + (unseen - middle) / spread @ weight
-    gate = _rounded(np.quantile(sums, [1.0 - p.looked_at]), p.digits)
-    standard = np.stack([middle, spread, weight, stranger])
+    gate = _rounded(np.quantile(of_minutiae[~genuine], [1.0 - p.looked_at]), p.digits)
     return ScoreWeights(standard, bias, float(gate[0]), provenance)
+
+
+def _fit(
+    x: NDArray[np.float64],
+    genuine: NDArray[np.bool_],
+    share: NDArray[np.float64],
+    used: NDArray[np.bool_],
+    p: FitParameters,
+) -> tuple[NDArray[np.float64], float]:
+    """Return what is known of each feature, as `ScoreWeights.standard` has it, and the bias."""
+    means = [share[k] @ x[k] / share[k].sum() for k in (genuine, ~genuine)]
+    middle = _rounded((means[0] + means[1]) / 2, p.digits)
+    spread = _rounded(np.sqrt(share @ (x - middle) ** 2 / share.sum()), p.digits)
+    z = np.column_stack([((x - middle) / spread)[:, used], np.ones(len(x))])
+    found = _newton(z, genuine, share, p)
+    weight = np.zeros(len(FEATURES))
+    weight[used] = _rounded(found[:-1], p.digits)
+    stranger = _rounded(means[1], p.digits)
+    return np.stack([middle, spread, weight, stranger]), float(_rounded(found[-1:], p.digits)[0])
+
+
+def _chosen(
+    every: NDArray[np.float64], standard: NDArray[np.float64], bias: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the features of each comparison as the minutiae choose, and the minutiae's sums."""
+    middle, spread, weight, stranger = standard
+    of_minutiae = bias + (np.where(OF_RIDGES, stranger, every) - middle) / spread @ weight
+    of_minutiae = np.where(np.isnan(every[..., 0]), -np.inf, of_minutiae)
+    best = of_minutiae.argmax(axis=1)
+    rows = np.arange(len(every))
+    return every[rows, best], of_minutiae[rows, best]
 
 
 def rates_of(samples: Sequence[ScoreSample], weights: Sequence[ScoreWeights]) -> dict[str, Any]:
@@ -275,7 +315,9 @@ def _sums(
     They are in the order of the similarities, which are those of ``log(1 + e^sum)``.
     """
     middle, spread, weight, _ = weights.standard
-    total = weights.bias + (sample.features - middle) / spread @ weight
+    features, of_minutiae = _chosen(sample.features, weights.standard, weights.bias)
+    total = weights.bias + (features - middle) / spread @ weight
+    total = np.where(of_minutiae > weights.gate, total, of_minutiae)
     least = float(total.min(initial=0.0)) - 1.0
     kinds = (total[sample.genuine], total[~sample.genuine])
     genuine, impostor = (

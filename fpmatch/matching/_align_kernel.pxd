@@ -1,11 +1,11 @@
 # What other kernels may use of this one.
 cdef class LightTable:
     cdef readonly Py_ssize_t size_a, size_b
-    cdef readonly double[:, ::1] a, b, laid, transforms, apart, pull
-    cdef readonly double[::1] reach, weight, rival_weight, support, mass, drift_x, drift_y, nearest
+    cdef readonly double[:, ::1] a, b, laid, transforms, apart, pull, moments
+    cdef readonly double[::1] reach, weight, rival_weight, support, nearest, own_moments
     cdef readonly double[::1] best_weight
     cdef readonly double[:, ::1] best_bent
-    cdef public int pairs
+    cdef public int pairs, best_pairs
     cdef readonly int[::1] partner, paired, rival, chosen, known, best_partner, start, item
     cdef public double c, s, x, y
     cdef readonly double best_c, best_s, best_x, best_y
@@ -18,7 +18,9 @@ cdef class LightTable:
     cpdef int put_a(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
     cpdef int put_b(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
     cdef int _line(self, double place) noexcept nogil
-    cpdef int align(self, int[:, ::1] seeds, Py_ssize_t count) noexcept nogil
+    cpdef int propose(self, int[:, ::1] seeds, Py_ssize_t count) noexcept nogil
+    cpdef double take(self, Py_ssize_t k) noexcept nogil
+    cpdef int keep(self) noexcept nogil
     cpdef int support_of_seeds(self, int[:, ::1] seeds, Py_ssize_t count) noexcept nogil
     cpdef int choose(self, Py_ssize_t count) noexcept nogil
     cpdef double refine(self) noexcept nogil
@@ -27,4 +29,3 @@ cdef class LightTable:
     cpdef double pair(self, Py_ssize_t row) noexcept nogil
     cpdef int fit(self) noexcept nogil
     cdef int _know(self, Py_ssize_t k) noexcept nogil
-    cdef int _keep(self) noexcept nogil

@@ -20,7 +20,9 @@ CELL_PX = cython.declare(cython.double, 16.0)
 MOST_CELLS = cython.declare(cython.int, 32)  # along what the minutiae take up; if need be larger
 MOST_REACHED = cython.declare(cython.int, 6)  # cells in a line within the reach of one minutia
 MARGIN = cython.declare(cython.double, 0.01)  # px, more than rounding does to a cell's border
-STILLNESS = cython.declare(cython.double, 0.3)  # the weight of the belief that skin has not bent
+STILLNESS = cython.declare(cython.double, 0.6)  # the weight of the belief that skin has not bent
+STIFFNESS = cython.declare(cython.double, 800.0)  # px²: of that it bends everywhere alike
+MOMENTS = cython.declare(cython.Py_ssize_t, 12)
 DIRECTION_ARM2 = cython.declare(cython.double, 900.0)  # px²: see `LightTable.fit`
 LEAST_SCALE = cython.declare(cython.double, 0.94)
 MOST_SCALE = cython.declare(cython.double, 1.06)
@@ -51,11 +53,11 @@ class LightTable:
         self.pull = np.empty((size_a, size_a))
         self.known = np.zeros(size_a, np.int32)
         self.reach = np.empty(size_a)
-        self.mass = np.empty(size_a)
-        self.drift_x = np.empty(size_a)
-        self.drift_y = np.empty(size_a)
+        self.moments = np.empty((MOMENTS, size_a))
+        self.own_moments = np.empty(MOMENTS)
         self.nearest = np.empty(size_a)
         self.pairs = 0
+        self.best_pairs = 0
         self.paired = np.empty(size_a, np.int32)
         self.partner = np.full(size_a, -1, np.int32)
         self.weight = np.zeros(size_a)
@@ -196,30 +198,24 @@ class LightTable:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def align(self, seeds: cython.int[:, ::1], count: cython.Py_ssize_t) -> cython.int:
-        """Keep the best alignment that the first `count` seeds lead to; return its pairs.
-
-        Without seeds there is none, and nothing is kept.
-        """
-        k: cython.Py_ssize_t
-        found: cython.Py_ssize_t
-        total: cython.double
-        most: cython.double = -1.0
-        pairs: cython.int = 0
-        if count == 0:
-            return 0
+    def propose(self, seeds: cython.int[:, ::1], count: cython.Py_ssize_t) -> cython.int:
+        """List the candidates that the first `count` seeds lead to; return their number."""
+        self.best_pairs = 0
         self.support_of_seeds(seeds, count)
-        found = self.choose(count)
-        for k in range(found):
-            self.c = self.transforms[self.chosen[k], 0]
-            self.s = self.transforms[self.chosen[k], 1]
-            self.x = self.transforms[self.chosen[k], 2]
-            self.y = self.transforms[self.chosen[k], 3]
-            total = self.refine()
-            if total > most:
-                most = total
-                pairs = self._keep()
-        return pairs
+        return self.choose(count)
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def take(self, k: cython.Py_ssize_t) -> cython.double:
+        """Refine the k-th candidate; return the weight of its pairs."""
+        self.c = self.transforms[self.chosen[k], 0]
+        self.s = self.transforms[self.chosen[k], 1]
+        self.x = self.transforms[self.chosen[k], 2]
+        self.y = self.transforms[self.chosen[k], 3]
+        return self.refine()
 
     @cython.ccall
     @cython.nogil
@@ -347,16 +343,25 @@ class LightTable:
     def bend(self) -> cython.int:
         """Bend print A with the skin, and set the reach of its minutiae.
 
-        Every minutia is displaced by the Gaussian mean of the other pairs' residuals; its reach
+        Every minutia is displaced as the other pairs are: by the residual, where it lies, of the
+        plane fitted to theirs by weighted least squares, the near ones weighing the most. Its reach
         grows with the distance from the nearest other pair.
         """
         i: cython.Py_ssize_t
         k: cython.Py_ssize_t
         p: cython.Py_ssize_t
-        w: cython.double
+        e: cython.Py_ssize_t
         g: cython.double
+        w: cython.double
+        x: cython.double
+        y: cython.double
         rx: cython.double
         ry: cython.double
+        mx: cython.double
+        my: cython.double
+        sxx: cython.double
+        sxy: cython.double
+        syy: cython.double
         n: cython.Py_ssize_t = self.size_a
         near: cython.double = self.bend_near
         spread: cython.double = self.bend_spread
@@ -364,35 +369,59 @@ class LightTable:
         laid: cython.double[:, ::1] = self.laid
         pull: cython.double[:, ::1] = self.pull
         apart: cython.double[:, ::1] = self.apart
-        mass: cython.double[::1] = self.mass
-        drift_x: cython.double[::1] = self.drift_x
-        drift_y: cython.double[::1] = self.drift_y
+        own: cython.double[::1] = self.own_moments
+        m: cython.double[:, ::1] = self.moments
         nearest: cython.double[::1] = self.nearest
         reach: cython.double[::1] = self.reach
+        for e in range(MOMENTS):
+            for i in range(n):
+                m[e, i] = 0.0
         for i in range(n):
-            mass[i] = STILLNESS
-            drift_x[i] = 0.0
-            drift_y[i] = 0.0
             nearest[i] = FAR_AWAY
         for p in range(self.pairs):
             k = self.paired[p]
             if not self.known[k]:
                 self._know(k)
             w = self.weight[k]
-            rx = self.b[0, self.partner[k]] - laid[0, k]
-            ry = self.b[1, self.partner[k]] - laid[1, k]
-            for i in range(n):
-                mass[i] += w * pull[k, i]
-            rx *= w
-            ry *= w
-            for i in range(n):
-                drift_x[i] += pull[k, i] * rx
-                drift_y[i] += pull[k, i] * ry
+            x = laid[0, k]
+            y = laid[1, k]
+            rx = w * (self.b[0, self.partner[k]] - x)
+            ry = w * (self.b[1, self.partner[k]] - y)
+            own[0] = w
+            own[1] = w * x
+            own[2] = w * y
+            own[3] = w * x * x
+            own[4] = w * x * y
+            own[5] = w * y * y
+            own[6] = rx
+            own[7] = rx * x
+            own[8] = rx * y
+            own[9] = ry
+            own[10] = ry * x
+            own[11] = ry * y
+            for e in range(MOMENTS):
+                w = own[e]
+                for i in range(n):
+                    m[e, i] += w * pull[k, i]
             for i in range(n):
                 nearest[i] = apart[k, i] if apart[k, i] < nearest[i] else nearest[i]
         for i in range(n):
-            laid[4, i] = laid[0, i] + drift_x[i] / mass[i]
-            laid[5, i] = laid[1, i] + drift_y[i] / mass[i]
+            # about minutia i
+            x = laid[0, i]
+            y = laid[1, i]
+            mx = m[1, i] - x * m[0, i]
+            my = m[2, i] - y * m[0, i]
+            sxx = m[3, i] - x * (m[1, i] + mx) + STIFFNESS
+            sxy = m[4, i] - x * m[2, i] - y * mx
+            syy = m[5, i] - y * (m[2, i] + my) + STIFFNESS
+            # what is left of mass and residuals once the slopes have taken their part
+            g = 1.0 / (sxx * syy - sxy * sxy)
+            rx = (syy * mx - sxy * my) * g
+            ry = (sxx * my - sxy * mx) * g
+            g = 1.0 / (m[0, i] + STILLNESS - rx * mx - ry * my)
+            w = 1.0 + rx * x + ry * y
+            laid[4, i] = x + (w * m[6, i] - rx * m[7, i] - ry * m[8, i]) * g
+            laid[5, i] = y + (w * m[9, i] - rx * m[10, i] - ry * m[11, i]) * g
             g = near + spread * sqrt(nearest[i])
             reach[i] = g if g < far else far
         return 0
@@ -622,14 +651,15 @@ class LightTable:
         self.y = bmy - self.s * amx - self.c * amy
         return n
 
-    @cython.cfunc
+    @cython.ccall
     @cython.nogil
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def _keep(self) -> cython.int:
+    def keep(self) -> cython.int:
         """Keep the alignment at hand as the best; return the number of its pairs."""
         i: cython.Py_ssize_t
+        self.best_pairs = self.pairs
         self.best_c = self.c
         self.best_s = self.s
         self.best_x = self.x

@@ -1,10 +1,12 @@
 # What other kernels may use of this one.
+from fpmatch.matching._align_kernel cimport LightTable
 from fpmatch.matching._print_kernel cimport Print
 from fpmatch.matching._ridge_kernel cimport RidgeLens
 
 
 cdef class Scales:
     cdef readonly double[::1] evidence, feature
+    cdef double[::1] best
     cdef double[:, ::1] standard
     cdef int[::1] taken
     cdef RidgeLens lens
@@ -14,10 +16,17 @@ cdef class Scales:
         self, Print a, Print b, int[::1] partner, double[:, ::1] bent,
         double c, double s, double x, double y, float[:, ::1] likeness,
     ) noexcept nogil
+    cpdef double lay(
+        self, Print a, Print b, LightTable table, int[:, ::1] seeds, Py_ssize_t count,
+        float[:, ::1] likeness,
+    ) noexcept nogil
+    cdef double _look(
+        self, Print a, Print b, int[::1] partner, double c, double s, double x, double y
+    ) noexcept nogil
     cpdef int describe(self) noexcept nogil
     cdef double _total(self) noexcept nogil
     cdef int _gather(
-        self, Print a, Print b, int[::1] partner, double[:, ::1] bent,
+        self, Print a, Print b, int[::1] partner, double[:, ::1] bent, Py_ssize_t row,
         double c, double s, double x, double y, float[:, ::1] likeness,
     ) noexcept nogil
 

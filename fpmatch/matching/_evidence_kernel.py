@@ -8,12 +8,14 @@ import cython
 import numpy as np
 
 if cython.compiled:
+    from cython.cimports.fpmatch.matching._align_kernel import LightTable
     from cython.cimports.fpmatch.matching._print_kernel import Print
     from cython.cimports.fpmatch.matching._ridge_kernel import RidgeLens
     from cython.cimports.libc.math import exp, log, log1p, sqrt
 else:
     from math import exp, log, log1p, sqrt
 
+    from fpmatch.matching._align_kernel import LightTable
     from fpmatch.matching._print_kernel import Print
     from fpmatch.matching._ridge_kernel import RidgeLens
 
@@ -27,9 +29,9 @@ COMMON = cython.declare(cython.Py_ssize_t, 3)
 OVERLAP = cython.declare(cython.Py_ssize_t, 4)
 RIDGES = cython.declare(cython.Py_ssize_t, 5)
 CELLS = cython.declare(cython.Py_ssize_t, 6)
-ENTRIES = 7
+ENTRIES = cython.declare(cython.Py_ssize_t, 7)
 
-FEATURES = 6
+FEATURES = cython.declare(cython.Py_ssize_t, 6)
 
 # Rows of `standard`:
 MIDDLE = cython.declare(cython.Py_ssize_t, 0)
@@ -50,12 +52,13 @@ class Scales:
 
     def __init__(self, score, ridges, weights, room) -> None:
         self.evidence = np.zeros(ENTRIES)
+        self.best = np.zeros(ENTRIES)
         self.feature = np.zeros(FEATURES)
         self.standard = weights.standard
         self.bias = weights.bias
         self.gate = weights.gate
         self.taken = np.empty(room, np.int32)
-        self.lens = RidgeLens(ridges)
+        self.lens = RidgeLens(ridges, room)
         self.margin = score.margin_px
         self.doubt_pairs = score.doubt_pairs
         self.doubt_cells = score.doubt_cells
@@ -82,9 +85,71 @@ class Scales:
         ``partner[i]`` is the index in B of what minutia i of A is paired with, or -1; `bent` holds
         where it lies. The ridges are looked at only where the minutiae leave a doubt.
         """
+        self._gather(a, b, partner, bent, 0, c, s, x, y, likeness)
+        return self._look(a, b, partner, c, s, x, y)
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def lay(
+        self,
+        a: Print,
+        b: Print,
+        table: LightTable,
+        seeds: cython.int[:, ::1],
+        count: cython.Py_ssize_t,
+        likeness: cython.float[:, ::1],
+    ) -> cython.double:
+        """Lay A on B as the first `count` seeds say; return the weighted sum of the features.
+
+        Of all candidates the table keeps the one that the minutiae speak for the most. Where
+        nothing is paired by any, its `best_pairs` are 0, and so is the sum.
+        """
+        k: cython.Py_ssize_t
+        e: cython.Py_ssize_t
         total: cython.double
-        self._gather(a, b, partner, bent, c, s, x, y, likeness)
-        total = self._total()
+        most: cython.double = 0.0
+        found: cython.Py_ssize_t = table.propose(seeds, count)
+        for k in range(found):
+            table.take(k)
+            if table.pairs == 0:
+                continue
+            self._gather(
+                a, b, table.partner, table.laid, 4, table.c, table.s, table.x, table.y, likeness
+            )
+            total = self._total()
+            if table.best_pairs == 0 or total > most:
+                most = total
+                table.keep()
+                for e in range(ENTRIES):
+                    self.best[e] = self.evidence[e]
+        if table.best_pairs == 0:
+            return 0.0
+        for e in range(ENTRIES):
+            self.evidence[e] = self.best[e]
+        return self._look(
+            a, b, table.best_partner, table.best_c, table.best_s, table.best_x, table.best_y
+        )
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _look(
+        self,
+        a: Print,
+        b: Print,
+        partner: cython.int[::1],
+        c: cython.double,
+        s: cython.double,
+        x: cython.double,
+        y: cython.double,
+    ) -> cython.double:
+        """Return the weighted sum, once the ridges were looked at, if it passes the gate."""
+        total: cython.double = self._total()
         if total > self.gate and self.lens.compare(a, b, partner, c, s, x, y) > 0:
             self.evidence[RIDGES] = self.lens.correlation
             self.evidence[CELLS] = self.lens.cells
@@ -144,13 +209,17 @@ class Scales:
         b: Print,
         partner: cython.int[::1],
         bent: cython.double[:, ::1],
+        row: cython.Py_ssize_t,
         c: cython.double,
         s: cython.double,
         x: cython.double,
         y: cython.double,
         likeness: cython.float[:, ::1],
     ) -> cython.int:
-        """Gather what the minutiae say; nothing yet of the ridges."""
+        """Gather what the minutiae say; nothing yet of the ridges.
+
+        Those of A lie where rows `row` and ``row + 1`` of `bent` say.
+        """
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
         pairs: cython.double = 0.0
@@ -174,9 +243,9 @@ class Scales:
                 common += 1.0
                 local += cython.cast(cython.double, likeness[i, j])
                 self.taken[j] = 1
-            elif b.holds(bent[0, i], bent[1, i]):
+            elif b.holds(bent[row, i], bent[row + 1, i]):
                 common += 1.0
-                if b.surrounds(bent[0, i], bent[1, i], self.margin):
+                if b.surrounds(bent[row, i], bent[row + 1, i], self.margin):
                     unpaired += a.quality[i] * a.quality[i]
         for j in range(b.size):
             if self.taken[j]:
@@ -225,24 +294,29 @@ def common_cells(
     column: cython.int
     place: cython.Py_ssize_t = a.cell_at
     other: cython.Py_ssize_t
-    ax: cython.double
-    ay: cython.double
     bx: cython.double
     by: cython.double
-    cells: cython.double = 0.0
-    per_px: cython.double = 1.0 / b.step
+    # of cells of B: a step of A to the right, and the middle of the first cell of a row
+    right: cython.double = c * a.step * b.per_px
+    down: cython.double = s * a.step * b.per_px
+    first_x: cython.double
+    first_y: cython.double
+    columns: cython.double = b.columns
+    rows: cython.double = b.rows
+    cells: cython.int = 0
     for row in range(a.rows):
-        ay = -(a.first_row + row + 0.5) * a.step
+        first_x = x * b.per_px + right * (a.first_column + 0.5) - b.first_column
+        first_x += down * (a.first_row + row + 0.5)
+        first_y = right * (a.first_row + row + 0.5) - b.first_row
+        first_y -= y * b.per_px + down * (a.first_column + 0.5)
         for column in range(a.columns):
             if a.cell[place] != 0:
-                ax = (a.first_column + column + 0.5) * a.step
-                bx = (x + c * ax - s * ay) * per_px - b.first_column
-                by = -(y + s * ax + c * ay) * per_px - b.first_row
-                if 0.0 <= bx < b.columns and 0.0 <= by < b.rows:
+                bx = first_x + column * right
+                by = first_y - column * down
+                if 0.0 <= bx < columns and 0.0 <= by < rows:
                     other = cython.cast(cython.Py_ssize_t, by) * b.columns
                     other += cython.cast(cython.Py_ssize_t, bx)
-                    if b.cell[b.cell_at + other] != 0:
-                        cells += 1.0
+                    cells += b.cell[b.cell_at + other] != 0
             place += 1
     return cells
 

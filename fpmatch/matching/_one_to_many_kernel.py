@@ -143,18 +143,5 @@ class OneToMany:
     @cython.exceptval(check=False)
     def _laid(self, a: Print, b: Print, table: LightTable, seeds: cython.int) -> cython.double:
         """Return the similarity of two prints, A laid on B from so many seeds."""
-        if table.align(self.seeds, seeds) == 0:
-            return 0.0
-        return as_similarity(
-            self.scales.weigh(
-                a,
-                b,
-                table.best_partner,
-                table.best_bent,
-                table.best_c,
-                table.best_s,
-                table.best_x,
-                table.best_y,
-                self.likeness,
-            )
-        )
+        total: cython.double = self.scales.lay(a, b, table, self.seeds, seeds, self.likeness)
+        return as_similarity(total) if table.best_pairs > 0 else 0.0

@@ -12,7 +12,7 @@ cdef class Print:
     cdef const unsigned long long[::1] ridges
     cdef Py_ssize_t cell_at
     cdef int rows, columns, first_row, first_column, inside
-    cdef double step
+    cdef double step, per_px
     cdef bint has_flow, has_ridges
 
     cdef bint holds(self, double x, double y) noexcept nogil

@@ -43,6 +43,7 @@ class Print:
         self.first_column = 0
         self.inside = 0
         self.step = 1.0
+        self.per_px = 1.0
         self.has_flow = False
         self.has_ridges = False
 
@@ -59,6 +60,7 @@ class Print:
         self.first_row = first_row
         self.first_column = first_column
         self.step = step
+        self.per_px = 1.0 / step
         self.inside = inside
         self.has_flow = has_flow
 
@@ -70,8 +72,8 @@ class Print:
     @cython.exceptval(check=False)
     def holds(self, x: cython.double, y: cython.double) -> cython.bint:
         """Tell whether a place lies in the region."""
-        x = x / self.step - self.first_column
-        y = -y / self.step - self.first_row
+        x = x * self.per_px - self.first_column
+        y = -y * self.per_px - self.first_row
         if not (0.0 <= x < self.columns and 0.0 <= y < self.rows):
             return False
         return (
@@ -193,6 +195,7 @@ class PackedPrints:
         into.first_row = self.shape[k, 2]
         into.first_column = self.shape[k, 3]
         into.step = self.step[k]
+        into.per_px = 1.0 / into.step
         into.inside = self.inside[k]
         into.has_flow = self.has_flow[k]
         into.has_ridges = self.has_ridges[k]

@@ -6,15 +6,21 @@ cdef class RidgeLens:
     cdef readonly double correlation
     cdef readonly int cells
     cdef double per_bend2, stillness
-    cdef const unsigned long long[::1] lanes
-    cdef unsigned long long[:, ::1] agreeing
+    cdef const unsigned long long[::1] spread, kept
+    cdef const int[::1] sample_row, sample_column
+    cdef double[:, ::1] offset, pair
+    cdef Py_ssize_t pairs
+    cdef unsigned long long[::1] picture
+    cdef unsigned long long[:, ::1] agreeing, wide
     cdef unsigned char[::1] both
-    cdef double[:, ::1] drift
     cdef double c, s, x, y
 
     cpdef int compare(
         self, Print a, Print b, int[::1] partner, double c, double s, double x, double y
     ) noexcept nogil
-    cdef int _follow_pairs(self, Print a, Print b, int[::1] partner) noexcept nogil
-    cdef int _count(self, Print a, Print b, int row, int column) noexcept nogil
-    cdef double _settle(self, Print a, int row, int column) noexcept nogil
+    cdef int _gather(self, Print a, Print b, int[::1] partner) noexcept nogil
+    cdef int _count_block(self, Print a, Print b, int top, int left) noexcept nogil
+    cdef int _count(
+        self, Print a, Print b, int row, int column, double x, double y
+    ) noexcept nogil
+    cdef double _settle(self, Py_ssize_t own, Py_ssize_t wide) noexcept nogil

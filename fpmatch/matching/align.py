@@ -83,17 +83,54 @@ def at_rest(a: NDArray[np.float64]) -> Alignment:
     return Alignment(np.array([1.0, 0.0, 0.0, 0.0]), np.arange(n, dtype=np.int32), np.ones(n), a)
 
 
-def align(
+def light_table(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    parameters: AlignmentParameters | None = None,
+    seeds: int = 0,
+) -> kernel.LightTable:
+    """Return a table on which print A is laid over print B.
+
+    Parameters
+    ----------
+    a, b : ndarray of float64, shapes (4, N) and (4, M)
+        x and y in pixels at 500 dpi, y pointing up, and the unit vector of the direction.
+    parameters : AlignmentParameters, optional
+        Reaches and rounds.
+    seeds : int
+        The most seeds there is to be room for.
+
+    Returns
+    -------
+    LightTable
+        For one thread.
+    """
+    table = kernel.LightTable(a.shape[1], b.shape[1], seeds, parameters or AlignmentParameters())
+    table.put_a(a, a.shape[1])
+    table.put_b(b, b.shape[1])
+    return table
+
+
+def kept(table: kernel.LightTable) -> Alignment:
+    """Return the alignment that a table has kept."""
+    return Alignment(
+        np.array([table.best_c, table.best_s, table.best_x, table.best_y]),
+        np.array(table.best_partner),
+        np.array(table.best_weight),
+        np.array(table.best_bent),
+    )
+
+
+def candidates(
     a: NDArray[np.float64],
     b: NDArray[np.float64],
     seeds: NDArray[np.int32],
     parameters: AlignmentParameters | None = None,
-) -> Alignment | None:
-    """Find the alignment under which the most minutiae fit, starting from pairs that look alike.
+) -> list[Alignment]:
+    """Lay print A on print B in the ways that pairs of minutiae that look alike propose.
 
     Every seed proposes a transform; those with the most support are refitted and re-paired in
-    turn, at first as a similarity transform, then bending smoothly with the skin; the one with the
-    heaviest pairs is kept.
+    turn, at first as a similarity transform, then bending smoothly with the skin.
 
     Parameters
     ----------
@@ -106,20 +143,15 @@ def align(
 
     Returns
     -------
-    Alignment or None
-        None where there is no seed.
+    list of Alignment
+        Those under which anything is paired; the one of most support first.
     """
-    p = parameters or AlignmentParameters()
     if not len(seeds):
-        return None
-    n = a.shape[1]
-    table = kernel.LightTable(n, b.shape[1], len(seeds), p)
-    table.put_a(a, n)
-    table.put_b(b, b.shape[1])
-    table.align(seeds, len(seeds))
-    return Alignment(
-        np.array([table.best_c, table.best_s, table.best_x, table.best_y]),
-        np.asarray(table.best_partner),
-        np.asarray(table.best_weight),
-        np.asarray(table.best_bent),
-    )
+        return []
+    table = light_table(a, b, parameters, len(seeds))
+    found = []
+    for k in range(table.propose(seeds, len(seeds))):
+        table.take(k)
+        if table.keep() > 0:
+            found.append(kept(table))
+    return found

@@ -66,7 +66,7 @@ def ridge_correlation(
     >>> ridge_correlation(bare, bare, at_rest(bare.points))
     (0.0, 0)
     """
-    lens = RidgeLens(parameters or RidgeParameters())
+    lens = RidgeLens(parameters or RidgeParameters(), len(a))
     c, s, x, y = alignment.transform.tolist()
     cells = lens.compare(a.for_kernels(), b.for_kernels(), alignment.partner, c, s, x, y)
     return lens.correlation, cells

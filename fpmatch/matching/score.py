@@ -228,6 +228,11 @@ def gather_evidence(
         *alignment.transform.tolist(),
         likeness,
     )
+    return evidence_on(used, total)
+
+
+def evidence_on(used: kernel.Scales, total: float) -> Evidence:
+    """Return what was weighed last, and came to `total`."""
     pairs, local, unpaired, common, overlap, correlation, cells = np.asarray(used.evidence).tolist()
     return Evidence(
         pairs=int(pairs),
@@ -238,5 +243,5 @@ def gather_evidence(
         ridges=correlation,
         cells=int(cells),
         features=np.array(used.feature),
-        total=float(total),
+        total=total,
     )

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.align import align, at_rest
+from fpmatch.matching.align import at_rest, kept, light_table
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.one_to_many import MIN_MINUTIAE, similarities
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.score import gather_evidence
+from fpmatch.matching.score import evidence_on, gather_evidence, scales
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -126,12 +126,14 @@ def lay(
         None where nothing of them is alike.
     """
     likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    same = a.key == b.key  # neither comes first, and only lying still is its own inverse
+    used = scales(len(b)) if on is None else on
+    if a.key == b.key:  # neither comes first, and only lying still is its own inverse
+        alignment = at_rest(a.points)
+        return alignment, gather_evidence(a, b, alignment, likeness, used)
     seeds = most_alike(likeness)
-    alignment = at_rest(a.points) if same else align(a.points, b.points, seeds)
-    if alignment is None or not (alignment.partner >= 0).any():
-        return None
-    return alignment, gather_evidence(a, b, alignment, likeness, on)
+    table = light_table(a.points, b.points, seeds=len(seeds))
+    total = used.lay(a.for_kernels(), b.for_kernels(), table, seeds, len(seeds), likeness)
+    return (kept(table), evidence_on(used, total)) if table.best_pairs else None
 
 
 def _comparison(

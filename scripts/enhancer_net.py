@@ -1,7 +1,7 @@
 """The network that enhances ridges: its layers, and how it learns them.
 
-A small U-Net of plain convolutions. It works at half resolution and below, where a ridge period is
-still four pixels, and hands out four values for each place of half resolution, one a pixel.
+A small U-Net of plain convolutions. It takes four by four pixels as the channels of one place, so
+that it works at a quarter of the resolution and below, and hands out as many.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import numpy as np
 import torch
 from enhancer_data import STEPS_OF_TARGET, STEPS_PER_UNIT
 from torch import nn
+
+from fpmatch.image.ridge_network import PATCH_PX
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,34 +39,33 @@ class LearningParameters:
     warm_up_steps: int = 300
     decay: float = 1e-4
     averaged: float = 0.998  # share of the running mean of the weights that a step keeps
-    channels: tuple[int, int, int, int] = (16, 32, 48, 64)
+    channels: tuple[int, int, int] = (32, 48, 64)
 
 
 class RidgeNet(nn.Module):
-    """Turn normalised pictures (B, 1, H, W) into logits (B, 4, H/2, W/2); sides multiples of 16."""
+    """Turn normalised pictures (B, 16, H/4, W/4) into logits of that shape.
 
-    def __init__(self, channels: tuple[int, int, int, int]) -> None:
+    The sides H and W of the pictures are multiples of 16.
+    """
+
+    def __init__(self, channels: tuple[int, int, int]) -> None:
         super().__init__()
-        a, b, c, d = channels
-        self.at_two = nn.Sequential(_layer(1, a, size=5, stride=2), _layer(a, a))
-        self.at_four = nn.Sequential(_layer(a, b, stride=2), _layer(b, b))
-        self.at_eight = nn.Sequential(_layer(b, c, stride=2), _layer(c, c), _layer(c, c))
-        self.at_sixteen = nn.Sequential(_layer(c, d, stride=2), _layer(d, d), _layer(d, d))
-        self.to_eighth, self.back_at_eight = nn.Conv2d(d, c, 1), _layer(c, c)
-        self.to_quarter, self.back_at_four = nn.Conv2d(c, b, 1), _layer(b, b)
-        self.to_half, self.back_at_two = nn.Conv2d(b, a, 1), _layer(a, a)
-        self.out = nn.Conv2d(a, 4, 3, padding=1)
+        a, b, c = channels
+        self.at_four = _layer(PATCH_PX**2, a)
+        self.at_eight = nn.Sequential(_layer(a, b, stride=2), _layer(b, b))
+        self.at_sixteen = nn.Sequential(_layer(b, c, stride=2), _layer(c, c), _layer(c, c))
+        self.to_eighth, self.back_at_eight = nn.Conv2d(c, b, 1), _layer(b, b)
+        self.to_quarter, self.back_at_four = nn.Conv2d(b, a, 1), _layer(a, a)
+        self.out = nn.Conv2d(a, PATCH_PX**2, 3, padding=1)
 
-    def forward(self, pixels: torch.Tensor) -> torch.Tensor:
+    def forward(self, patches: torch.Tensor) -> torch.Tensor:
         """Return the logits."""
-        half = self.at_two(pixels)
-        quarter = self.at_four(half)
+        quarter = self.at_four(patches)
         eighth = self.at_eight(quarter)
         sixteenth = self.at_sixteen(eighth)
         eighth = self.back_at_eight(torch.relu(eighth + _doubled(self.to_eighth(sixteenth))))
         quarter = self.back_at_four(torch.relu(quarter + _doubled(self.to_quarter(eighth))))
-        half = self.back_at_two(torch.relu(half + _doubled(self.to_half(quarter))))
-        logits: torch.Tensor = self.out(half)
+        logits: torch.Tensor = self.out(quarter)
         return logits
 
 
@@ -89,7 +90,8 @@ def learn(
     running = 0.0
     for step in range(1, p.steps + 1):
         pixels, target, weight = _batch(pairs, rng, p)
-        logits = nn.functional.pixel_shuffle(net(pixels), 2)
+        patches = nn.functional.pixel_unshuffle(pixels, PATCH_PX).contiguous()
+        logits = nn.functional.pixel_shuffle(net(patches), PATCH_PX)
         losses = nn.functional.binary_cross_entropy_with_logits(logits, target, weight)
         optimiser.zero_grad(set_to_none=True)
         losses.backward()
@@ -106,7 +108,7 @@ def learn(
 
 def write_network(net: RidgeNet, path: Path) -> None:
     """Write a network as ONNX, for pictures of any size."""
-    example = torch.zeros(1, 1, 64, 64)
+    example = torch.zeros(1, PATCH_PX**2, 16, 16)
     torch.onnx.export(
         net.eval(),
         (example,),
@@ -114,7 +116,7 @@ def write_network(net: RidgeNet, path: Path) -> None:
         opset_version=11,
         input_names=["normalised"],
         output_names=["logits"],
-        dynamic_axes={"normalised": {2: "h", 3: "w"}, "logits": {2: "h2", 3: "w2"}},
+        dynamic_axes={name: {2: "h", 3: "w"} for name in ("normalised", "logits")},
         dynamo=False,
     )
 
@@ -165,8 +167,8 @@ def _cut(
     return np.column_stack([turn, np.array([x, y]) - turn @ [middle, middle]])
 
 
-def _layer(before: int, after: int, *, size: int = 3, stride: int = 1) -> nn.Sequential:
-    return nn.Sequential(nn.Conv2d(before, after, size, stride, size // 2), nn.ReLU(inplace=True))
+def _layer(before: int, after: int, *, stride: int = 1) -> nn.Sequential:
+    return nn.Sequential(nn.Conv2d(before, after, 3, stride, 1), nn.ReLU(inplace=True))
 
 
 def _doubled(values: torch.Tensor) -> torch.Tensor:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 NETWORK_FILE: Final = Path(__file__).with_name("ridge_network.onnx")
-NETWORK_SHA256: Final = "cff0da86dbb0730cf42dac70020c704e3618df6f42faf78fde91b34d5b6bf6be"
+NETWORK_SHA256: Final = "afb55ed31ea9b51a12ab0044e125623efeb70d38db7bb28c6d17f9794ce48f1a"
+PATCH_PX: Final = 4  # side of what is one place to the network
 SIDE_STEP_PX: Final = 16  # sides of what the network takes are multiples of this
 _own = threading.local()  # a network of OpenCV serves one thread
 
@@ -59,14 +60,27 @@ def enhance_by_network(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
     """
     height, width = pixels.shape
     rows, columns = (-(-side // SIDE_STEP_PX) * SIDE_STEP_PX for side in (height, width))
-    padded = np.zeros((1, 1, rows, columns), np.float32)
-    padded[0, 0, :height, :width] = pixels
+    padded = np.zeros((rows, columns), np.float32)
+    padded[:height, :width] = pixels
     network = _network()
-    network.setInput(padded)
-    logits = network.forward()[0]
-    of_pixels = logits.reshape(2, 2, rows // 2, columns // 2).transpose(2, 0, 3, 1)
-    ridges = np.tanh(0.5 * of_pixels.reshape(rows, columns)[:height, :width])
+    network.setInput(_to_channels(padded))
+    logits = _from_channels(np.asarray(network.forward(), np.float32))
+    ridges = np.tanh(0.5 * logits[:height, :width])
     return np.ascontiguousarray(ridges, np.float32)
+
+
+def _to_channels(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return pixels (H, W) as channels (1, 16, H/4, W/4), one for each place in 4 by 4 of them."""
+    rows, columns = (side // PATCH_PX for side in pixels.shape)
+    patches = pixels.reshape(rows, PATCH_PX, columns, PATCH_PX).transpose(1, 3, 0, 2)
+    return np.ascontiguousarray(patches.reshape(1, PATCH_PX**2, rows, columns))
+
+
+def _from_channels(channels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Undo `_to_channels`."""
+    rows, columns = channels.shape[2:]
+    patches = channels.reshape(PATCH_PX, PATCH_PX, rows, columns).transpose(2, 0, 3, 1)
+    return np.ascontiguousarray(patches.reshape(PATCH_PX * rows, PATCH_PX * columns))
 
 
 def _network() -> cv2.dnn.Net:

@@ -164,8 +164,8 @@ class RidgeLens:
                 self.pair[3, self.pairs] = b.points[1, j] - (self.s * px + self.c * py + self.y)
                 self.pairs += 1
         for k in range(self.sample_row.shape[0]):
-            px = (self.sample_column[k] - 3.5) * bit
-            py = -(self.sample_row[k] - 3.5) * bit
+            px = (cython.cast(cython.double, self.sample_column[k]) - 3.5) * bit
+            py = -(cython.cast(cython.double, self.sample_row[k]) - 3.5) * bit
             self.offset[0, k] = (self.c * px - self.s * py) * per_bit
             self.offset[1, k] = -(self.s * px + self.c * py) * per_bit
         return 0
@@ -290,7 +290,9 @@ class RidgeLens:
                 ) & ALL
                 kept = cython.cast(cython.ulonglong, self.kept[u])
                 near = ((near >> u) & kept) | (((far << (SIDE - u)) & ALL) & (kept ^ ALL))
-            if not ridges >> (SIDE * self.sample_row[k] + self.sample_column[k]) & 1:
+            down = SIDE * cython.cast(cython.int, self.sample_row[k])
+            down += cython.cast(cython.int, self.sample_column[k])
+            if not (ridges >> down) & 1:
                 near ^= ALL
             far = ones & near
             ones ^= near

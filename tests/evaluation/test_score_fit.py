@@ -11,27 +11,33 @@ import pytest
 from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.score_fit import (
+    OF_RIDGES,
     FitParameters,
     ScoreSample,
     fit_weights,
     rates_of,
     sample_of,
 )
+from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.matchers.unit_circle import MATCHER, lay
 from fpmatch.matching.score import FEATURES, ScoreWeights, scales
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 N = len(FEATURES)
+WAYS = AlignmentParameters().candidates
 EVEN = FitParameters(impostor_weight=1.0, lost_share=0.0, ridge=1e-9)
 
 
 def sample(seed: int, count: int = 4000, apart: float = 2.0, lost: int = 0) -> ScoreSample:
-    """Return features of unit spread whose kinds lie `apart` in the first; the rest are noise."""
+    """Return features of unit spread whose kinds lie `apart` in the first; the rest are noise.
+
+    There is but one way to lay two prints on one another.
+    """
     rng = np.random.default_rng(seed)
     x = rng.normal(size=(2 * count + lost, N))
     genuine = np.arange(2 * count + lost) >= count
     x[count : 2 * count, 0] += apart
-    return ScoreSample(f"set {seed}", x, genuine, (0, 0))
+    return ScoreSample(f"set {seed}", x[:, None], genuine, (0, 0))
 
 
 def raw_weights(samples: list[ScoreSample], parameters: FitParameters) -> np.ndarray:
@@ -86,7 +92,7 @@ def test_rates_are_those_of_the_weighted_sums() -> None:
 
 
 def impostors_of(samples: list[ScoreSample]) -> np.ndarray:
-    return np.concatenate([one.features[~one.genuine] for one in samples])
+    return np.concatenate([one.features[~one.genuine, 0] for one in samples])
 
 
 def test_strangers_are_the_means_of_impostors() -> None:
@@ -94,9 +100,9 @@ def test_strangers_are_the_means_of_impostors() -> None:
     small, large = sample(1, count=200), sample(2, count=4000)
     small.features[~small.genuine] += 3.0
     middle, _, _, stranger = fit_weights([small, large]).standard
-    means = [one.features[~one.genuine].mean(axis=0) for one in (small, large)]
+    means = [one.features[~one.genuine, 0].mean(axis=0) for one in (small, large)]
     assert stranger == pytest.approx((means[0] + means[1]) / 2, rel=1e-5)
-    genuine = [one.features[one.genuine].mean(axis=0) for one in (small, large)]
+    genuine = [one.features[one.genuine, 0].mean(axis=0) for one in (small, large)]
     assert middle == pytest.approx((stranger + (genuine[0] + genuine[1]) / 2) / 2, rel=1e-4)
 
 
@@ -105,7 +111,7 @@ def test_the_gate_lets_through_the_asked_share_of_strangers(looked_at: float) ->
     """By the sums that they have while their ridges count as those of strangers."""
     samples = [sample(1), sample(2)]
     for one in samples:
-        one.features[one.genuine, 4] += 2.0  # so that ridges have a weight
+        one.features[one.genuine, 0, 4] += 2.0  # so that ridges have a weight
     weights = fit_weights(samples, parameters=FitParameters(looked_at=looked_at))
     middle, spread, weight, stranger = weights.standard
     assert weight[4] > 1.0
@@ -150,7 +156,7 @@ def test_a_sample_is_all_comparisons_of_a_database(tmp_path: Path) -> None:
     every = FitParameters(every_impostor=1)
     found = sample_of(two_fingers(tmp_path), every)
     assert found.name == "two"
-    assert found.features.shape == (len(found.genuine), N)
+    assert found.features.shape == (len(found.genuine), WAYS, N)
     assert found.genuine.sum() + found.nothing[0] == 2
     assert (~found.genuine).sum() + found.nothing[1] == 4
     assert found.nothing[0] >= 1
@@ -164,13 +170,13 @@ def test_of_so_many_impostors_one_is_taken(tmp_path: Path, every: int, taken: in
     found = sample_of(two_fingers(tmp_path, 3, lost=False), parameters)
     assert found.genuine.sum() + found.nothing[0] == 6
     assert (~found.genuine).sum() + found.nothing[1] == taken
-    assert found.features.shape == (len(found.genuine), N)
+    assert found.features.shape == (len(found.genuine), WAYS, N)
 
 
 def test_a_sample_of_nothing_has_no_features(tmp_path: Path) -> None:
     nothing = ExtractedSet(two_fingers(tmp_path).dataset, (Extraction(None, "no ridges", 0.0),) * 4)
     found = sample_of(nothing, FitParameters(every_impostor=1))
-    assert found.features.shape == (0, N)
+    assert found.features.shape == (0, WAYS, N)
     assert found.nothing == (2, 4)
 
 
@@ -185,8 +191,9 @@ def test_ridges_are_looked_at_whatever_the_minutiae_say(tmp_path: Path) -> None:
     extracted = two_fingers(tmp_path, 3, lost=False)
     found = sample_of(extracted)
     ridges, area = (FEATURES.index(name) for name in ("ridges", "area of the ridges"))
-    assert (found.features[:, ridges] > -1.0).all()
-    assert (found.features[:, area] > np.log(10)).all()
+    first = found.features[:, 0]
+    assert (first[:, ridges] > -1.0).all()
+    assert (first[:, area] > np.log(10)).all()
 
 
 def test_features_are_those_that_the_matcher_weighs(tmp_path: Path) -> None:
@@ -204,4 +211,30 @@ def test_features_are_those_that_the_matcher_weighs(tmp_path: Path) -> None:
             totals += [laid[1].total] if laid else []
     assert len(totals) > 6
     sums = 2.0 + found.features @ (np.arange(N) + 1.0)
-    assert sorted(sums) == pytest.approx(sorted(totals))
+    of_minutiae = np.where(np.isnan(sums), -np.inf, found.features[..., :4] @ np.arange(1.0, 5.0))
+    chosen = sums[np.arange(len(sums)), of_minutiae.argmax(axis=1)]
+    assert sorted(chosen) == pytest.approx(sorted(totals))
+
+
+def test_of_several_ways_that_counts_for_which_the_minutiae_speak_the_most() -> None:
+    """Of a second way that is a stranger's in all but its ridges nothing is learned."""
+    plain = sample(1, count=500)
+    strangers = plain.features - 50.0 * np.eye(N)[0]
+    strangers[..., OF_RIDGES] += 100.0
+    either = replace(plain, features=np.concatenate([strangers, plain.features], axis=1))
+    missing = replace(plain, features=np.concatenate([plain.features, np.nan * strangers], axis=1))
+    expected = fit_weights([plain])
+    assert fit_weights([missing]).as_json() == expected.as_json()
+    found = fit_weights([either], parameters=FitParameters(turns=8))
+    assert found.standard[2, 0] > 0
+    assert rates_of([either], [expected]) == rates_of([plain], [expected])
+
+
+def test_below_the_gate_ridges_do_not_count() -> None:
+    samples = [sample(1, count=500)]
+    weights = fit_weights(samples)
+    shut = replace(weights, gate=np.inf)
+    told = replace(samples[0], features=samples[0].features.copy())
+    told.features[told.genuine, 0, 4] += 1e5 * np.sign(weights.standard[2, 4])
+    assert rates_of([told], [shut]) == rates_of(samples, [shut])
+    assert rates_of([told], [replace(weights, gate=-np.inf)])["mean"]["eer"] == 0.0

@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from fpmatch.matching import _local_kernel
+from fpmatch.matching.align import Alignment, AlignmentParameters, candidates
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
 
@@ -153,3 +154,11 @@ def templates(draw: st.DrawFn) -> Template:
     )
     dpi = draw(st.sampled_from([100.0, 500.0, 569.0, 1000.0, 4000.0]) | st.floats(100, 4000))
     return Template(minutiae, 400, 400, dpi, draw(st.none() | fields()))
+
+
+def heaviest(
+    a: Points, b: Points, chosen: NDArray[np.int32], parameters: AlignmentParameters | None = None
+) -> Alignment | None:
+    """Return the candidate whose pairs fit best, or None where nothing is paired."""
+    found = candidates(a, b, chosen, parameters)
+    return max(found, key=lambda alignment: float(alignment.weight.sum()), default=None)

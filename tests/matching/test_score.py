@@ -17,6 +17,7 @@ from matching_prints import (
     COMPILED,
     Points,
     even_field,
+    heaviest,
     jittered,
     moved,
     seeds,
@@ -29,7 +30,7 @@ from matching_weights import ALWAYS, NEVER, print_for, some_weights, weighing
 from numpy.typing import NDArray
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.align import Alignment, align, at_rest
+from fpmatch.matching.align import Alignment, at_rest
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
 from fpmatch.matching.ridges import RidgeParameters, ridge_correlation
@@ -321,7 +322,7 @@ def test_overlap_is_a_share_of_area_whatever_the_cells(steps: tuple[float, float
 def test_evidence_is_within_its_bounds(probe: Template, reference: Template) -> None:
     a, b = prepare(probe), prepare(reference)
     likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    alignment = align(a.points, b.points, most_alike(likeness))
+    alignment = heaviest(a.points, b.points, most_alike(likeness))
     if alignment is None:
         assert not likeness.any()
         return

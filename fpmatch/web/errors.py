@@ -25,6 +25,12 @@ class ConflictError(RequestError):
     status = 409
 
 
+class TooLargeError(RequestError):
+    """A file is larger than the server takes."""
+
+    status = 413
+
+
 class TooLongError(RequestError):
     """The work took longer than a request may."""
 

@@ -12,12 +12,17 @@ from fpmatch.web import models, pair, search
 from fpmatch.web.errors import RequestError
 from fpmatch.web.requests import (
     ERRORS,
+    MEDIA,
+    PICTURE,
     Dpi,
     Matcher,
     Options,
+    PictureFormat,
     PrintFile,
     ServerSettings,
+    SideBySide,
     Workers,
+    download,
     read_upload,
 )
 
@@ -45,7 +50,7 @@ async def identify(
     threshold: Annotated[float, Form(description="Score that they must reach")] = 0.0,
 ) -> models.Identified:
     """Return what `fpmatch identify --transform --json` prints of one probe."""
-    upload = await read_upload(probe, "probe")
+    upload = await read_upload(probe, "probe", settings)
     document = await pool.run(
         request,
         search.identify_print,
@@ -70,10 +75,42 @@ async def compare_enrolled(
     options: Options,
 ) -> models.Shown:
     """Return what `/compare` does; of the enrolled print there is what its template keeps."""
-    upload = await read_upload(probe, "probe")
+    upload = await read_upload(probe, "probe", settings)
     enrolled = pair.Enrolled(str(settings.gallery), number)
     document = await pool.run(request, pair.show_pair, upload, enrolled, options, settings.limits)
     return models.Shown(**document)
+
+
+@router.post(
+    "/gallery/{number}/overlay",
+    summary="Draw a probe, moved, over one enrolled print",
+    response_class=Response,
+    responses=PICTURE,
+)
+async def overlay_enrolled(
+    request: Request,
+    pool: Workers,
+    settings: ServerSettings,
+    number: int,
+    probe: PrintFile,
+    options: Options,
+    file_format: PictureFormat = "png",
+    side_by_side: SideBySide = False,
+) -> Response:
+    """Return the picture that `/overlay` returns."""
+    upload = await read_upload(probe, "probe", settings)
+    enrolled = pair.Enrolled(str(settings.gallery), number)
+    content = await pool.run(
+        request,
+        pair.draw_pair,
+        upload,
+        enrolled,
+        options,
+        settings.limits,
+        file_format,
+        side_by_side,
+    )
+    return download(content, f"overlay.{file_format}", MEDIA[file_format])
 
 
 @router.post("/enrol", summary="Enrol one print", status_code=201)
@@ -92,7 +129,7 @@ async def enrol(
 
     Without a subject, the name of the file must tell whose it is.
     """
-    upload = await read_upload(image, "image")
+    upload = await read_upload(image, "image", settings)
     if not subject and (finger or impression):
         raise RequestError("subject: say whose print it is, or leave out finger and impression")
     label = Label(subject.strip(), finger.strip(), impression.strip()) if subject else None

@@ -16,12 +16,14 @@ from fpmatch.drawing.overlay import overlay_file
 from fpmatch.drawing.page import Print, ink_of
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
 from fpmatch.drawing.placement import zoomed
+from fpmatch.errors import GalleryError
 from fpmatch.matching.calibration import fmr_to_score
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
 from fpmatch.report import as_dict, as_rows
 from fpmatch.scale import find_scale
-from fpmatch.web.errors import RequestError
+from fpmatch.web.errors import NotFoundError, RequestError
+from fpmatch.web.place import opened_gallery
 from fpmatch.web.prints import GivenPrint, of_template, open_upload
 from fpmatch.web.upload import Upload
 
@@ -265,10 +267,13 @@ def _opened(upload: Upload, dpi: float | None, options: PairOptions, limits: Lim
 
 
 def _from_gallery(enrolled: Enrolled) -> GivenPrint:
-    from fpmatch.gallery.gallery import open_gallery  # noqa: PLC0415
-
-    with open_gallery(enrolled.gallery) as gallery:
-        entry = gallery.entry(enrolled.number)
+    with opened_gallery(enrolled.gallery) as gallery:
+        try:
+            entry = gallery.entry(enrolled.number)
+        except GalleryError as error:
+            raise NotFoundError(
+                f"no print is enrolled under the number {enrolled.number}"
+            ) from error
         template = gallery.template(enrolled.number)
     return of_template(str(entry.label), template)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Final, Literal, cast
 
-from fastapi import Depends, File, Form, Request, UploadFile
+from fastapi import Depends, File, Form, Request, Response, UploadFile
 
 from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.web.errors import TooLargeError
 from fpmatch.web.models import Error
 from fpmatch.web.pair import PairOptions
 from fpmatch.web.pool import Pool
@@ -22,10 +23,19 @@ ERRORS: dict[int | str, dict[str, Any]] = {
     504: {"model": Error, "description": "It took too long and was stopped"},
 }
 
+MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
+FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
+PICTURE: dict[int | str, dict[str, Any]] = {
+    200: {"content": {media: {} for media in MEDIA.values()}}
+}
+
 PrintFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
 Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default what the file says")]
 Matcher = Annotated[str, Form(description="Name of the matcher")]
 Enhance = Annotated[Literal["learned", "filters"], Form(description="How ridges are found")]
+
+PictureFormat = Annotated[Literal["png", "svg"], Form(alias="format")]
+SideBySide = Annotated[bool, Form(description="Set the prints beside each other")]
 
 
 async def _settings(request: Request) -> Settings:
@@ -53,6 +63,21 @@ Workers = Annotated[Pool, Depends(_pool)]
 Options = Annotated[PairOptions, Depends(_pair_options)]
 
 
-async def read_upload(file: UploadFile, role: str) -> Upload:
-    """Return the bytes of an uploaded file; `role` is its name where it has none to show."""
-    return Upload(shown_name(file.filename, role), await file.read())
+async def read_upload(file: UploadFile, role: str, settings: Settings) -> Upload:
+    """Return the bytes of an uploaded file; `role` is its name where it has none to show.
+
+    Raises
+    ------
+    TooLargeError
+        If there are more than the server takes.
+    """
+    name, most = shown_name(file.filename, role), settings.limits.file_megabytes
+    if (file.size or 0) > most * 1e6:
+        raise TooLargeError(f"{name}: a file may have {most:g} MB, and this is more")
+    return Upload(name, await file.read())
+
+
+def download(content: bytes, name: str, media: str) -> Response:
+    """Answer with a file, under a name that no client has chosen."""
+    headers = {"content-disposition": f'attachment; filename="{name}"'}
+    return Response(content, media_type=media, headers=headers)

@@ -2,32 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Form, Request, Response
 
 from fpmatch._version import __version__
 from fpmatch.matching.matchers import matcher_names
 from fpmatch.web import models, pair, single
+from fpmatch.web.place import short_name
 from fpmatch.web.requests import (
     ERRORS,
+    FILE,
+    MEDIA,
+    PICTURE,
     Dpi,
     Enhance,
     Options,
+    PictureFormat,
     PrintFile,
     ServerSettings,
+    SideBySide,
     Workers,
+    download,
     read_upload,
 )
-from fpmatch.web.search import short_name
 
 router = APIRouter(tags=["Prints"], responses=ERRORS)
-
-_MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
-_FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
-_PICTURE: dict[int | str, dict[str, Any]] = {
-    200: {"content": {media: {} for media in _MEDIA.values()}}
-}
 
 
 @router.get("/about", summary="What this server is and takes")
@@ -52,7 +52,8 @@ async def verify(
     options: Options,
 ) -> models.Verified:
     """Return what `fpmatch verify --json` prints."""
-    ours, theirs = await read_upload(probe, "probe"), await read_upload(reference, "reference")
+    ours = await read_upload(probe, "probe", settings)
+    theirs = await read_upload(reference, "reference", settings)
     document = await pool.run(request, pair.verify_pair, ours, theirs, options, settings.limits)
     return models.Verified(**document)
 
@@ -67,7 +68,8 @@ async def compare(
     options: Options,
 ) -> models.Shown:
     """Return the decision, both prints with their minutiae and pictures, and the pairs."""
-    ours, theirs = await read_upload(probe, "probe"), await read_upload(reference, "reference")
+    ours = await read_upload(probe, "probe", settings)
+    theirs = await read_upload(reference, "reference", settings)
     document = await pool.run(request, pair.show_pair, ours, theirs, options, settings.limits)
     return models.Shown(**document)
 
@@ -76,7 +78,7 @@ async def compare(
     "/overlay",
     summary="Draw one print, moved, over the other",
     response_class=Response,
-    responses=_PICTURE,
+    responses=PICTURE,
 )
 async def overlay(
     request: Request,
@@ -85,11 +87,12 @@ async def overlay(
     probe: PrintFile,
     reference: PrintFile,
     options: Options,
-    file_format: Annotated[Literal["png", "svg"], Form(alias="format")] = "png",
-    side_by_side: Annotated[bool, Form(description="Set the prints beside each other")] = False,
+    file_format: PictureFormat = "png",
+    side_by_side: SideBySide = False,
 ) -> Response:
     """Return the picture that `fpmatch overlay` writes."""
-    ours, theirs = await read_upload(probe, "probe"), await read_upload(reference, "reference")
+    ours = await read_upload(probe, "probe", settings)
+    theirs = await read_upload(reference, "reference", settings)
     content = await pool.run(
         request,
         pair.draw_pair,
@@ -100,14 +103,14 @@ async def overlay(
         file_format,
         side_by_side,
     )
-    return _download(content, f"overlay.{file_format}", _MEDIA[file_format])
+    return download(content, f"overlay.{file_format}", MEDIA[file_format])
 
 
 @router.post(
     "/extract",
     summary="Return the template of a print",
     response_class=Response,
-    responses=_FILE,
+    responses=FILE,
 )
 async def extract(
     request: Request,
@@ -121,7 +124,7 @@ async def extract(
     ] = "json",
 ) -> Response:
     """Return the template as a file: JSON, which keeps everything, or another format."""
-    upload = await read_upload(image, "image")
+    upload = await read_upload(image, "image", settings)
     content, suffix = await pool.run(
         request,
         single.extract_template,
@@ -132,7 +135,7 @@ async def extract(
         settings.limits,
     )
     media = "application/json" if suffix == ".json" else "application/octet-stream"
-    return _download(content, f"template{suffix}", media)
+    return download(content, f"template{suffix}", media)
 
 
 @router.post("/stages", summary="Show each stage of an extraction")
@@ -145,12 +148,6 @@ async def stages(
     enhance: Enhance = "learned",
 ) -> models.Stages:
     """Return the pictures that `fpmatch stages` writes."""
-    upload = await read_upload(image, "image")
+    upload = await read_upload(image, "image", settings)
     document = await pool.run(request, single.show_stages, upload, dpi, enhance, settings.limits)
     return models.Stages(**document)
-
-
-def _download(content: bytes, name: str, media: str) -> Response:
-    """Return a file, under a name that no client has chosen."""
-    headers = {"content-disposition": f'attachment; filename="{name}"'}
-    return Response(content, media_type=media, headers=headers)

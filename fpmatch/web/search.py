@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.engine.engine import here
@@ -12,12 +12,12 @@ from fpmatch.errors import ImageError
 from fpmatch.gallery.documents import candidate_document, summary_document
 from fpmatch.gallery.duplicates import Claim
 from fpmatch.gallery.entry import Label, NewEntry
-from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.summary import summarise
 from fpmatch.web.errors import ConflictError, RequestError
+from fpmatch.web.place import opened_gallery, short_name
 from fpmatch.web.prints import open_upload
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def describe_gallery(where: str) -> dict[str, Any]:
     GalleryError
         If it cannot be read.
     """
-    with open_gallery(where) as gallery:
+    with opened_gallery(where) as gallery:
         return summary_document(short_name(gallery.name), summarise(gallery))
 
 
@@ -85,7 +85,7 @@ def identify_print(
     given = open_upload(upload, limits, dpi=dpi)
     if not len(given.template.minutiae):
         raise ImageError(f"{given.name}: no minutiae found")
-    with open_gallery(where) as gallery:
+    with opened_gallery(where) as gallery:
         search = _search(gallery, matcher)
         start = time.perf_counter()
         found = identify(search, given.template, count=count, threshold=threshold, transforms=True)
@@ -153,7 +153,7 @@ def enrol_print(
     if not len(given.template.minutiae):
         raise ImageError(f"{given.name}: no minutiae found")
     content = hashlib.sha256(upload.data).digest()
-    with open_gallery(where) as gallery:
+    with opened_gallery(where) as gallery:
         (objection,) = gallery.objections([Claim(called, content, given.template.dpi)])
         if objection is None:
             new = NewEntry(called, upload.name, content, given.template)
@@ -178,8 +178,3 @@ def _search(gallery: Gallery, matcher: str) -> Search:
         _kept.clear()
         _kept[key] = open_search(gallery, matcher, engine=here())
     return _kept[key]
-
-
-def short_name(place: str) -> str:
-    """Return the last part of a path or URL: where things lie on the server is its own affair."""
-    return PurePosixPath(place.replace("\\", "/")).name or place

@@ -74,14 +74,14 @@ def serve(
         workers=workers or available_cores(),
     )
     door = open_door(host, port, settings, token=token, names=names)
-    if gallery is not None:
-        _prepare(gallery, workers)
 
     def say() -> None:
         click.echo(f"fpmatch serves {door.address}")
         click.echo("Ctrl-C stops it", err=True)
 
-    with suppress(KeyboardInterrupt):
+    with door.listener, suppress(KeyboardInterrupt):
+        if gallery is not None:
+            _prepare(gallery, workers)
         answer(door, ready=say)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import anyio
 from anyio import to_process
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from fastapi import Request
 
 Result = TypeVar("Result")
+
+_START_S: Final = 120.0  # that a process may take to import what it needs
 
 
 class Pool:
@@ -43,7 +45,7 @@ class Pool:
         """Start all processes, so that nobody waits for their imports."""
         async with anyio.create_task_group() as group:
             for _ in range(self._workers):
-                group.start_soon(self._in_turn, _warm_up)
+                group.start_soon(self._in_turn, _START_S, _warm_up)
 
     async def run(self, request: Request, work: Callable[..., Result], *args: Any) -> Result:
         """Return what `work` returns.
@@ -77,7 +79,7 @@ class Pool:
 
             group.start_soon(watch)
             try:
-                outcome.append(await self._in_turn(work, *args))
+                outcome.append(await self._in_turn(self._seconds, work, *args))
             except Exception as error:  # noqa: BLE001  (raised below, out of the task group)
                 failure.append(error)
             group.cancel_scope.cancel()
@@ -87,16 +89,16 @@ class Pool:
             raise ClientGoneError
         return outcome[0]
 
-    async def _in_turn(self, work: Callable[..., Result], *args: Any) -> Result:
+    async def _in_turn(self, seconds: float, work: Callable[..., Result], *args: Any) -> Result:
         async with self._turns:
             try:
-                with anyio.fail_after(self._seconds):
+                with anyio.fail_after(seconds):
                     return await to_process.run_sync(
                         _on_one_thread, work, args, cancellable=True, limiter=_unlimited()
                     )
             except TimeoutError as error:
                 raise TooLongError(
-                    f"this took longer than {self._seconds:g} seconds and was stopped"
+                    f"this took longer than {seconds:g} seconds and was stopped"
                 ) from error
             except anyio.BrokenWorkerProcess as error:
                 raise WorkerError("the work could not be done: its process ended") from error

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _BACKLOG: Final = 128
 _TOKEN_BYTES: Final = 24
 _LEAST_TOKEN: Final = 16  # letters
+_LAST_PORT: Final = 65_535
 _GRACE_S: Final = 5  # that requests have to end in when the server is told to
 
 
@@ -83,13 +84,15 @@ def open_door(
         raise ServeError(f"a token must have {_LEAST_TOKEN} letters at least")
     if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
         raise ServeError("a token is made of ASCII letters without spaces")
+    if not 0 <= port <= _LAST_PORT:
+        raise ServeError(f"cannot listen on {host}, port {port}: ports go up to {_LAST_PORT}")
     try:
         family, _, _, _, place = socket.getaddrinfo(
             host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
         listener = socket.create_server(place[:2], family=family, backlog=_BACKLOG)
-    except (OSError, OverflowError) as error:
-        why = reason(error) if isinstance(error, OSError) else "a port is a number up to 65535"
+    except (OSError, UnicodeError) as error:
+        why = reason(error) if isinstance(error, OSError) else "no such host"
         raise ServeError(f"cannot listen on {host}, port {port}: {why}") from error
     own, bound = listener.getsockname()[:2]
     alone = ipaddress.ip_address(own).is_loopback

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+import cv2
+import numpy as np
+
 from fpmatch.drawing.files import webp_bytes
-from fpmatch.drawing.ink import shrunk
 from fpmatch.drawing.stage_pictures import stage_picture, value_range
 from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord, View
@@ -16,6 +18,8 @@ from fpmatch.web.pair import data_url
 from fpmatch.web.prints import open_upload
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from fpmatch.web.settings import Limits
     from fpmatch.web.upload import Upload
 
@@ -109,6 +113,10 @@ def show_stages(upload: Upload, dpi: float | None, enhance: str, limits: Limits)
     }
 
 
-def _encoded(picture: Any) -> str:
-    factor = min(1.0, LARGEST_SIDE_SHOWN / max(picture.shape[:2]))
-    return data_url(webp_bytes(shrunk(picture, factor), 88), "webp")
+def _encoded(picture: NDArray[np.uint8]) -> str:
+    factor = LARGEST_SIDE_SHOWN / max(picture.shape[:2])
+    if factor < 1:
+        height, width = picture.shape[:2]
+        size = (max(round(width * factor), 1), max(round(height * factor), 1))
+        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    return data_url(webp_bytes(picture, 88), "webp")

@@ -63,7 +63,7 @@ function card(candidate, open) {
     { class: "candidate-words" },
     el("strong", {}, `${candidate.rank}. ${called(candidate)}`),
     el("span", {}, `score ${candidate.score.toFixed(1)}, FMR ${rate}`),
-    el("span", {}, `${chance < 0.001 ? "hardly any" : `${Number(chance.toPrecision(2))}`} as high expected by chance`),
+    el("span", {}, `${chance < 0.001 ? "hardly any" : Number(chance.toPrecision(2))} expected by chance`),
   );
   const button = el("button", { type: "button", class: candidate.score >= 40 ? "match" : "", "aria-pressed": "false" }, thumb, words);
   button.addEventListener("click", open);

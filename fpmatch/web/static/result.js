@@ -3,9 +3,9 @@
 import { byId, complain, el, save } from "./dom.js";
 import * as layer from "./marks.js";
 import { Viewer } from "./viewer.js";
-import { count, minutia, odds } from "./words.js";
+import { count, minutia, odds, place } from "./words.js";
 
-const TICKS = [[10, "1 in 10"], [20, "100"], [30, "1,000"], [40, "10,000"], [60, "a million"]];
+const TICKS = [[20, "1 in 100"], [40, "1 in 10,000"], [60, "1 in a million"], [80, "100 million"]];
 
 // Show one comparison. `source.verify(threshold)` and `source.overlay(format, apart, threshold)`
 // ask the server for it again, at another threshold, as files.
@@ -86,7 +86,7 @@ class ResultView {
     const facts = el("dl", { class: "facts" }, ...rows.flatMap(({ label, words }) => [el("dt", {}, label), el("dd", {}, words)]));
     const list = el("ol", { class: "pairs" }, ...shown.pairs.map(([i, j], k) => {
       const words = `probe ${minutia(shown.probe.minutiae[i])}; reference ${minutia(shown.reference.minutiae[j])}`;
-      return el("li", {}, el("button", { type: "button", "data-pair": k + 1, "aria-label": `Pair ${k + 1}: ${words}` }, words));
+      return el("li", {}, el("button", { type: "button", "data-pair": k + 1, "aria-label": `Pair ${k + 1}: ${words}` }, `${place(shown.probe.minutiae[i])} – ${place(shown.reference.minutiae[j])}`));
     }));
     const pairs = el("details", { class: "pair-list" }, el("summary", {}, count(shown.pairs.length, "pair")), list);
     const button = (words, id, does) => {

@@ -26,3 +26,5 @@ export function minutia([x, y, angle, kind, quality]) {
   const degrees = Math.round((angle * 180) / Math.PI);
   return `${KINDS[kind]} at (${Math.round(x)}, ${Math.round(y)}), direction ${degrees}°, quality ${quality}`;
 }
+
+export const place = ([x, y, , kind]) => `${KINDS[kind]} ${Math.round(x)}, ${Math.round(y)}`;

@@ -31,18 +31,20 @@ class Scale(BaseModel):
 class Verified(BaseModel):
     """The decision on two prints, as `fpmatch verify --json` prints it."""
 
-    match: bool
+    match: bool = Field(description="Whether the score reaches the threshold")
     score: float = Field(description="-10·log10(FMR), 0 to 100")
-    fmr: float
-    extrapolated: bool
-    threshold: float
-    pairs: int
-    transform: Transform | None
-    rms_px: float | None
-    scale: Scale | None
-    reason: str
-    probe: str
-    reference: str
+    fmr: float = Field(description="Share of pairs of different fingers that score as high")
+    extrapolated: bool = Field(description="Whether the FMR lies beyond what was measured")
+    threshold: float = Field(description="The score that was asked for")
+    pairs: int = Field(description="How many minutiae are paired")
+    transform: Transform | None = Field(
+        description="scale, rotation_deg, tx, ty: takes pixels of the probe to the reference"
+    )
+    rms_px: float | None = Field(description="Distance of the pairs, in pixels of the reference")
+    scale: Scale | None = Field(description="ratio, error, differs: of the reference to the probe")
+    reason: str = Field(description="Why not; empty for a match")
+    probe: str = Field(description="Name of the file")
+    reference: str = Field(description="Name of the file")
 
 
 class Row(BaseModel):
@@ -61,6 +63,9 @@ class ShownPrint(BaseModel):
     height: int
     dpi: float
     notes: list[str]
+    extent: tuple[int, int, int, int] = Field(
+        description="left, top, right, bottom of what shows ridges, in pixels"
+    )
     minutiae: list[tuple[float, float, float, int, int]] = Field(
         description="x, y (pixels), angle (radians, counter-clockwise), kind, quality"
     )

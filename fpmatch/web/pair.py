@@ -29,11 +29,13 @@ from fpmatch.web.upload import Upload
 
 if TYPE_CHECKING:
     from fpmatch.drawing.palette import Colour
+    from fpmatch.drawing.scene import Ink
     from fpmatch.matching.result import Verification
     from fpmatch.scale import ScaleMeasurement
     from fpmatch.web.settings import Limits
 
 LARGEST_SIDE_SHOWN: Final = 1600  # pixels of a print on the page
+_INKED: Final = 96  # coverage from which on ink is no stain
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +222,7 @@ def shown_print(given: GivenPrint, colour: Colour) -> dict[str, Any]:
         "height": template.height,
         "dpi": template.dpi,
         "notes": list(given.notes),
+        "extent": _extent(given, ink, factor),
         "minutiae": [
             [round(float(x), 2), round(float(y), 2), round(float(angle), 4), int(kind), int(q)]
             for x, y, angle, kind, q in zip(m.x, m.y, m.angle, m.kind, m.quality, strict=True)
@@ -227,6 +230,17 @@ def shown_print(given: GivenPrint, colour: Colour) -> dict[str, Any]:
         "picture": data_url(webp_bytes(shrunk(given.pixels, factor), 85), "webp"),
         "ink": None if ink is None else data_url(png_bytes(_rgba(ink.coverage, colour)), "png"),
     }
+
+
+def _extent(given: GivenPrint, ink: Ink | None, factor: float) -> list[int]:
+    """Return left, top, right and bottom of what shows ridges, in pixels of the print."""
+    height, width = given.pixels.shape
+    inked = np.zeros((1, 1), bool) if ink is None else ink.coverage > _INKED
+    columns, rows = np.flatnonzero(inked.any(axis=0)), np.flatnonzero(inked.any(axis=1))
+    if not columns.size:
+        return [0, 0, width, height]
+    ends = (columns[0], rows[0], columns[-1] + 1, rows[-1] + 1)
+    return [round(float(end) / factor) for end in ends]
 
 
 def data_url(content: bytes, kind: str) -> str:

@@ -16,16 +16,21 @@ function kind(schema) {
   return schema.type ?? "value";
 }
 
+// Text in which `words` are code.
+function worded(text) {
+  return text.split("`").map((part, k) => (k % 2 ? el("code", {}, part) : part));
+}
+
 function table(properties, required, heading) {
   const rows = Object.entries(properties).map(([name, schema]) =>
     el("tr", {},
       el("td", {}, el("code", {}, name)),
       el("td", {}, kind(schema)),
-      el("td", {}, [
+      el("td", {}, ...worded([
         schema.description ?? "",
         required.includes(name) ? "Required." : "",
         schema.default !== undefined ? `Default: ${JSON.stringify(schema.default)}.` : "",
-      ].filter(Boolean).join(". ").replace("..", "."))));
+      ].filter(Boolean).join(". ").replace("..", ".")))));
   const head = el("tr", {}, ...[heading, "Kind", "Meaning"].map((words) => el("th", { scope: "col" }, words)));
   return el("div", { class: "table" }, el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows)));
 }
@@ -48,7 +53,7 @@ function operation(path, method, spec) {
   const answer = resolved(media["application/json"]?.schema);
   const section = el("section", { class: "card" },
     el("h3", {}, `${method.toUpperCase()} ${path}`),
-    el("p", {}, `${spec.summary}. ${spec.description ?? ""}`));
+    el("p", {}, ...worded(`${spec.summary}. ${spec.description ?? ""}`)));
   if (Object.keys(fields).length) section.append(table(fields, required, "Field"));
   section.append(el("pre", {}, el("code", {}, example(path, method, fields, required))));
   if (answer.properties) section.append(table(answer.properties, [], "Answer"));
@@ -61,7 +66,7 @@ async function show() {
   if (!answer.ok) throw new Error("The description of the API cannot be read.");
   const spec = await answer.json();
   schemas = spec.components?.schemas ?? {};
-  byId("description").textContent = spec.info.description;
+  byId("description").append(...worded(spec.info.description));
   const found = Object.entries(spec.paths).flatMap(([path, methods]) =>
     Object.entries(methods).map(([method, one]) => operation(path, method, one)));
   byId("operations").replaceChildren(...found);

@@ -71,8 +71,8 @@ function card(candidate, open) {
     const { transform } = shown.result;
     const move = transform && layer.mover(transform);
     const bounds = move
-      ? layer.together(layer.boundsOf(shown.reference), layer.boundsOf(shown.probe, move), 0.2)
-      : layer.boundsOf(shown.reference);
+      ? layer.together(layer.extentOf(shown.reference), layer.extentOf(shown.probe, move), 0.2)
+      : layer.extentOf(shown.reference);
     const layers = [layer.paper(bounds), layer.ink(shown.reference, "reference")];
     if (move) layers.push(layer.ink(shown.probe, "probe", move));
     const viewBox = `${bounds.x} ${bounds.y} ${bounds.width} ${bounds.height}`;

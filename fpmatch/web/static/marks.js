@@ -40,13 +40,19 @@ export function mover({ scale, rotation_deg: degrees, tx, ty }) {
   };
 }
 
-export function boundsOf(print, move = null, margin = 4) {
-  const [w, h] = [print.width, print.height];
-  const corners = [[0, 0], [w, 0], [0, h], [w, h]].map((p) => (move ? move.point(p) : p));
+function boxAround(corners, margin) {
   const xs = corners.map(([x]) => x);
   const ys = corners.map(([, y]) => y);
   const [x, y] = [Math.min(...xs) - margin, Math.min(...ys) - margin];
   return { x, y, width: Math.max(...xs) + margin - x, height: Math.max(...ys) + margin - y };
+}
+
+export const boundsOf = ({ width, height }) => boxAround([[0, 0], [width, height]], 4);
+
+// The part of a print that shows ridges, moved.
+export function extentOf({ extent: [left, top, right, bottom] }, move = null) {
+  const corners = [[left, top], [right, top], [left, bottom], [right, bottom]];
+  return boxAround(move ? corners.map(move.point) : corners, 14);
 }
 
 export function together(a, b, reach = 0.75) {

@@ -5,7 +5,7 @@ import * as layer from "./marks.js";
 import { Viewer } from "./viewer.js";
 import { count, minutia, odds, place } from "./words.js";
 
-const TICKS = [[20, "1 in 100"], [40, "1 in 10,000"], [60, "1 in a million"], [80, "100 million"]];
+const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]];
 
 // Show one comparison. `source.verify(threshold)` and `source.overlay(format, apart, threshold)`
 // ask the server for it again, at another threshold, as files.
@@ -197,7 +197,7 @@ class ResultView {
         viewer.show(bounds, layer.paper(bounds), layer.picture(print), found.lone, found.paired);
       }
     } else {
-      const bounds = layer.together(layer.boundsOf(reference), layer.boundsOf(probe, this.move));
+      const bounds = layer.together(layer.extentOf(reference), layer.extentOf(probe, this.move));
       const ours = layer.minutiae(probe, "probe", pairs, this.move);
       const theirs = layer.minutiae(reference, "reference", pairs);
       this.over.show(bounds, layer.paper(bounds),
@@ -217,7 +217,8 @@ class ResultView {
   }
 
   #light(target) {
-    const number = target?.closest?.("[data-pair]")?.dataset.pair ?? null;
+    const pairAt = (element) => element?.closest?.("[data-pair]")?.dataset.pair;
+    const number = pairAt(target) ?? pairAt(document.activeElement) ?? null;
     if (number === this.lit) return;
     this.lit = number;
     for (const root of [this.panes, this.evidence]) {

@@ -79,6 +79,6 @@ def served(app: Any) -> Iterator[httpx.Client]:
 @pytest.fixture(scope="session")
 def client() -> Iterator[httpx.Client]:
     """Return a client of a server without a gallery, on one process."""
-    settings = Settings(workers=1, limits=Limits(file_megabytes=2.0))
+    settings = Settings(workers=1, limits=Limits(file_megabytes=2.0, seconds=120))
     with served(make_app(settings)) as client:
         yield client

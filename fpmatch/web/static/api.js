@@ -13,6 +13,8 @@ export function setToken(token) {
   sessionStorage.setItem(KEY, token);
 }
 
+export const hasToken = () => sessionStorage.getItem(KEY) !== null;
+
 export class ApiError extends Error {
   constructor(status, sentence) {
     super(sentence);

@@ -1,6 +1,6 @@
 // The page: which panel is shown, what is dropped where, and what is asked of the server.
 
-import { ApiError, ask, setToken } from "./api.js";
+import { ApiError, ask, hasToken, setToken } from "./api.js";
 import { byId, complain, el, say } from "./dom.js";
 import { describeGallery, enrol, identify } from "./gallery.js";
 import { showResult } from "./result.js";
@@ -16,8 +16,11 @@ function failed(error) {
   if (error.name === "AbortError") return;
   say("");
   complain(error.message);
-  if (error instanceof ApiError && error.status === 401) askForToken();
-  else if (!(error instanceof ApiError)) throw error;
+  if (error instanceof ApiError && error.status === 401) {
+    if (!hasToken()) complain(""); // nothing has gone wrong yet
+    askForToken();
+  }
+  if (!(error instanceof ApiError)) throw error;
 }
 
 // Do one thing at a time: what is under way is stopped, on the server too.

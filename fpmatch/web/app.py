@@ -57,8 +57,8 @@ def make_app(settings: Settings) -> Guard:
 
     @asynccontextmanager
     async def started(_: FastAPI) -> AsyncIterator[None]:
-        await pool.start()
-        yield
+        async with pool.running():
+            yield
 
     app = FastAPI(
         title="fpmatch",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import anyio
@@ -12,8 +13,9 @@ from fpmatch.errors import FpmatchError
 from fpmatch.web.errors import ClientGoneError, TooLongError, WorkerError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import AsyncIterator, Callable
 
+    from anyio.abc import TaskGroup
     from fastapi import Request
 
 Result = TypeVar("Result")
@@ -40,12 +42,21 @@ class Pool:
         self._workers = workers
         self._seconds = seconds
         self._turns = anyio.CapacityLimiter(workers)
+        self._replacements: TaskGroup | None = None
 
-    async def start(self) -> None:
-        """Start all processes, so that nobody waits for their imports."""
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Start all processes, so that nobody waits for their imports; replace those that end."""
         async with anyio.create_task_group() as group:
-            for _ in range(self._workers):
-                group.start_soon(self._in_turn, _START_S, _warm_up)
+            async with anyio.create_task_group() as first:
+                for _ in range(self._workers):
+                    first.start_soon(self._in_turn, _START_S, _warm_up)
+            self._replacements = group
+            try:
+                yield
+            finally:
+                self._replacements = None
+                group.cancel_scope.cancel()
 
     async def run(self, request: Request, work: Callable[..., Result], *args: Any) -> Result:
         """Return what `work` returns.
@@ -91,17 +102,31 @@ class Pool:
 
     async def _in_turn(self, seconds: float, work: Callable[..., Result], *args: Any) -> Result:
         async with self._turns:
+            done = False
             try:
                 with anyio.fail_after(seconds):
-                    return await to_process.run_sync(
+                    result = await to_process.run_sync(
                         _on_one_thread, work, args, cancellable=True, limiter=_unlimited()
                     )
+                done = True
             except TimeoutError as error:
                 raise TooLongError(
                     f"this took longer than {seconds:g} seconds and was stopped"
                 ) from error
             except anyio.BrokenWorkerProcess as error:
                 raise WorkerError("the work could not be done: its process ended") from error
+            except FpmatchError:
+                done = True
+                raise
+            finally:
+                if not done and self._replacements is not None:
+                    self._replacements.start_soon(self._replace)
+            return result
+
+    async def _replace(self) -> None:
+        """Start a process in place of one that was ended."""
+        with suppress(TooLongError, WorkerError):
+            await self._in_turn(_START_S, _warm_up)
 
 
 def _unlimited() -> anyio.CapacityLimiter:

@@ -33,7 +33,7 @@ class Limits:
     file_megabytes: float = 32.0
     megapixels: float = 32.0
     megapixels_at_500_dpi: float = 4.0
-    seconds: float = 20.0
+    seconds: float = 30.0
     upload_seconds: float = 60.0
     waiting: int = 32
     candidates: int = 100

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -114,3 +115,22 @@ def test_a_process_that_ends_is_replaced() -> None:
         return await pool.run(Client(), os.getpid)  # type: ignore[arg-type]
 
     assert run(test)
+
+
+def test_a_process_that_was_stopped_is_replaced_before_it_is_needed() -> None:
+    async def test() -> tuple[set[int], set[int]]:
+        pool = Pool(1, 30)
+        async with pool.running():
+            before = {await pool.run(Client(), os.getpid)}  # type: ignore[arg-type]
+            with pytest.raises(ClientGoneError):
+                await pool.run(Client(0.1), time.sleep, 60)  # type: ignore[arg-type]
+            loaded = await pool.run(Client(), _modules)  # type: ignore[arg-type]
+            assert "fpmatch.web.pair" in loaded
+            return before, {await pool.run(Client(), os.getpid)}  # type: ignore[arg-type]
+
+    before, after = run(test)
+    assert not before & after
+
+
+def _modules() -> set[str]:
+    return set(sys.modules)

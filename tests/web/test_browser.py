@@ -1,6 +1,7 @@
 """The page in a real browser: what a person would do on it, and what they would see.
 
-Screenshots are kept in the folder that FPMATCH_SCREENSHOTS names, else in a temporary one.
+Screenshots are kept in the folder that FPMATCH_SCREENSHOTS names, else in a temporary one;
+docs/figures/serve.png is match.png, its colours reduced to 128.
 """
 
 from __future__ import annotations

@@ -21,18 +21,25 @@ function worded(text) {
   return text.split("`").map((part, k) => (k % 2 ? el("code", {}, part) : part));
 }
 
+function meaning(schema, required) {
+  const parts = [
+    schema.description,
+    required ? "Required" : "",
+    schema.default !== undefined ? `Default: \`${JSON.stringify(schema.default)}\`` : "",
+  ];
+  return parts.filter(Boolean).join(". ");
+}
+
 function table(properties, required, heading) {
   const rows = Object.entries(properties).map(([name, schema]) =>
-    el("tr", {},
-      el("td", {}, el("code", {}, name)),
-      el("td", {}, kind(schema)),
-      el("td", {}, ...worded([
-        schema.description ?? "",
-        required.includes(name) ? "Required." : "",
-        schema.default !== undefined ? `Default: ${JSON.stringify(schema.default)}.` : "",
-      ].filter(Boolean).join(". ").replace("..", ".")))));
-  const head = el("tr", {}, ...[heading, "Kind", "Meaning"].map((words) => el("th", { scope: "col" }, words)));
-  return el("div", { class: "table" }, el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows)));
+    [name, kind(schema), meaning(schema, required.includes(name))]);
+  const told = rows.some(([, , words]) => words);
+  const cell = (...inside) => el("td", {}, ...inside);
+  const body = rows.map(([name, what, words]) =>
+    el("tr", {}, cell(el("code", {}, name)), cell(what), ...(told ? [cell(...worded(words))] : [])));
+  const columns = [heading, "Kind", ...(told ? ["Meaning"] : [])];
+  const head = el("tr", {}, ...columns.map((words) => el("th", { scope: "col" }, words)));
+  return el("div", { class: "table" }, el("table", {}, el("thead", {}, head), el("tbody", {}, ...body)));
 }
 
 function example(path, method, fields, required) {

@@ -36,10 +36,10 @@ def opened_gallery(where: str) -> Iterator[Gallery]:
     """
     try:
         with open_gallery(where) as gallery:
-            where = gallery.name
             yield gallery
     except GalleryError as error:
-        raise GalleryError(str(error).replace(where, short_name(where))) from error
+        place, colon, reason = str(error).partition(": ")
+        raise GalleryError(f"{short_name(place)}{colon}{reason}") from error
 
 
 def short_name(place: str) -> str:

@@ -9,22 +9,15 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-pytest.importorskip("fastapi", reason="the extra `web` is not installed")
-pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
-pytest.importorskip("httpx", reason="httpx is not installed")
-
-import httpx
-import uvicorn
-
-from fpmatch.web.app import make_app
-from fpmatch.web.settings import Limits, Settings
+if TYPE_CHECKING:
+    import httpx
 
 
 def png(pixels: NDArray[np.uint8], dpi: int | None = 500) -> bytes:
@@ -60,6 +53,9 @@ def gallery(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @contextmanager
 def served(app: Any) -> Iterator[httpx.Client]:
     """Serve an ASGI application on a free port of this machine; yield a client of it."""
+    import httpx
+    import uvicorn
+
     with socket.create_server(("127.0.0.1", 0)) as listener:
         server = uvicorn.Server(uvicorn.Config(app, log_level="critical"))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
@@ -79,6 +75,9 @@ def served(app: Any) -> Iterator[httpx.Client]:
 @pytest.fixture(scope="session")
 def client() -> Iterator[httpx.Client]:
     """Return a client of a server without a gallery, on one process."""
+    from fpmatch.web.app import make_app
+    from fpmatch.web.settings import Limits, Settings
+
     settings = Settings(workers=1, limits=Limits(file_megabytes=2.0, seconds=120))
     with served(make_app(settings)) as client:
         yield client

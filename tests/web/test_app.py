@@ -9,15 +9,21 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import httpx
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from PIL import Image
 
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+
+import httpx
+
 from fpmatch.cli import main
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.image._oriented_filter_kernel import COMPILED
 from fpmatch.web.app import STATIC, make_app
 from fpmatch.web.settings import Limits, Settings
 
@@ -194,19 +200,21 @@ def test_names_never_become_places(client: httpx.Client, prints: Prints, tmp_pat
     assert (answer["probe"], answer["reference"]) == ("passwd", "<script>")
 
 
-def test_nothing_is_left_in_the_temporary_folder(client: httpx.Client, prints: Prints) -> None:
-    folder = Path(tempfile.gettempdir())
-    before = {path.name for path in folder.iterdir()}
-    for name in ("1_1.png", "text.png"):
-        files = {"probe": (name, prints[name]), "reference": ("r", bytes(1_900_000))}
-        client.post("/verify", files=files)
-    left = {path.name for path in folder.iterdir()} - before
-    assert not [name for name in left if not name.startswith("pytest")]
+def test_nothing_is_left_in_the_temporary_folder(
+    prints: Prints, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # for the workers
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # for the server
+    with served(make_app(Settings(workers=1))) as client:
+        for name in ("1_1.png", "text.png"):
+            files = {"probe": (name, prints[name]), "reference": ("r", bytes(1_900_000))}
+            assert client.post("/verify", files=files).status_code == 422
+            assert list(tmp_path.iterdir()) == []
 
 
 def test_many_at_once_get_each_its_own_answer(client: httpx.Client, prints: Prints) -> None:
     names = ["1_1.png", "1_2.png", "2_1.png"]
-    pairs = [(a, b) for a in names for b in names if a != b]
+    pairs = [(a, b) for a in names for b in names if a != b][: 6 if COMPILED else 2]
 
     def ask(pair: tuple[str, str]) -> dict[str, object]:
         files = sent(prints, probe=pair[0], reference=pair[1])

@@ -18,6 +18,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
 pytest.importorskip("selenium", reason="the extra `browser` is not installed")
 
 import httpx

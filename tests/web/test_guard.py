@@ -6,8 +6,13 @@ import asyncio
 from collections.abc import Iterator
 from typing import Any
 
-import httpx
 import pytest
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+
+import httpx
 
 from fpmatch.web.guard import FORM_BYTES, Guard
 from fpmatch.web.settings import Limits, Settings

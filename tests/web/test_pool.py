@@ -9,8 +9,11 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
-import anyio
 import pytest
+
+pytest.importorskip("anyio", reason="the extra `web` is not installed")
+
+import anyio
 
 from fpmatch.errors import ImageError
 from fpmatch.web.errors import ClientGoneError, TooLongError, WorkerError

@@ -75,6 +75,7 @@ function makeSlots() {
 
   function compare() {
     hideResult();
+    byId("intro").hidden = true;
     if (!probe.file || !reference.file) {
       complain("");
       say(`Now the ${probe.file ? "reference" : "probe"}.`);

@@ -88,7 +88,7 @@ class Guard:
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self._app = app
         self._settings = settings
-        self._inside = 0
+        self._inside = self._bytes = 0
         limits = settings.limits
         self._most_inside = settings.workers + limits.waiting
         self._most_bytes = int(MOST_FILES * limits.file_megabytes * 1e6) + FORM_BYTES
@@ -105,14 +105,17 @@ class Guard:
             if _is_public(scope):
                 await self._app(scope, receive, exchange.send)
                 return
-            if self._inside >= self._most_inside:
+            announced = self._announced_bytes(scope)
+            if self._inside and not self._has_room(announced):
                 retry = (b"retry-after", str(RETRY_AFTER_S).encode())
                 raise _RefusedError(503, "too many people ask at once: try again shortly", retry)
             self._inside += 1
+            self._bytes += announced
             try:
                 await self._app(scope, self._bounded(receive, exchange), exchange.send)
             finally:
                 self._inside -= 1
+                self._bytes -= announced
             if exchange.refused is not None:
                 raise exchange.refused
         except _RefusedError as refused:
@@ -128,9 +131,9 @@ class Guard:
             raise _RefusedError(421, f"this server is not called {name[:80] or 'nothing'}")
         if scope["method"] not in _SAFE:
             _check_origin(headers, host)
-            length = headers.get(b"content-length", "0")
-            if not length.isdecimal() or int(length) > self._most_bytes:
-                raise self._too_large()
+        length = headers.get(b"content-length", "0")
+        if not length.isdecimal() or int(length) > self._most_bytes:
+            raise self._too_large()
         if self._settings.token is not None and not _is_public(scope):
             given = headers.get(b"authorization", "").removeprefix("Bearer ").strip()
             if not secrets.compare_digest(given.encode(), self._settings.token.encode()):
@@ -139,6 +142,17 @@ class Guard:
                     "this server needs its token: open the address that it printed",
                     (b"www-authenticate", b"Bearer"),
                 )
+
+    def _announced_bytes(self, scope: Scope) -> int:
+        """Return how many bytes a request may have: those that it announces, else the most."""
+        headers = dict(scope["headers"])
+        if b"transfer-encoding" in headers:
+            return self._most_bytes
+        return int(headers.get(b"content-length", b"0"))
+
+    def _has_room(self, announced: int) -> bool:
+        most = self._settings.limits.megabytes_at_once * 1e6
+        return self._inside < self._most_inside and self._bytes + announced <= most
 
     def _is_ours(self, name: str) -> bool:
         if name in self._settings.hosts:

@@ -26,6 +26,8 @@ class Limits:
         That a request may take to arrive.
     waiting : int
         Requests that may wait for a worker; what comes on top is refused.
+    megabytes_at_once : float
+        Of all requests that wait or are worked on, together; one alone is always let in.
     candidates : int
         Largest number of candidates that one identification may ask for.
     """
@@ -36,6 +38,7 @@ class Limits:
     seconds: float = 30.0
     upload_seconds: float = 60.0
     waiting: int = 32
+    megabytes_at_once: float = 512.0
     candidates: int = 100
 
 

@@ -118,6 +118,15 @@ def test_a_resolution_that_nobody_tells_is_said(client: httpx.Client, prints: Pr
     assert shown["reference"]["notes"] == []
 
 
+def test_a_blank_picture_is_compared_all_the_same(client: httpx.Client, prints: Prints) -> None:
+    files = sent(prints, probe="blank.png", reference="1_1.png")
+    shown = client.post("/compare", files=files).json()
+    assert shown["result"]["match"] is False
+    assert shown["result"]["transform"] is None
+    assert shown["result"]["reason"]
+    assert shown["probe"]["extent"] == [0, 0, 200, 200]
+
+
 def test_stages_are_pictures_with_words(client: httpx.Client, prints: Prints) -> None:
     found = client.post("/stages", files=sent(prints, image="1_1.png")).json()
     names = [stage["name"] for stage in found["stages"]]

@@ -231,6 +231,20 @@ def test_two_prints_that_do_not_match(page: Page) -> None:
     page.keep("no_match")
 
 
+def test_prints_that_nothing_lays_over_one_another_stand_side_by_side(
+    page: Page, tmp_path: Path
+) -> None:
+    blank = tmp_path / "blank.png"
+    blank.write_bytes(png(np.full((300, 300), 255, np.uint8)))
+    page.give("probe", SAMPLES / "101_1.tif")
+    page.give("reference", blank)
+    page.until(lambda: page.shown("#badge") and page.idle())
+    assert page.text("#badge") == "NO MATCH"
+    assert len(page.all(".viewer")) == 2
+    assert not page.one("#view-over").is_enabled()
+    page.keep("blank")
+
+
 def test_a_broken_file_and_an_empty_one(page: Page, tmp_path: Path) -> None:
     broken = tmp_path / "broken.tif"
     broken.write_bytes((SAMPLES / "101_1.tif").read_bytes()[:5000])

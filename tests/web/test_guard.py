@@ -123,39 +123,53 @@ def test_a_body_may_have_its_size_and_no_more(client: httpx.Client) -> None:
     assert client.post("/verify", content=chunks()).status_code == 413
 
 
-def test_one_more_than_may_wait_is_told_to_come_again() -> None:
-    inside = 2  # one that is worked on, and one that waits
+class Wire:
+    """Requests to an application, all at once, whose bodies come when they are let."""
 
-    async def ask(app: Guard, released: asyncio.Event) -> tuple[int, dict[bytes, bytes]]:
+    def __init__(self, limits: Limits) -> None:
+        self.app = Guard(echo, Settings(workers=1, limits=limits))
+        self.released = asyncio.Event()
+
+    async def ask(self, announced: int = 0) -> tuple[int, dict[bytes, bytes]]:
+        """Return status and headers of the answer to a request that announces so many bytes."""
         answers: list[Any] = []
 
         async def receive() -> Any:
-            await released.wait()
+            await self.released.wait()
             return {"type": "http.request", "body": b"", "more_body": False}
 
         async def send(message: Any) -> None:
             answers.append(message)
 
-        scope = {
-            "type": "http",
-            "method": "POST",
-            "path": "/verify",
-            "headers": [(b"host", b"localhost")],
-        }
-        await app(scope, receive, send)
+        headers = [(b"host", b"localhost"), (b"content-length", str(announced).encode())]
+        scope = {"type": "http", "method": "POST", "path": "/verify", "headers": headers}
+        await self.app(scope, receive, send)
         return answers[0]["status"], dict(answers[0]["headers"])
 
-    async def all_at_once() -> list[tuple[int, dict[bytes, bytes]]]:
-        app, released = Guard(echo, Settings(workers=1, limits=LIMITS)), asyncio.Event()
-        asked = [asyncio.create_task(ask(app, released)) for _ in range(inside + 2)]
+    async def ask_at_once(self, *announced: int) -> list[tuple[int, dict[bytes, bytes]]]:
+        """Return the answers to requests that come at once, and to one that comes later."""
+        asked = [asyncio.create_task(self.ask(size)) for size in announced]
         await asyncio.sleep(0.05)
-        released.set()
-        first = await asyncio.gather(*asked)
-        return [*first, await ask(app, released)]
+        self.released.set()
+        return [*await asyncio.gather(*asked), await self.ask()]
 
-    answers = asyncio.run(all_at_once())
+
+def test_one_more_than_may_wait_is_told_to_come_again() -> None:
+    async def test() -> list[tuple[int, dict[bytes, bytes]]]:
+        return await Wire(LIMITS).ask_at_once(0, 0, 0, 0)
+
+    answers = asyncio.run(test())  # one that is worked on, and one that waits
     assert [status for status, _ in answers] == [200, 200, 503, 503, 200]
     assert answers[2][1][b"retry-after"].isdigit()
+
+
+def test_what_waits_has_a_size_that_memory_can_hold() -> None:
+    limits = Limits(file_megabytes=1.0, megabytes_at_once=1.5)
+
+    async def test() -> list[tuple[int, dict[bytes, bytes]]]:
+        return await Wire(limits).ask_at_once(1_600_000, 100_000, 100_000)
+
+    assert [status for status, _ in asyncio.run(test())] == [200, 503, 503, 200]
 
 
 def test_a_body_that_does_not_come_is_given_up() -> None:

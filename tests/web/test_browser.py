@@ -66,6 +66,7 @@ def browser(downloads: Path) -> Iterator[Any]:
     for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1400,1000"):
         options.add_argument(word)
     options.add_argument("--hide-scrollbars")
+    options.add_argument("--disable-dev-shm-usage")  # containers have little of it
     options.add_experimental_option("prefs", {"download.default_directory": str(downloads)})
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     service = webdriver.ChromeService(executable_path=DRIVER)
@@ -242,6 +243,7 @@ def test_prints_that_nothing_lays_over_one_another_stand_side_by_side(
     assert page.text("#badge") == "NO MATCH"
     assert len(page.all(".viewer")) == 2
     assert not page.one("#view-over").is_enabled()
+    assert "Nearly all pairs" in page.text("#why")
     page.keep("blank")
 
 

@@ -46,16 +46,18 @@ install() {
     echo "$state" >"$folder/.fpmatch-$name"
 }
 
-# install_editable run|plot|test|dev: install this folder into .venv, compiled where there is a
-# compiler, with what running, plotting, testing or developing needs, unless it is there, or more.
+# install_editable run|plot|web|test|dev: install this folder into .venv, compiled where there is a
+# compiler, with what running, plotting, serving, testing or developing needs, unless it is there,
+# or more.
 install_editable() {
     make_venv .venv
     local state enough
     # shellcheck disable=SC2046  # file names of ours hold no spaces
     state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '_*_kernel.p*' | sort))
     case $1 in
-    run) enough="run plot test dev" ;;
+    run) enough="run plot web test dev" ;;
     plot) enough="plot dev" ;;
+    web) enough="web test dev" ;;
     test) enough="test dev" ;;
     *) enough=$1 ;;
     esac
@@ -75,7 +77,7 @@ install_interpreted() {
     local state
     # shellcheck disable=SC2046
     state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '*.p*' -not -name '*.pyc' | sort) \
-        $(find fpmatch -name '*.json' | sort))
+        $(find fpmatch -name '*.json' -o -path '*/static/*' | sort))
     if ! installed .venv-interpreted test "$state"; then
         rm -rf build/lib # would carry files into the copy that are no longer here
         FPMATCH_NO_COMPILE=1 install .venv-interpreted test "$state" ".[test]"

@@ -62,6 +62,17 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "synthesis": {"pointset", "engine"},
     "gallery": {"formats", "matching", "image", "engine"},
     "evaluation": {"image", "matching", "drawing", "engine", "gallery", "synthesis"},
+    "report": {"matching", "drawing", "scale", "pointset"},
+    "web": {
+        "image",
+        "matching",
+        "formats",
+        "drawing",
+        "engine",
+        "gallery",
+        "report",
+        "scale",
+    },
     "cli": {
         "image",
         "matching",
@@ -71,7 +82,9 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
         "synthesis",
         "engine",
         "gallery",
+        "report",
         "scale",
+        "web",
     },
     "__main__": {"cli"},
 }

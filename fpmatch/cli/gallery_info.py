@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -25,13 +25,14 @@ Examples:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def gallery_info(gallery: str, as_json: bool) -> None:
     """Tell what GALLERY, a file or the URL of a PostgreSQL database, holds, in figures."""
+    from fpmatch.gallery.documents import summary_document
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.summary import summarise
 
     with open_gallery(gallery) as opened:
         summary, name = summarise(opened), opened.name
     if as_json:
-        click.echo(json.dumps(_as_dict(name, summary), indent=2))
+        click.echo(json.dumps(summary_document(name, summary), indent=2))
     else:
         click.echo(_in_words(name, summary))
 
@@ -51,16 +52,3 @@ def _in_words(name: str, s: GallerySummary) -> str:
         ("Form", f"version {s.version}"),
     ]
     return "\n".join([name, *(f"  {label:<12}{text}" for label, text in rows)])
-
-
-def _as_dict(name: str, s: GallerySummary) -> dict[str, Any]:
-    return {
-        "gallery": name,
-        "version": s.version,
-        "impressions": s.impressions,
-        "subjects": s.subjects,
-        "minutiae": s.minutiae,
-        "template_bytes": s.template_bytes,
-        "dpi": [{"dpi": dpi, "impressions": count} for dpi, count in s.dpi.items()],
-        "failures": s.failures,
-    }

@@ -25,6 +25,7 @@ SUMMARIES: Final = {
     "identify": "Rank the prints of a gallery by how well they match a probe.",
     "gallery": "Look after a gallery: info, list, remove, export.",
     "score": "Score probes against references, each with each, into a file.",
+    "serve": "Open a page on which prints are compared, and an HTTP API.",
     "evaluate": "Measure error rates on FVC-style databases.",
     "synth": "Make databases of synthetic prints whose truth is known.",
     "calibrate": "Fit scores to the false match rates of your own prints.",

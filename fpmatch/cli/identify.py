@@ -206,7 +206,7 @@ def _in_words(found: _Found) -> str:
 
 
 def _transform_lines(candidate: Candidate) -> list[str]:
-    from fpmatch.cli.report import transform_in_words
+    from fpmatch.report import transform_in_words
 
     comparison = candidate.comparison
     if comparison is None:
@@ -218,37 +218,13 @@ def _transform_lines(candidate: Candidate) -> list[str]:
 
 
 def _as_dict(found: _Found) -> dict[str, Any]:
+    from fpmatch.gallery.documents import candidate_document
+
     return {
         "probe": str(found.probe),
         "seconds": round(found.seconds, 4),
         "candidates": [
-            _candidate(candidate, entry, found.result.fmr_reach)
+            candidate_document(candidate, entry, found.result.fmr_reach)
             for candidate, entry in zip(found.result.candidates, found.entries, strict=True)
         ],
     }
-
-
-def _candidate(candidate: Candidate, entry: Entry, reach: float) -> dict[str, Any]:
-    document: dict[str, Any] = {
-        "rank": candidate.rank,
-        "id": entry.id,
-        "subject": entry.label.subject,
-        "finger": entry.label.finger,
-        "impression": entry.label.impression,
-        "source": entry.source,
-        "score": candidate.score,
-        "fmr": candidate.fmr,
-        "extrapolated": candidate.fmr < reach,
-        "expected_false_matches": candidate.expected_false,
-    }
-    comparison = candidate.comparison
-    if comparison is not None:
-        t = comparison.transform
-        document["transform"] = (
-            None
-            if t is None
-            else {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty}
-        )
-        document["pairs"] = len(comparison.pairs)
-        document["rms_px"] = comparison.rms_px if t is not None else None
-    return document

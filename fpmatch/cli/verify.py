@@ -46,7 +46,7 @@ def verify(ctx: click.Context, /, overlay_file: Path | None, as_json: bool, **va
         from fpmatch.drawing.overlay import save_overlay
 
         save_overlay(overlay_file, probe.picture(), reference.picture(), verification)
-    from fpmatch.cli.report import as_dict, as_text
+    from fpmatch.report import as_dict, as_text
 
     scale = scale_between(verification, options)
     if as_json:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.files import png_bytes
 from fpmatch.drawing.page import Print
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.scene import Scene
     from fpmatch.matching.result import Verification
+
+SUFFIXES: Final = (".png", ".svg")
 
 
 def draw(
@@ -98,13 +100,43 @@ def save_overlay(
     """
     target = Path(path)
     suffix = target.suffix.lower()
-    if suffix not in {".png", ".svg"}:
+    if suffix not in SUFFIXES:
         raise OutputError(f"{target}: an overlay is written as .png or .svg")
+    content = overlay_file(
+        suffix, probe_image, reference_image, verification, side_by_side=side_by_side
+    )
+    write_whole(target, content)
+
+
+def overlay_file(
+    suffix: str,
+    probe_image: Any,
+    reference_image: Any,
+    verification: Verification,
+    *,
+    side_by_side: bool = False,
+) -> bytes:
+    """Return the content of the file that `save_overlay` writes.
+
+    Parameters
+    ----------
+    suffix : str
+        One of `SUFFIXES`.
+    probe_image, reference_image, verification, side_by_side
+        As for `draw`.
+
+    Returns
+    -------
+    bytes
+        A PNG or SVG file.
+
+    Raises
+    ------
+    ImageError
+        As for `draw`.
+    """
     scene = _scene(probe_image, reference_image, verification, side_by_side)
-    if suffix == ".svg":
-        write_whole(target, svg_text(scene).encode())
-    else:
-        write_whole(target, png_bytes(paint(scene)))
+    return svg_text(scene).encode() if suffix == ".svg" else png_bytes(paint(scene))
 
 
 def _scene(probe: Any, reference: Any, verification: Verification, apart: bool) -> Scene:

@@ -70,11 +70,43 @@ def load_record(
     """
     how = Reading() if how is None else how
     data = _read(path, how.limits.max_bytes)
+    return decode_record(data, str(path), file_format=file_format, how=how)
+
+
+def decode_record(
+    data: bytes, source: str, *, file_format: str | None = None, how: Reading | None = None
+) -> TemplateRecord:
+    """Return all prints in the bytes of a template file, as `load_record` does of the file.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    source : str
+        What it is called in messages.
+    file_format, how
+        As for `load_record`.
+
+    Returns
+    -------
+    TemplateRecord
+        Its prints, one at least.
+
+    Raises
+    ------
+    TemplateError
+        As `load_record` does.
+    """
+    how = Reading() if how is None else how
+    if not data:
+        raise TemplateError(f"{source}: the file is empty")
+    if len(data) > how.limits.max_bytes:
+        raise TemplateError(f"{source}: too large for a template file")
     try:
         codec = codec_of_name(file_format) if file_format else codec_of_content(data)
         return codec.decode(data, how)
     except FpmatchError as error:
-        raise TemplateError(f"{path}: {error}") from error
+        raise TemplateError(f"{source}: {error}") from error
 
 
 def save_template(
@@ -175,11 +207,23 @@ def is_template_file(path: str | os.PathLike[str]) -> bool:
             return False
         with Path(path).open("rb") as stream:
             head = stream.read(HEAD_BYTES)
-        codec_of_content(head)
     except (OSError, ValueError):
         return False
+    return begins_as_template(head)
+
+
+def begins_as_template(data: bytes) -> bool:
+    """Tell by how its bytes begin whether a file is meant to be a template.
+
+    Examples
+    --------
+    >>> begins_as_template(b'{"format": "fpmatch-template"'), begins_as_template(b"P5 60 50 255 ")
+    (True, False)
+    """
+    try:
+        codec_of_content(data[:HEAD_BYTES])
     except TemplateError:
-        return head.startswith(b"FMR\x00")
+        return data.startswith(b"FMR\x00")
     return True
 
 
@@ -199,11 +243,17 @@ def holds_minutiae_only(path: str | os.PathLike[str]) -> bool:
     if not is_template_file(path):
         return False
     with Path(path).open("rb") as stream:
-        return not holds_image(stream.read(HEAD_BYTES))
+        return is_of_minutiae_only(stream.read(HEAD_BYTES))
+
+
+def is_of_minutiae_only(data: bytes) -> bool:
+    """Tell as `holds_minutiae_only` does, by how the bytes of the file begin."""
+    head = data[:HEAD_BYTES]
+    return begins_as_template(head) and not holds_image(head)
 
 
 def _read(path: str | os.PathLike[str], most: int) -> bytes:
-    """Return the bytes of the regular file at `path`, not empty and `most` at most."""
+    """Return the bytes of the regular file at `path`, or one more than `most`."""
     try:
         if Path(path).is_dir():
             raise TemplateError(f"{path}: is a folder, not a template file")
@@ -216,8 +266,4 @@ def _read(path: str | os.PathLike[str], most: int) -> bytes:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise TemplateError(f"{path}: {reason}") from error
-    if not data:
-        raise TemplateError(f"{path}: the file is empty")
-    if len(data) > most:
-        raise TemplateError(f"{path}: too large for a template file")
     return data

@@ -189,6 +189,22 @@ class Gallery:
                 raise GalleryError(f"{self.name}: no entry has the number {number}")
             return as_entry(row)
 
+    def template(self, number: int) -> Template:
+        """Return the template of the entry of a number.
+
+        Raises
+        ------
+        GalleryError
+            If there is none, or it is damaged.
+        """
+        query = sa.select(ENTRY.c.id, ENTRY.c.template).where(ENTRY.c.id == number)
+        with self._place.reading() as connection:
+            row = connection.execute(query).first()
+            if row is None:
+                raise GalleryError(f"{self.name}: no entry has the number {number}")
+            found, data = _packed(row)
+        return unpack_entry(data, found, self.name)
+
     def packed_templates(self, *, after: int = 0) -> Iterator[tuple[int, bytes]]:
         """Yield number and packed template of the entries whose number is greater than `after`."""
         query = sa.select(ENTRY.c.id, ENTRY.c.template)

@@ -6,6 +6,7 @@ fingerprint images come in; see `fpmatch.image.readers`.
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,14 +24,14 @@ from fpmatch.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
     from fpmatch.image.picture import Picture
     from fpmatch.image.raw import RawSize
 
-__all__ = ["GreyImage", "ImageLimits", "as_grey", "read_image"]
+__all__ = ["GreyImage", "ImageLimits", "as_grey", "decode_image", "read_image"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,16 +123,68 @@ def read_image(
     >>> image.pixels.shape, image.dpi
     ((80, 64), 500.0)
     """
-    try:
-        picture = _decode(_bytes_of(path, limits), limits, raw_sizes)
-    except FpmatchError as error:
-        raise type(error)(f"{path}: {error}") from error
-    except MemoryError as error:
-        raise ImageError(f"{path}: image is too large for this machine's memory") from error
+    with _naming(path):
+        data = _bytes_of(path, limits)
+    return decode_image(
+        data, str(path), limits=limits, raw_sizes=raw_sizes, turn_white_ridges=turn_white_ridges
+    )
+
+
+def decode_image(
+    data: bytes,
+    source: str,
+    *,
+    limits: ImageLimits = DEFAULT_LIMITS,
+    raw_sizes: Sequence[RawSize] = (),
+    turn_white_ridges: bool = True,
+) -> GreyImage:
+    """Make a grey image of the bytes of an image file, as `read_image` does of the file.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    source : str
+        What it is called in messages.
+    limits, raw_sizes, turn_white_ridges
+        As for `read_image`.
+
+    Returns
+    -------
+    GreyImage
+        The image.
+
+    Raises
+    ------
+    ImageReadError, ImageError
+        As `read_image` does.
+
+    Examples
+    --------
+    >>> decode_image(b"P5 60 50 255 " + bytes(3000), "print.pgm").pixels.shape
+    (50, 60)
+    """
+    with _naming(source):
+        if len(data) > limits.max_file_megabytes * 1e6:
+            raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")
+        if not data:
+            raise ImageReadError("the file is empty")
+        picture = _decode(data, limits, raw_sizes)
     pixels, notes = picture.pixels, picture.notes
     if turn_white_ridges and ridges_are_white(pixels):
         pixels, notes = 255 - pixels, (*notes, INVERTED)
-    return GreyImage(pixels, picture.dpi, str(path), picture.format, notes)
+    return GreyImage(pixels, picture.dpi, source, picture.format, notes)
+
+
+@contextmanager
+def _naming(source: object) -> Iterator[None]:
+    """Put the name of a file before what is said of it."""
+    try:
+        yield
+    except FpmatchError as error:
+        raise type(error)(f"{source}: {error}") from error
+    except MemoryError as error:
+        raise ImageError(f"{source}: image is too large for this machine's memory") from error
 
 
 def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> Picture:
@@ -149,7 +202,7 @@ def _decode(data: bytes, limits: ImageLimits, raw_sizes: Sequence[RawSize]) -> P
 
 
 def _bytes_of(path: str | os.PathLike[str], limits: ImageLimits) -> bytes:
-    """Return the bytes of the regular file at `path`, not empty and not absurdly many."""
+    """Return the bytes of the regular file at `path`, or one more than may be."""
     most = int(limits.max_file_megabytes * 1e6)
     try:
         if not Path(path).exists():
@@ -161,8 +214,4 @@ def _bytes_of(path: str | os.PathLike[str], limits: ImageLimits) -> bytes:
             data = stream.read(most + 1)
     except (OSError, ValueError) as error:
         raise ImageReadError(in_words(error)) from error
-    if not data:
-        raise ImageReadError("the file is empty")
-    if len(data) > most:
-        raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")
     return data

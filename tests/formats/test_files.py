@@ -19,6 +19,8 @@ from fpmatch.errors import OutputError, TemplateError
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.files import (
     MAX_TEMPLATE_BYTES,
+    decode_record,
+    is_of_minutiae_only,
     is_template_file,
     load_record,
     load_template,
@@ -121,6 +123,17 @@ def test_a_saved_file_is_found_by_content_under_any_name(
     renamed = saved.rename(tmp_path / "no-suffix")
     assert is_template_file(renamed)
     assert len(load_template(renamed).minutiae) == len(template.minutiae)
+
+
+def test_bytes_are_read_as_the_file_is(tmp_path: Path, template: Template) -> None:
+    path = tmp_path / "print.csv"
+    save_template(path, template)
+    data = path.read_bytes()
+    assert decode_record(data, "sent").views == load_record(path).views
+    assert is_of_minutiae_only(data)
+    assert not is_of_minutiae_only(b"P5 60 50 255 ")
+    with pytest.raises(TemplateError, match=r"^sent: the file is empty$"):
+        decode_record(b"", "sent")
 
 
 def test_csv_survives_a_spreadsheet(tmp_path: Path, template: Template) -> None:

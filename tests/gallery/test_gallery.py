@@ -40,6 +40,15 @@ def test_what_is_enrolled_is_there_when_opened_again(where, make_entry):
             assert template == unpack_template(pack_template(one.template))
 
 
+def test_one_template_is_found_by_its_number(where, make_entry):
+    with open_gallery(where, create=True) as gallery:
+        gallery.add([make_entry(1), make_entry(2)])
+        for number, template in gallery.templates():
+            assert gallery.template(number) == template
+        with pytest.raises(GalleryError, match="no entry has the number 77"):
+            gallery.template(77)
+
+
 def test_rows_come_in_batches(where, make_entry, monkeypatch):
     monkeypatch.setattr(gallery_module, "ROWS_PER_READ", 3)
     with open_gallery(where, create=True) as gallery:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image, TiffImagePlugin
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError, ResolutionError
-from fpmatch.image.read import GreyImage, ImageLimits, as_grey, read_image
+from fpmatch.image.read import GreyImage, ImageLimits, as_grey, decode_image, read_image
 
 Pixels = NDArray[np.uint8]
 
@@ -30,6 +30,20 @@ def grey(rng: np.random.Generator) -> Pixels:
 def save(path: Path, picture: Image.Image, **options: Any) -> Path:
     picture.save(path, **options)
     return path
+
+
+def test_bytes_are_read_as_the_file_is(tmp_path: Path, grey: Pixels) -> None:
+    path = save(tmp_path / "print.png", Image.fromarray(grey), dpi=(500, 500))
+    image = decode_image(path.read_bytes(), "sent.png")
+    assert np.array_equal(image.pixels, read_image(path).pixels)
+    assert (image.source, image.dpi) == ("sent.png", 500.0)
+    for data, words in (
+        (b"", "is empty"),
+        (bytes(2_000_000), "larger than 1 MB"),
+        (b"x", "not an"),
+    ):
+        with pytest.raises(ImageReadError, match=rf"^sent\.png: .*{words}"):
+            decode_image(data, "sent.png", limits=ImageLimits(max_file_megabytes=1))
 
 
 @pytest.mark.parametrize("suffix", ["tif", "png", "bmp", "pgm", "gif"])

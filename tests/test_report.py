@@ -1,4 +1,4 @@
-"""`fpmatch.cli.report`: numbers that are none never reach the JSON, nor odd words the eye."""
+"""`fpmatch.report`: numbers that are none never reach the JSON, nor odd words the eye."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fpmatch.cli.report import as_dict, as_text
 from fpmatch.matching.result import Verification
 from fpmatch.minutiae import Template
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.report import as_dict, as_text
 
 
 def verification(

@@ -25,6 +25,15 @@ def as_text(verification: Verification, scale: ScaleMeasurement | None = None) -
 
     The scale between the prints is told only where it is not 1.
     """
+    rows = as_rows(verification, scale)
+    lines = (f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)
+    return "\n".join([verdict(verification), *lines])
+
+
+def as_rows(
+    verification: Verification, scale: ScaleMeasurement | None = None
+) -> list[tuple[str, str]]:
+    """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
     v = verification
     bound = "at most " if v.score >= MAX_SCORE else ""  # the score is clipped there
     caution = f" (extrapolated: measured up to {odds(v.fmr_reach)})" if v.extrapolated else ""
@@ -52,13 +61,13 @@ def as_text(verification: Verification, scale: ScaleMeasurement | None = None) -
     if scale is not None and scale.differs:
         words = scale_in_words(scale, v.probe.dpi, v.reference.dpi)
         rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
-    return "\n".join([verdict(v), *(f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)])
+    return rows
 
 
 def as_dict(
     verification: Verification,
-    probe: Path,
-    reference: Path,
+    probe: str | Path,
+    reference: str | Path,
     scale: ScaleMeasurement | None = None,
 ) -> dict[str, Any]:
     """Return the object that ``--json`` prints.
@@ -67,8 +76,8 @@ def as_dict(
     ----------
     verification : Verification
         The decision and its evidence.
-    probe, reference : Path
-        The files compared.
+    probe, reference : str or Path
+        What the files compared are called.
     scale : ScaleMeasurement, optional
         The scale between the prints, where it is known.
 

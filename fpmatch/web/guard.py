@@ -1,0 +1,249 @@
+"""Who may ask, how much, and how often: every request passes here first."""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+import secrets
+from typing import TYPE_CHECKING, Any, Final
+
+import anyio
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+    from fpmatch.web.settings import Settings
+
+RETRY_AFTER_S: Final = 2
+FORM_BYTES: Final = 64 * 1024  # of a request, besides its files
+MOST_FILES: Final = 2
+_DRAINED: Final = 4  # times what a request may have is read and thrown away before it is refused
+_POLICY: Final = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+_HEADERS: Final = (
+    (b"content-security-policy", _POLICY.encode()),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"cross-origin-opener-policy", b"same-origin"),
+    (b"permissions-policy", b"camera=(), microphone=(), geolocation=()"),
+    (b"x-frame-options", b"DENY"),
+)
+_SAFE: Final = ("GET", "HEAD")
+# Without a token there is only what everybody may know: the page itself, and how to ask.
+_PUBLIC_SUFFIXES: Final = (".html", ".css", ".js", ".svg", ".json")
+
+
+class _RefusedError(Exception):
+    """A request is not answered; holds the status and one sentence."""
+
+    def __init__(self, status: int, sentence: str, *headers: tuple[bytes, bytes]) -> None:
+        super().__init__(sentence)
+        self.status, self.sentence, self.headers = status, sentence, headers
+
+
+class _Exchange:
+    """One request and its answer, which gets the headers of safety, or gives way to a refusal."""
+
+    def __init__(self, scope: Scope, send: Send) -> None:
+        self._cache = b"no-cache" if _is_public(scope) else b"no-store"
+        self._send = send
+        self._begun = False
+        self.refused: _RefusedError | None = None
+
+    def refuse(self, refused: _RefusedError) -> _RefusedError:
+        """Let this be the answer, whatever becomes of it on its way through the application."""
+        if not self._begun:
+            self.refused = refused
+        return refused
+
+    async def send(self, message: Message) -> None:
+        """Send one message of the answer."""
+        if self.refused is not None:
+            return
+        if message["type"] == "http.response.start":
+            self._begun = True
+            added = (*_HEADERS, (b"cache-control", self._cache))
+            message = {**message, "headers": [*message.get("headers", ()), *added]}
+        await self._send(message)
+
+
+class Guard:
+    """Refuse what no route shall see, and put the headers of safety on every answer.
+
+    Refused are: a host that is not this server's name (DNS rebinding), a change asked for by the
+    page of another site, a missing token, a body that is too large or too slow, and one request
+    more than may wait.
+
+    Parameters
+    ----------
+    app : ASGI application
+        What stands behind.
+    settings : Settings
+        Hosts, token and limits.
+    """
+
+    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+        self._app = app
+        self._settings = settings
+        self._inside = self._bytes = 0
+        limits = settings.limits
+        self._most_inside = settings.workers + limits.waiting
+        self._most_bytes = int(MOST_FILES * limits.file_megabytes * 1e6) + FORM_BYTES
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request, or hand it on."""
+        if scope["type"] != "http":
+            if scope["type"] == "lifespan":
+                await self._app(scope, receive, send)
+            return  # no web sockets here
+        exchange = _Exchange(scope, send)
+        try:
+            self._check(scope)
+            if _is_public(scope):
+                await self._app(scope, receive, exchange.send)
+                return
+            announced = self._announced_bytes(scope)
+            if self._inside and not self._has_room(announced):
+                retry = (b"retry-after", str(RETRY_AFTER_S).encode())
+                raise _RefusedError(503, "too many people ask at once: try again shortly", retry)
+            self._inside += 1
+            self._bytes += announced
+            try:
+                await self._app(scope, self._bounded(receive, exchange), exchange.send)
+            finally:
+                self._inside -= 1
+                self._bytes -= announced
+            if exchange.refused is not None:
+                raise exchange.refused
+        except _RefusedError as refused:
+            await _drain(scope, receive, _DRAINED * self._most_bytes)
+            exchange.refused = None
+            await _answer(exchange.send, refused)
+
+    def _check(self, scope: Scope) -> None:
+        headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
+        host = headers.get(b"host", "")
+        name = _without_port(host).lower()
+        if not self._is_ours(name):
+            raise _RefusedError(421, f"this server is not called {name[:80] or 'nothing'}")
+        if scope["method"] not in _SAFE:
+            _check_origin(headers, host)
+        length = headers.get(b"content-length", "0")
+        if not length.isdecimal() or int(length) > self._most_bytes:
+            raise self._too_large()
+        if self._settings.token is not None and not _is_public(scope):
+            given = headers.get(b"authorization", "").removeprefix("Bearer ").strip()
+            if not secrets.compare_digest(given.encode(), self._settings.token.encode()):
+                raise _RefusedError(
+                    401,
+                    "this server needs its token: open the address that it printed",
+                    (b"www-authenticate", b"Bearer"),
+                )
+
+    def _announced_bytes(self, scope: Scope) -> int:
+        """Return how many bytes a request may have: those that it announces, else the most."""
+        headers = dict(scope["headers"])
+        if b"transfer-encoding" in headers:
+            return self._most_bytes
+        return int(headers.get(b"content-length", b"0"))
+
+    def _has_room(self, announced: int) -> bool:
+        most = self._settings.limits.megabytes_at_once * 1e6
+        return self._inside < self._most_inside and self._bytes + announced <= most
+
+    def _is_ours(self, name: str) -> bool:
+        if name in self._settings.hosts:
+            return True
+        return self._settings.token is not None and _is_address(name)
+
+    def _bounded(self, receive: Receive, exchange: _Exchange) -> Receive:
+        """Return a `receive` that gives up on bodies that are too large or too slow."""
+        left = self._most_bytes
+        whole = False
+        deadline = anyio.current_time() + self._settings.limits.upload_seconds
+
+        async def receiving() -> Message:
+            nonlocal left, whole
+            if whole:
+                return await receive()  # what comes now is the client's hanging up
+            with anyio.move_on_at(deadline) as scope:
+                message = await receive()
+            if scope.cancelled_caught:
+                raise exchange.refuse(_RefusedError(408, "the request took too long to arrive"))
+            left -= len(message.get("body", b""))
+            whole = not message.get("more_body", False)
+            if left < 0:
+                raise exchange.refuse(self._too_large())
+            return message
+
+        return receiving
+
+    def _too_large(self) -> _RefusedError:
+        most = self._settings.limits.file_megabytes
+        return _RefusedError(413, f"a file may have {most:g} MB, and this is more")
+
+
+def _check_origin(headers: dict[bytes, str], host: str) -> None:
+    """Refuse what the page of another site asks a browser to do here."""
+    site = headers.get(b"sec-fetch-site", "same-origin")
+    origin = headers.get(b"origin")
+    foreign = origin is not None and origin.lower().partition("://")[2] != host.lower()
+    if foreign or site not in {"same-origin", "none"}:
+        raise _RefusedError(403, "only the page of this server may ask for this")
+
+
+def _is_public(scope: Scope) -> bool:
+    path = scope["path"]
+    return scope["method"] in _SAFE and (path == "/" or path.endswith(_PUBLIC_SUFFIXES))
+
+
+def _without_port(host: str) -> str:
+    """Return the name of a Host header.
+
+    Examples
+    --------
+    >>> _without_port("localhost:8000"), _without_port("[::1]:8000"), _without_port("host")
+    ('localhost', '[::1]', 'host')
+    """
+    if host.startswith("["):
+        return host.partition("]")[0] + "]"
+    return host.partition(":")[0]
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name.removeprefix("[").removesuffix("]"))
+    except ValueError:
+        return False
+    return True
+
+
+async def _drain(scope: Scope, receive: Receive, most: int) -> None:
+    """Throw away what is still sent, for browsers read no answer before they have sent it all."""
+    if scope["method"] in _SAFE:
+        return
+    with anyio.move_on_after(2.0):
+        while most > 0:
+            message = await receive()
+            most -= len(message.get("body", b""))
+            if message["type"] == "http.disconnect" or not message.get("more_body", False):
+                return
+
+
+async def _answer(send: Any, refused: _RefusedError) -> None:
+    content = json.dumps({"error": refused.sentence}).encode()
+    await send(
+        {
+            "type": "http.response.start",
+            "status": refused.status,
+            "headers": [
+                (b"content-type", b"application/json"),
+                (b"content-length", str(len(content)).encode()),
+                *refused.headers,
+            ],
+        }
+    )
+    await send({"type": "http.response.body", "body": content})

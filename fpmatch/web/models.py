@@ -1,0 +1,173 @@
+"""The objects of the API, as its description shows them."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, Field
+
+
+class Error(BaseModel):
+    """What goes wrong, in one sentence."""
+
+    error: str
+
+
+class Transform(BaseModel):
+    """``q = t + s·R(θ)·p`` takes a pixel of the probe to the reference; y points down."""
+
+    scale: float
+    rotation_deg: float
+    tx: float
+    ty: float
+
+
+class Scale(BaseModel):
+    """How much larger the reference is than the probe, at the resolutions that they claim."""
+
+    ratio: float
+    error: float
+    differs: bool
+
+
+class Verified(BaseModel):
+    """The decision on two prints, as `fpmatch verify --json` prints it."""
+
+    match: bool = Field(description="Whether the score reaches the threshold")
+    score: float = Field(description="-10·log10(FMR), 0 to 100")
+    fmr: float = Field(description="Share of pairs of different fingers that score as high")
+    extrapolated: bool = Field(description="Whether the FMR lies beyond what was measured")
+    threshold: float = Field(description="The score that was asked for")
+    pairs: int = Field(description="How many minutiae are paired")
+    transform: Transform | None = Field(
+        description="scale, rotation_deg, tx, ty: takes pixels of the probe to the reference"
+    )
+    rms_px: float | None = Field(description="Distance of the pairs, in pixels of the reference")
+    scale: Scale | None = Field(description="ratio, error, differs: of the reference to the probe")
+    reason: str = Field(description="Why not; empty for a match")
+    probe: str = Field(description="Name of the file")
+    reference: str = Field(description="Name of the file")
+
+
+class Row(BaseModel):
+    """One piece of the evidence, in words."""
+
+    label: str
+    words: str
+
+
+class ShownPrint(BaseModel):
+    """One print, with its pictures as data URLs."""
+
+    name: str
+    kind: str = Field(description="image or template")
+    width: int
+    height: int
+    dpi: float
+    notes: list[str]
+    extent: tuple[int, int, int, int] = Field(
+        description="left, top, right, bottom of what shows ridges, in pixels"
+    )
+    minutiae: list[tuple[float, float, float, int, int]] = Field(
+        description="x, y (pixels), angle (radians, counter-clockwise), kind, quality"
+    )
+    picture: str
+    ink: str | None
+
+
+class Shown(BaseModel):
+    """A decision with all that the page shows of it."""
+
+    result: Verified
+    odds: str
+    rows: list[Row]
+    fmr_reach: float
+    pairs: list[tuple[int, int]]
+    probe: ShownPrint
+    reference: ShownPrint
+
+
+class Stage(BaseModel):
+    """One stage of an extraction, with its picture as a data URL."""
+
+    name: str
+    words: str
+    range: str
+    picture: str
+
+
+class Stages(BaseModel):
+    """The stages of an extraction, in their order."""
+
+    name: str
+    stages: list[Stage]
+
+
+class About(BaseModel):
+    """What this server is and takes."""
+
+    version: str
+    gallery: str | None
+    matchers: list[str]
+    file_megabytes: float
+    seconds: float
+
+
+class Resolution(BaseModel):
+    """How many impressions have a resolution."""
+
+    dpi: float
+    impressions: int
+
+
+class GalleryInfo(BaseModel):
+    """A gallery in figures, as `fpmatch gallery info --json` prints it."""
+
+    gallery: str
+    version: int
+    impressions: int
+    subjects: int
+    minutiae: int
+    template_bytes: int
+    dpi: list[Resolution]
+    failures: int
+
+
+class FoundCandidate(BaseModel):
+    """An enrolled print that may be of the probe's finger."""
+
+    rank: int
+    id: int
+    subject: str
+    finger: str
+    impression: str
+    source: str
+    score: float
+    fmr: float
+    extrapolated: bool
+    expected_false_matches: float
+    transform: Transform | None
+    pairs: int
+    rms_px: float | None
+
+
+class Identified(BaseModel):
+    """The enrolled prints that are most like a probe, best first."""
+
+    gallery: str
+    matcher: str
+    compared: int
+    probe: str
+    notes: list[str]
+    seconds: float
+    candidates: list[FoundCandidate]
+
+
+class Enrolled(BaseModel):
+    """What became of a print that was to be enrolled."""
+
+    enrolled: bool = Field(description="false where the same file was enrolled before")
+    name: str
+    subject: str
+    finger: str
+    impression: str
+    minutiae: int
+    notes: list[str]

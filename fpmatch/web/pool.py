@@ -1,0 +1,170 @@
+"""Work off the event loop: in processes that can be stopped, and in turn."""
+
+from __future__ import annotations
+
+import os
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import anyio
+from anyio import to_process
+
+from fpmatch.errors import FpmatchError
+from fpmatch.web.errors import ClientGoneError, TooLongError, WorkerError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+
+    from anyio.abc import TaskGroup
+    from fastapi import Request
+
+Result = TypeVar("Result")
+
+_START_S: Final = 120.0  # that a process may take to import what it needs
+
+
+class Pool:
+    """Do the work of requests in a few processes, each request when its turn comes.
+
+    A process is told to stop when nobody waits for its answer, or when it takes too long: it is
+    killed, and a new one takes its place. Nothing is kept from one request to the next, but for
+    the prepared gallery.
+
+    Parameters
+    ----------
+    workers : int
+        Processes.
+    seconds : float
+        That the work of a request may take.
+    """
+
+    def __init__(self, workers: int, seconds: float) -> None:
+        self._workers = workers
+        self._seconds = seconds
+        self._turns = anyio.CapacityLimiter(workers)
+        self._replacements: TaskGroup | None = None
+
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Start all processes, so that nobody waits for their imports; replace those that end."""
+        async with anyio.create_task_group() as group:
+            async with anyio.create_task_group() as first:
+                for _ in range(self._workers):
+                    first.start_soon(self._in_turn, _START_S, _warm_up)
+            self._replacements = group
+            try:
+                yield
+            finally:
+                self._replacements = None
+                group.cancel_scope.cancel()
+
+    async def run(self, request: Request, work: Callable[..., Result], *args: Any) -> Result:
+        """Return what `work` returns.
+
+        Parameters
+        ----------
+        request : Request
+            For whom: where that client hangs up, the work is stopped, or never begun.
+        work : callable
+            A function at the top of a module.
+        *args
+            What it is called with.
+
+        Raises
+        ------
+        ClientGoneError
+            If the client hung up.
+        TooLongError, WorkerError
+            If the work took too long, or ended its process.
+        FpmatchError
+            What `work` raises of bad input.
+        """
+        outcome: list[Result] = []
+        failure: list[Exception] = []
+        async with anyio.create_task_group() as group:
+
+            async def watch() -> None:
+                while (await request.receive())["type"] != "http.disconnect":
+                    pass
+                group.cancel_scope.cancel()
+
+            group.start_soon(watch)
+            try:
+                outcome.append(await self._in_turn(self._seconds, work, *args))
+            except Exception as error:  # noqa: BLE001  (raised below, out of the task group)
+                failure.append(error)
+            group.cancel_scope.cancel()
+        if failure:
+            raise failure[0]
+        if not outcome:
+            raise ClientGoneError
+        return outcome[0]
+
+    async def _in_turn(self, seconds: float, work: Callable[..., Result], *args: Any) -> Result:
+        async with self._turns:
+            done = False
+            try:
+                with anyio.fail_after(seconds):
+                    result = await to_process.run_sync(
+                        _on_one_thread, work, args, cancellable=True, limiter=_unlimited()
+                    )
+                done = True
+            except TimeoutError as error:
+                raise TooLongError(
+                    f"this took longer than {seconds:g} seconds and was stopped"
+                ) from error
+            except anyio.BrokenWorkerProcess as error:
+                raise WorkerError("the work could not be done: its process ended") from error
+            except FpmatchError:
+                done = True
+                raise
+            finally:
+                if not done and self._replacements is not None:
+                    self._replacements.start_soon(self._replace)
+            return result
+
+    async def _replace(self) -> None:
+        """Start a process in place of one that was ended."""
+        with suppress(TooLongError, WorkerError):
+            await self._in_turn(_START_S, _warm_up)
+
+
+def _unlimited() -> anyio.CapacityLimiter:
+    """Return a limiter that lets everybody in: whose turn it is has been decided."""
+    return anyio.CapacityLimiter(1)
+
+
+_ready: list[Any] = []  # what keeps this worker process on one thread; empty elsewhere
+
+
+def _on_one_thread(work: Callable[..., Result], args: tuple[Any, ...]) -> Result:
+    """Call `work` in a worker process, silent and on one thread."""
+    if not _ready:
+        import cv2  # noqa: PLC0415
+        import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
+        from threadpoolctl import threadpool_limits  # noqa: PLC0415
+
+        # What libtiff and the like write to stderr of damaged files is said in the answer.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        cv2.setNumThreads(1)
+        _ready.append(threadpool_limits(1))
+    try:
+        return work(*args)
+    except MemoryError as error:
+        raise FpmatchError("there is not enough memory for this") from error
+
+
+def _warm_up() -> None:
+    """Import what requests need, and let the network find ridges once."""
+    import numpy as np  # noqa: PLC0415
+
+    import fpmatch.web.pair  # noqa: PLC0415
+    import fpmatch.web.search  # noqa: PLC0415
+    import fpmatch.web.single  # noqa: F401, PLC0415
+    from fpmatch.image.extract import extract  # noqa: PLC0415
+    from fpmatch.matching.verify import verify  # noqa: PLC0415
+
+    y, x = np.mgrid[:200, :200]
+    rings = 127 + 100 * np.cos(2 * np.pi / 9 * np.hypot(x - 100, y - 120))
+    template = extract(rings.astype(np.uint8), 500)
+    verify(template, template)

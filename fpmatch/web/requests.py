@@ -1,0 +1,83 @@
+"""What the routes take from a request, under one name each."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Literal, cast
+
+from fastapi import Depends, File, Form, Request, Response, UploadFile
+
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.web.errors import TooLargeError
+from fpmatch.web.models import Error
+from fpmatch.web.pair import PairOptions
+from fpmatch.web.pool import Pool
+from fpmatch.web.settings import Settings
+from fpmatch.web.upload import Upload, shown_name
+
+# Statuses that any work may end with.
+ERRORS: dict[int | str, dict[str, Any]] = {
+    401: {"model": Error, "description": "The token is missing or wrong"},
+    413: {"model": Error, "description": "A file is too large"},
+    422: {"model": Error, "description": "A print cannot be read or used"},
+    503: {"model": Error, "description": "Too many ask at once; Retry-After says when to try"},
+    504: {"model": Error, "description": "It took too long and was stopped"},
+}
+
+MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
+FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
+PICTURE: dict[int | str, dict[str, Any]] = {
+    200: {"content": {media: {} for media in MEDIA.values()}}
+}
+
+PrintFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
+Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default what the file says")]
+Matcher = Annotated[str, Form(description="Name of the matcher")]
+Enhance = Annotated[Literal["learned", "filters"], Form(description="How ridges are found")]
+
+PictureFormat = Annotated[Literal["png", "svg"], Form(alias="format")]
+SideBySide = Annotated[bool, Form(description="Set the prints beside each other")]
+
+
+async def _settings(request: Request) -> Settings:
+    return cast("Settings", request.app.state.settings)
+
+
+async def _pool(request: Request) -> Pool:
+    return cast("Pool", request.app.state.pool)
+
+
+async def _pair_options(
+    dpi: Dpi = None,
+    probe_dpi: Dpi = None,
+    reference_dpi: Dpi = None,
+    matcher: Matcher = DEFAULT_MATCHER,
+    fmr: Annotated[float | None, Form(description="Decide at this false match rate")] = None,
+    threshold: Annotated[float | None, Form(description="Decide at this score")] = None,
+    enhance: Enhance = "learned",
+) -> PairOptions:
+    return PairOptions(dpi, probe_dpi, reference_dpi, matcher, fmr, threshold, enhance)
+
+
+ServerSettings = Annotated[Settings, Depends(_settings)]
+Workers = Annotated[Pool, Depends(_pool)]
+Options = Annotated[PairOptions, Depends(_pair_options)]
+
+
+async def read_upload(file: UploadFile, role: str, settings: Settings) -> Upload:
+    """Return the bytes of an uploaded file; `role` is its name where it has none to show.
+
+    Raises
+    ------
+    TooLargeError
+        If there are more than the server takes.
+    """
+    name, most = shown_name(file.filename, role), settings.limits.file_megabytes
+    if (file.size or 0) > most * 1e6:
+        raise TooLargeError(f"{name}: a file may have {most:g} MB, and this is more")
+    return Upload(name, await file.read())
+
+
+def download(content: bytes, name: str, media: str) -> Response:
+    """Answer with a file, under a name that no client has chosen."""
+    headers = {"content-disposition": f'attachment; filename="{name}"'}
+    return Response(content, media_type=media, headers=headers)

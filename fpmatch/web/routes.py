@@ -1,0 +1,153 @@
+"""The addresses under which prints are compared, drawn and looked into."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Form, Request, Response
+
+from fpmatch._version import __version__
+from fpmatch.matching.matchers import matcher_names
+from fpmatch.web import models, pair, single
+from fpmatch.web.place import short_name
+from fpmatch.web.requests import (
+    ERRORS,
+    FILE,
+    MEDIA,
+    PICTURE,
+    Dpi,
+    Enhance,
+    Options,
+    PictureFormat,
+    PrintFile,
+    ServerSettings,
+    SideBySide,
+    Workers,
+    download,
+    read_upload,
+)
+
+router = APIRouter(tags=["Prints"], responses=ERRORS)
+
+
+@router.get("/about", summary="What this server is and takes")
+async def about(settings: ServerSettings) -> models.About:
+    """Return version, matchers and limits."""
+    return models.About(
+        version=__version__,
+        gallery=None if settings.gallery is None else short_name(settings.gallery),
+        matchers=matcher_names(),
+        file_megabytes=settings.limits.file_megabytes,
+        seconds=settings.limits.seconds,
+    )
+
+
+@router.post("/verify", summary="Decide whether two prints are of the same finger")
+async def verify(
+    request: Request,
+    pool: Workers,
+    settings: ServerSettings,
+    probe: PrintFile,
+    reference: PrintFile,
+    options: Options,
+) -> models.Verified:
+    """Return what `fpmatch verify --json` prints."""
+    ours = await read_upload(probe, "probe", settings)
+    theirs = await read_upload(reference, "reference", settings)
+    document = await pool.run(request, pair.verify_pair, ours, theirs, options, settings.limits)
+    return models.Verified(**document)
+
+
+@router.post("/compare", summary="Decide, and tell all that the page shows")
+async def compare(
+    request: Request,
+    pool: Workers,
+    settings: ServerSettings,
+    probe: PrintFile,
+    reference: PrintFile,
+    options: Options,
+) -> models.Shown:
+    """Return the decision, both prints with their minutiae and pictures, and the pairs."""
+    ours = await read_upload(probe, "probe", settings)
+    theirs = await read_upload(reference, "reference", settings)
+    document = await pool.run(request, pair.show_pair, ours, theirs, options, settings.limits)
+    return models.Shown(**document)
+
+
+@router.post(
+    "/overlay",
+    summary="Draw one print, moved, over the other",
+    response_class=Response,
+    responses=PICTURE,
+)
+async def overlay(
+    request: Request,
+    pool: Workers,
+    settings: ServerSettings,
+    probe: PrintFile,
+    reference: PrintFile,
+    options: Options,
+    file_format: PictureFormat = "png",
+    side_by_side: SideBySide = False,
+) -> Response:
+    """Return the picture that `fpmatch overlay` writes."""
+    ours = await read_upload(probe, "probe", settings)
+    theirs = await read_upload(reference, "reference", settings)
+    content = await pool.run(
+        request,
+        pair.draw_pair,
+        ours,
+        theirs,
+        options,
+        settings.limits,
+        file_format,
+        side_by_side,
+    )
+    return download(content, f"overlay.{file_format}", MEDIA[file_format])
+
+
+@router.post(
+    "/extract",
+    summary="Return the template of a print",
+    response_class=Response,
+    responses=FILE,
+)
+async def extract(
+    request: Request,
+    pool: Workers,
+    settings: ServerSettings,
+    image: PrintFile,
+    dpi: Dpi = None,
+    enhance: Enhance = "learned",
+    file_format: Annotated[
+        str, Form(alias="format", description="A format of `fpmatch convert`")
+    ] = "json",
+) -> Response:
+    """Return the template as a file: JSON, which keeps everything, or another format."""
+    upload = await read_upload(image, "image", settings)
+    content, suffix = await pool.run(
+        request,
+        single.extract_template,
+        upload,
+        dpi,
+        enhance,
+        file_format,
+        settings.limits,
+    )
+    media = "application/json" if suffix == ".json" else "application/octet-stream"
+    return download(content, f"template{suffix}", media)
+
+
+@router.post("/stages", summary="Show each stage of an extraction")
+async def stages(
+    request: Request,
+    pool: Workers,
+    settings: ServerSettings,
+    image: PrintFile,
+    dpi: Dpi = None,
+    enhance: Enhance = "learned",
+) -> models.Stages:
+    """Return the pictures that `fpmatch stages` writes."""
+    upload = await read_upload(image, "image", settings)
+    document = await pool.run(request, single.show_stages, upload, dpi, enhance, settings.limits)
+    return models.Stages(**document)

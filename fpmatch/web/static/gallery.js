@@ -1,0 +1,127 @@
+// The gallery: who may it be, and enrol more.
+
+import { ask } from "./api.js";
+import { byId, complain, el, say, svg } from "./dom.js";
+import * as layer from "./marks.js";
+import { showResult } from "./result.js";
+import { count, odds } from "./words.js";
+
+export async function describeGallery() {
+  const found = await (await ask("gallery")).json();
+  const words = `${found.gallery} holds ${count(found.impressions, "impression")} of ${count(found.subjects, "subject")}.`;
+  for (const id of ["identify-gallery", "enrol-gallery"]) byId(id).textContent = words;
+}
+
+const called = ({ subject, finger, impression }) => [subject, finger, impression].filter(Boolean).join("_");
+
+export async function identify(slot, signal) {
+  const list = byId("candidates");
+  list.replaceChildren();
+  say(`Searching the gallery for ${slot.file.name} …`);
+  const probe = { probe: slot.file, dpi: slot.dpi.value };
+  const found = await (await ask("identify", probe, signal)).json();
+  const best = found.candidates[0];
+  say(best
+    ? `${count(found.compared, "print")} compared in ${found.seconds.toFixed(2)} s; the most like is ${called(best)}, score ${best.score.toFixed(1)}.`
+    : `${count(found.compared, "print")} compared; there is no candidate.`);
+  const cards = found.candidates.map((candidate) => card(candidate, () => open(candidate)));
+  list.replaceChildren(...cards.map(({ root }) => root));
+
+  const comparisons = new Map();
+  const comparison = (candidate) => {
+    if (!comparisons.has(candidate.id)) {
+      const asked = ask(`gallery/${candidate.id}/compare`, probe, signal).then((answer) => answer.json());
+      comparisons.set(candidate.id, asked);
+    }
+    return comparisons.get(candidate.id);
+  };
+  async function open(candidate) {
+    for (const other of cards) other.button.setAttribute("aria-pressed", String(other.candidate === candidate));
+    try {
+      const shown = await comparison(candidate);
+      const path = `gallery/${candidate.id}`;
+      slot.tell(shown.probe);
+      showResult(shown, {
+        verify: async (threshold) => (await (await ask(`${path}/compare`, { ...probe, threshold })).json()).result,
+        overlay: async (format, apart, threshold) =>
+          (await ask(`${path}/overlay`, { ...probe, format, side_by_side: apart, threshold })).blob(),
+      });
+    } catch (error) {
+      if (error.name !== "AbortError") complain(error.message);
+    }
+  }
+  if (cards.length) await open(cards[0].candidate);
+  for (const one of cards) one.draw(await comparison(one.candidate));
+}
+
+function card(candidate, open) {
+  const thumb = el("span", { class: "thumb", "aria-hidden": "true" });
+  const rate = `${odds(candidate.fmr)}${candidate.extrapolated ? " (extrapolated)" : ""}`;
+  const chance = candidate.expected_false_matches;
+  const words = el(
+    "span",
+    { class: "candidate-words" },
+    el("strong", {}, `${candidate.rank}. ${called(candidate)}`),
+    el("span", {}, `score ${candidate.score.toFixed(1)}, FMR ${rate}`),
+    el("span", {}, `${chance < 0.001 ? "hardly any" : Number(chance.toPrecision(2))} expected by chance`),
+  );
+  const button = el("button", { type: "button", class: candidate.score >= 40 ? "match" : "", "aria-pressed": "false" }, thumb, words);
+  button.addEventListener("click", open);
+  const draw = (shown) => {
+    const { transform } = shown.result;
+    const move = transform && layer.mover(transform);
+    const bounds = move
+      ? layer.together(layer.extentOf(shown.reference), layer.extentOf(shown.probe, move), 0.2)
+      : layer.extentOf(shown.reference);
+    const layers = [layer.paper(bounds), layer.ink(shown.reference, "reference")];
+    if (move) layers.push(layer.ink(shown.probe, "probe", move));
+    const viewBox = `${bounds.x} ${bounds.y} ${bounds.width} ${bounds.height}`;
+    thumb.replaceChildren(svg("svg", { viewBox, class: "panes" }, ...layers));
+  };
+  return { root: el("li", {}, button), button, candidate, draw };
+}
+
+export async function enrol(slot, signal) {
+  const files = [...slot.files];
+  const list = byId("enrol-list");
+  const bar = byId("enrol-progress");
+  const part = (id) => byId(id).value.trim();
+  list.replaceChildren();
+  byId("enrol-run").hidden = false;
+  byId("enrol-stop").hidden = false;
+  bar.max = files.length;
+  bar.value = 0;
+  const tally = { enrolled: 0, known: 0, failed: 0 };
+  const words = () =>
+    `${bar.value} of ${count(files.length, "file")}: ${tally.enrolled} enrolled`
+    + `${tally.known ? `, ${tally.known} known already` : ""}${tally.failed ? `, ${tally.failed} failed` : ""}`;
+  const one = async (file, k) => {
+    const fields = { image: file, dpi: slot.dpi.value, subject: part("subject"), finger: part("finger") };
+    if (fields.subject) {
+      const first = part("impression");
+      fields.impression = files.length > 1 ? String((Number(first) || 1) + k) : first;
+    }
+    try {
+      const done = await (await ask("enrol", fields, signal)).json();
+      tally[done.enrolled ? "enrolled" : "known"] += 1;
+      const outcome = done.enrolled ? `enrolled as ${called(done)}, ${done.minutiae} minutiae` : "enrolled before";
+      list.append(el("li", { class: done.enrolled ? "done" : "" }, `${file.name}: ${outcome}`));
+    } catch (error) {
+      if (error.name === "AbortError") throw error;
+      tally.failed += 1;
+      list.append(el("li", { class: "failed" }, error.message));
+    }
+    bar.value += 1;
+    byId("enrol-words").textContent = words();
+  };
+  try {
+    for (const [k, file] of files.entries()) await one(file, k);
+    say(`Done. ${words()}.`);
+  } catch (error) {
+    if (error.name !== "AbortError") throw error;
+    say(`Stopped. ${words()}.`);
+  } finally {
+    byId("enrol-stop").hidden = true;
+    await describeGallery();
+  }
+}

@@ -1,0 +1,237 @@
+// The decision, its evidence, and both prints to look at.
+
+import { byId, complain, el, save } from "./dom.js";
+import * as layer from "./marks.js";
+import { Viewer } from "./viewer.js";
+import { count, minutia, odds, place } from "./words.js";
+
+const TICKS = [[20, "1 in 100"], [50, "1 in 100,000"], [80, "1 in 100 million"]];
+
+// Show one comparison. `source.verify(threshold)` and `source.overlay(format, apart, threshold)`
+// ask the server for it again, at another threshold, as files.
+export function showResult(shown, source) {
+  const view = new ResultView(shown, source);
+  const root = byId("result");
+  root.replaceChildren(view.verdict, view.evidence, view.stage);
+  root.hidden = false;
+  view.start();
+}
+
+class ResultView {
+  constructor(shown, source) {
+    this.shown = shown;
+    this.source = source;
+    this.threshold = shown.result.threshold;
+    this.move = shown.result.transform && layer.mover(shown.result.transform);
+    this.verdict = this.#verdict();
+    this.evidence = this.#evidence();
+    this.stage = this.#stage();
+  }
+
+  start() {
+    this.decide();
+    this.arrange(!this.move);
+  }
+
+  #verdict() {
+    const { result } = this.shown;
+    this.badge = el("p", { class: "badge", role: "status", id: "badge" });
+    this.why = el("p", { class: "why", id: "why" });
+    this.slider = el("input", {
+      type: "range", id: "threshold", min: 0, max: 100, step: 0.5, value: this.threshold,
+    });
+    this.slider.addEventListener("input", () => {
+      this.threshold = Number(this.slider.value);
+      this.decide();
+    });
+    this.at = el("span", { id: "threshold-words" });
+    this.bar = el("div", { class: "score-bar" });
+    this.bar.style.width = `${result.score}%`;
+    const ticks = TICKS.map(([score, words]) => {
+      const tick = el("span", {}, words);
+      tick.style.left = `${score}%`;
+      return tick;
+    });
+    return el(
+      "div",
+      { class: "card verdict" },
+      this.badge,
+      el("p", { class: "score" }, el("b", { id: "score" }, result.score.toFixed(1)), el("span", {}, "score, of 100")),
+      this.why,
+      el("label", { for: "threshold" }, "Decide at a false match rate of ", this.at),
+      el("div", { class: "gauge" }, el("div", { class: "score-track" }, this.bar), this.slider,
+        el("div", { class: "ticks", "aria-hidden": "true" }, ...ticks)),
+    );
+  }
+
+  decide() {
+    const { result } = this.shown;
+    const match = result.transform !== null && result.score >= this.threshold;
+    const asked = this.threshold === result.threshold;
+    this.badge.textContent = match ? "MATCH" : "NO MATCH";
+    this.verdict.classList.toggle("match", match);
+    const rate = odds(10 ** (-this.threshold / 10));
+    this.at.textContent = `${rate} (score ${this.threshold.toFixed(1)})`;
+    this.slider.setAttribute("aria-valuetext", `${rate}, score ${this.threshold.toFixed(1)}: ${this.badge.textContent}`);
+    const extrapolated = result.extrapolated ? `, extrapolated: measured up to ${odds(this.shown.fmr_reach)}` : "";
+    const rarity = result.fmr > 0.95 ? "Nearly all pairs of different fingers score as high."
+      : `${result.score >= 100 ? "At most " : ""}${this.shown.odds} pairs of different fingers scores as high${extrapolated}.`;
+    const no = asked && result.reason ? `${result.reason[0].toUpperCase()}${result.reason.slice(1)}.`
+      : `The score does not reach ${this.threshold.toFixed(1)}.`;
+    this.why.textContent = match ? rarity : `${no} ${rarity}`;
+  }
+
+  #evidence() {
+    const { shown } = this;
+    const rows = shown.rows.filter(({ label }) => !["Score", "FMR", "Reason"].includes(label));
+    const facts = el("dl", { class: "facts" }, ...rows.flatMap(({ label, words }) => [el("dt", {}, label), el("dd", {}, words)]));
+    const list = el("ol", { class: "pairs" }, ...shown.pairs.map(([i, j], k) => {
+      const words = `probe ${minutia(shown.probe.minutiae[i])}; reference ${minutia(shown.reference.minutiae[j])}`;
+      return el("li", {}, el("button", { type: "button", "data-pair": k + 1, "aria-label": `Pair ${k + 1}: ${words}` }, `${place(shown.probe.minutiae[i])} – ${place(shown.reference.minutiae[j])}`));
+    }));
+    const pairs = el("details", { class: "pair-list" }, el("summary", {}, count(shown.pairs.length, "pair")), list);
+    const button = (words, id, does) => {
+      const made = el("button", { type: "button", id }, words);
+      made.addEventListener("click", () => this.#export(made, does));
+      return made;
+    };
+    const exports = el(
+      "div",
+      { class: "exports", role: "group", "aria-label": "Export" },
+      el("span", {}, "Export"),
+      button("Overlay PNG", "export-png", () => this.#overlay("png")),
+      button("Overlay SVG", "export-svg", () => this.#overlay("svg")),
+      button("Result JSON", "export-json", async () => {
+        const result = await this.source.verify(this.threshold);
+        save(new Blob([`${JSON.stringify(result, null, 2)}\n`], { type: "application/json" }), "result.json");
+      }),
+    );
+    return el("div", { class: "card evidence" }, facts, ...(shown.pairs.length ? [pairs] : []), exports);
+  }
+
+  async #overlay(format) {
+    save(await this.source.overlay(format, this.apart, this.threshold), `overlay.${format}`);
+  }
+
+  async #export(button, does) {
+    button.disabled = true;
+    complain("");
+    try {
+      await does();
+    } catch (error) {
+      complain(error.message);
+    } finally {
+      button.disabled = false;
+      button.focus();
+    }
+  }
+
+  #stage() {
+    this.over = new Viewer("Probe over reference. Arrow keys move, plus and minus zoom, 0 shows all.");
+    this.left = new Viewer("Probe. Arrow keys move, plus and minus zoom, 0 shows all.");
+    this.right = new Viewer("Reference. Arrow keys move, plus and minus zoom, 0 shows all.");
+    this.panes = el("div", { class: "panes" });
+    this.info = el("p", { class: "pair-info", "aria-live": "polite" });
+    const choice = (words, id, apart) => {
+      const made = el("button", { type: "button", id, "aria-pressed": "false" }, words);
+      made.addEventListener("click", () => this.arrange(apart));
+      return made;
+    };
+    this.together = choice("Overlay", "view-over", false);
+    this.beside = choice("Side by side", "view-beside", true);
+    this.together.disabled = !this.move;
+    const tool = (words, label, does) => {
+      const made = el("button", { type: "button", "aria-label": label, title: label }, words);
+      made.addEventListener("click", () => this.viewers.forEach(does));
+      return made;
+    };
+    this.fade = el("input", { type: "range", id: "fade", min: -100, max: 100, step: 1, value: 0 });
+    this.fade.addEventListener("input", () => this.#fade());
+    this.fader = el("div", { class: "fader" }, el("label", { for: "fade", class: "probe" }, "Probe"), this.fade,
+      el("span", { class: "reference", "aria-hidden": "true" }, "Reference"));
+    const tick = (words, id, name) => {
+      const box = el("input", { type: "checkbox", id, checked: true });
+      box.addEventListener("change", () => this.panes.classList.toggle(`without-${name}`, !box.checked));
+      return el("label", { class: "tick" }, box, words);
+    };
+    for (const event of ["pointerover", "focusin"]) {
+      this.panes.addEventListener(event, (e) => this.#light(e.target));
+      this.evidence.addEventListener(event, (e) => this.#light(e.target));
+    }
+    this.panes.addEventListener("pointerleave", () => this.#light(null));
+    this.evidence.addEventListener("pointerleave", () => this.#light(null));
+    return el(
+      "div",
+      { class: "stage" },
+      el(
+        "div",
+        { class: "tools", role: "toolbar", "aria-label": "View" },
+        el("div", { class: "choice" }, this.together, this.beside),
+        this.fader,
+        el("div", { class: "ticks-of-view" }, tick("Pairs", "show-pairs", "pairs"), tick("Other minutiae", "show-lone", "lone")),
+        el("div", { class: "zooms" },
+          tool("−", "Zoom out", (viewer) => viewer.zoom(1 / 1.5)),
+          tool("+", "Zoom in", (viewer) => viewer.zoom(1.5)),
+          tool("Fit", "Show all", (viewer) => viewer.fit())),
+      ),
+      this.panes,
+      this.info,
+    );
+  }
+
+  get viewers() {
+    return this.apart ? [this.left, this.right] : [this.over];
+  }
+
+  arrange(apart) {
+    const { probe, reference, pairs } = this.shown;
+    this.apart = apart;
+    this.together.setAttribute("aria-pressed", String(!apart));
+    this.beside.setAttribute("aria-pressed", String(apart));
+    this.fader.hidden = apart;
+    this.panes.classList.toggle("apart", apart);
+    this.panes.replaceChildren(...this.viewers.map((viewer) => viewer.svg));
+    if (apart) {
+      for (const [viewer, print, side] of [[this.left, probe, "probe"], [this.right, reference, "reference"]]) {
+        const bounds = layer.boundsOf(print);
+        const found = layer.minutiae(print, side, pairs, null, true);
+        viewer.show(bounds, layer.paper(bounds), layer.picture(print), found.lone, found.paired);
+      }
+    } else {
+      const bounds = layer.together(layer.extentOf(reference), layer.extentOf(probe, this.move));
+      const ours = layer.minutiae(probe, "probe", pairs, this.move);
+      const theirs = layer.minutiae(reference, "reference", pairs);
+      this.over.show(bounds, layer.paper(bounds),
+        layer.ink(reference, "reference"), layer.ink(probe, "probe", this.move),
+        theirs.lone, ours.lone, theirs.paired, layer.links(this.shown, this.move), ours.paired);
+      this.#fade();
+    }
+  }
+
+  #fade() {
+    const value = Number(this.fade.value) / 100;
+    this.panes.style.setProperty("--fade-probe", String(Math.min(1, 1 - value)));
+    this.panes.style.setProperty("--fade-reference", String(Math.min(1, 1 + value)));
+    const words = value === 0 ? "both prints" : value < 0 ? `reference faded by ${Math.round(-value * 100)} %`
+      : `probe faded by ${Math.round(value * 100)} %`;
+    this.fade.setAttribute("aria-valuetext", words);
+  }
+
+  #light(target) {
+    const pairAt = (element) => element?.closest?.("[data-pair]")?.dataset.pair;
+    const number = pairAt(target) ?? pairAt(document.activeElement) ?? null;
+    if (number === this.lit) return;
+    this.lit = number;
+    for (const root of [this.panes, this.evidence]) {
+      for (const one of root.querySelectorAll(".lit")) one.classList.remove("lit");
+      if (number) for (const one of root.querySelectorAll(`[data-pair="${number}"]`)) one.classList.add("lit");
+      root.classList.toggle("lighting", number !== null);
+    }
+    if (!number) {
+      this.info.textContent = "";
+      return;
+    }
+    const [i, j] = this.shown.pairs[number - 1];
+    this.info.textContent = `Pair ${number}: probe ${minutia(this.shown.probe.minutiae[i])}; reference ${minutia(this.shown.reference.minutiae[j])}`;
+  }
+}

@@ -1,0 +1,30 @@
+// Numbers in sentences, as the command line words them.
+
+export function odds(fmr) {
+  if (!(fmr > 0 && fmr <= 1)) return "unknown";
+  const n = 1 / fmr;
+  for (const [size, word] of [[1e9, " billion"], [1e6, " million"]]) {
+    if (n >= size * 0.9995) {
+      const share = n / size;
+      return `1 in ${share < 100 ? Number(share.toPrecision(2)) : Math.round(share)}${word}`;
+    }
+  }
+  if (n < 10) return `1 in ${Number(n.toFixed(1))}`;
+  const step = 10 ** Math.max(0, Math.floor(Math.log10(n)) - 1);
+  return `1 in ${(Math.round(n / step) * step).toLocaleString("en")}`;
+}
+
+export const count = (n, noun) => `${n} ${noun}${n === 1 ? "" : "s"}`;
+
+export function size(bytes) {
+  return bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
+}
+
+const KINDS = ["minutia", "ending", "bifurcation"];
+
+export function minutia([x, y, angle, kind, quality]) {
+  const degrees = Math.round((angle * 180) / Math.PI);
+  return `${KINDS[kind]} at (${Math.round(x)}, ${Math.round(y)}), direction ${degrees}°, quality ${quality}`;
+}
+
+export const place = ([x, y, , kind]) => `${KINDS[kind]} ${Math.round(x)}, ${Math.round(y)}`;

@@ -1,0 +1,60 @@
+"""`fpmatch serve`: it opens, answers, ends; without its extra it says so in one line."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from .conftest import Run
+
+
+def test_without_the_extra_one_line_says_so(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "uvicorn" else found(name)
+    )
+    done = run("serve")
+    assert done.exit_code == 2
+    assert done.stderr == "fpmatch: error: serve needs uvicorn: pip install 'fpmatch[web]'\n"
+
+
+def test_bad_options_are_one_line(run: Run, tmp_path: Path) -> None:
+    pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+    (tmp_path / "no.db").write_text("no gallery")
+    for words in (["--token", "short"], ["--gallery", tmp_path / "no.db"], ["--pattern", "("]):
+        done = run("serve", "--port", 0, *words)
+        assert done.exit_code == 2, words
+        assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise")
+def test_it_opens_answers_and_ends(tmp_path: Path) -> None:
+    pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+    gallery = tmp_path / "prints.db"
+    command = [sys.executable, "-W", "error", "-m", "fpmatch", "serve", "--port", "0"]
+    with subprocess.Popen(
+        [*command, "--gallery", str(gallery), "--workers", "1"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as server:
+        try:
+            assert server.stdout is not None
+            assert server.stderr is not None
+            address = server.stdout.readline().split()[-1]
+            with urllib.request.urlopen(f"{address}about") as answer:
+                assert json.load(answer)["gallery"] == "prints.db"
+            server.send_signal(signal.SIGINT)
+            assert server.wait(30) == 0
+            assert server.stderr.read() == "Ctrl-C stops it\n"
+        finally:
+            server.kill()
+    assert gallery.exists()

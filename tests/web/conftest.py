@@ -1,0 +1,83 @@
+"""What the tests of the server share: a client of it, and prints as bytes."""
+
+from __future__ import annotations
+
+import io
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+if TYPE_CHECKING:
+    import httpx
+
+
+def png(pixels: NDArray[np.uint8], dpi: int | None = 500) -> bytes:
+    stream = io.BytesIO()
+    options = {} if dpi is None else {"dpi": (dpi, dpi)}
+    Image.fromarray(pixels).save(stream, "PNG", **options)
+    return stream.getvalue()
+
+
+@pytest.fixture(scope="session")
+def prints(fingers: list[NDArray[np.uint8]]) -> dict[str, bytes]:
+    """Return PNG files: two impressions of one finger, one of another, and files that are none."""
+    first, second = fingers
+    whole = png(first)
+    return {
+        "1_1.png": whole,
+        "1_2.png": png(np.ascontiguousarray(np.rot90(first))),
+        "2_1.png": png(second),
+        "untold.png": png(first, dpi=None),
+        "blank.png": png(np.full((200, 200), 255, np.uint8)),
+        "truncated.png": whole[: len(whole) // 2],
+        "text.png": b"This is not an image.\n",
+        "empty.png": b"",
+    }
+
+
+@pytest.fixture
+def gallery(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return where a gallery may lie that nobody has made."""
+    return tmp_path_factory.mktemp("gallery") / "prints.db"
+
+
+@contextmanager
+def served(app: Any) -> Iterator[httpx.Client]:
+    """Serve an ASGI application on a free port of this machine; yield a client of it."""
+    import httpx
+    import uvicorn
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = uvicorn.Server(uvicorn.Config(app, log_level="critical"))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        while not server.started:
+            assert thread.is_alive(), "the server did not start"
+            time.sleep(0.01)
+        address = f"http://127.0.0.1:{listener.getsockname()[1]}"
+        try:
+            with httpx.Client(base_url=address, timeout=120, trust_env=False) as client:
+                yield client
+        finally:
+            server.should_exit = True
+            thread.join()
+
+
+@pytest.fixture(scope="session")
+def client() -> Iterator[httpx.Client]:
+    """Return a client of a server without a gallery, on one process."""
+    from fpmatch.web.app import make_app
+    from fpmatch.web.settings import Limits, Settings
+
+    settings = Settings(workers=1, limits=Limits(file_megabytes=2.0, seconds=120))
+    with served(make_app(settings)) as client:
+        yield client

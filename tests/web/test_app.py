@@ -1,0 +1,312 @@
+"""The HTTP API: it answers as the commands do, and bad input is one sentence with its status."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+
+import httpx
+
+from fpmatch.cli import main
+from fpmatch.formats.files import load_template
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.image._oriented_filter_kernel import COMPILED
+from fpmatch.web.app import STATIC, make_app
+from fpmatch.web.settings import Limits, Settings
+
+from .conftest import served
+
+Prints = dict[str, bytes]
+
+
+def sent(prints: Prints, **names: str) -> dict[str, tuple[str, bytes]]:
+    return {field: (name, prints[name]) for field, name in names.items()}
+
+
+def as_printed(folder: Path, prints: Prints, *words: str) -> dict[str, object]:
+    """Return what a command prints as JSON of these prints, without the folder in its names."""
+    for name, data in prints.items():
+        (folder / name).write_bytes(data)
+    places = [str(folder / word) if word in prints else word for word in words]
+    printed = CliRunner().invoke(main, places).stdout
+    return json.loads(printed.replace(f"{folder}/", ""))  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize("reference", ["1_2.png", "2_1.png"])
+def test_verify_answers_as_the_command_does(
+    client: httpx.Client, prints: Prints, tmp_path: Path, reference: str
+) -> None:
+    answer = client.post("/verify", files=sent(prints, probe="1_1.png", reference=reference))
+    assert answer.status_code == 200
+    assert answer.json() == as_printed(tmp_path, prints, "verify", "1_1.png", reference, "--json")
+    assert answer.json()["match"] == (reference == "1_2.png")
+
+
+def test_options_of_verify_are_those_of_the_command(
+    client: httpx.Client, prints: Prints, tmp_path: Path
+) -> None:
+    options = {"fmr": 0.01, "probe_dpi": 450, "dpi": 500, "matcher": "paper"}
+    files = sent(prints, probe="1_1.png", reference="1_2.png")
+    words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+    words = [word.replace("_", "-") for word in words]
+    printed = as_printed(tmp_path, prints, "verify", "1_1.png", "1_2.png", "--json", *words)
+    assert client.post("/verify", files=files, data=options).json() == printed
+
+
+def test_extract_returns_the_template_that_the_package_extracts(
+    client: httpx.Client, prints: Prints, tmp_path: Path
+) -> None:
+    answer = client.post("/extract", files=sent(prints, image="1_1.png"))
+    (tmp_path / "sent.json").write_bytes(answer.content)
+    as_printed_words = ["extract", str(tmp_path / "1_1.png"), "-o", str(tmp_path / "out")]
+    (tmp_path / "1_1.png").write_bytes(prints["1_1.png"])
+    assert CliRunner().invoke(main, as_printed_words).exit_code == 0
+    assert load_template(tmp_path / "sent.json") == load_template(tmp_path / "out" / "1_1.json")
+    files = {"probe": ("1_1.json", answer.content), "reference": ("1.png", prints["1_1.png"])}
+    again = client.post("/compare", files=files).json()
+    assert again["result"]["score"] > 40
+    assert again["probe"]["kind"] == "template"
+
+
+def test_a_template_in_another_format(client: httpx.Client, prints: Prints) -> None:
+    files = sent(prints, image="1_1.png")
+    answer = client.post("/extract", files=files, data={"format": "iso2005"})
+    assert answer.content.startswith(b"FMR\0")
+    assert "template.iso" in answer.headers["content-disposition"]
+
+
+def test_overlays_are_pictures(client: httpx.Client, prints: Prints) -> None:
+    files = sent(prints, probe="1_1.png", reference="1_2.png")
+    picture = client.post("/overlay", files=files)
+    assert picture.headers["content-type"] == "image/png"
+    assert Image.open(io.BytesIO(picture.content)).size[0] >= 800
+    drawing = client.post("/overlay", files=files, data={"format": "svg", "side_by_side": "true"})
+    assert drawing.headers["content-type"] == "image/svg+xml"
+    assert drawing.text.startswith("<svg")
+
+
+def test_compare_tells_all_that_the_page_shows(client: httpx.Client, prints: Prints) -> None:
+    files = sent(prints, probe="1_1.png", reference="1_2.png")
+    shown = client.post("/compare", files=files).json()
+    assert len(shown["pairs"]) == shown["result"]["pairs"] > 5
+    assert shown["probe"]["width"], shown["probe"]["height"] == (280, 300)
+    assert shown["probe"]["picture"].startswith("data:image/webp;base64,")
+    assert shown["reference"]["ink"].startswith("data:image/png;base64,")
+    for i, j in shown["pairs"]:
+        assert i < len(shown["probe"]["minutiae"])
+        assert j < len(shown["reference"]["minutiae"])
+    assert {"Minutiae", "Transform"} <= {row["label"] for row in shown["rows"]}
+
+
+def test_a_resolution_that_nobody_tells_is_said(client: httpx.Client, prints: Prints) -> None:
+    files = sent(prints, probe="untold.png", reference="1_1.png")
+    shown = client.post("/compare", files=files).json()
+    assert shown["probe"]["notes"] == ["does not tell its resolution; 500 dpi assumed"]
+    assert shown["reference"]["notes"] == []
+
+
+def test_a_blank_picture_is_compared_all_the_same(client: httpx.Client, prints: Prints) -> None:
+    files = sent(prints, probe="blank.png", reference="1_1.png")
+    shown = client.post("/compare", files=files).json()
+    assert shown["result"]["match"] is False
+    assert shown["result"]["transform"] is None
+    assert shown["result"]["reason"]
+    assert shown["probe"]["extent"] == [0, 0, 200, 200]
+
+
+def test_stages_are_pictures_with_words(client: httpx.Client, prints: Prints) -> None:
+    found = client.post("/stages", files=sent(prints, image="1_1.png")).json()
+    names = [stage["name"] for stage in found["stages"]]
+    assert (names[0], names[-1]) == ("input", "minutiae")
+    assert all(stage["words"] for stage in found["stages"])
+    assert all(stage["picture"].startswith("data:image/webp") for stage in found["stages"])
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("text.png", "text.png: not an image of a known format"),
+        ("truncated.png", "truncated.png: "),
+        ("empty.png", "empty.png: the file is empty"),
+    ],
+)
+def test_a_bad_file_is_one_sentence(
+    client: httpx.Client, prints: Prints, name: str, words: str
+) -> None:
+    answer = client.post("/verify", files=sent(prints, probe=name, reference="1_1.png"))
+    assert answer.status_code == 422
+    assert list(answer.json()) == ["error"]
+    sentence = answer.json()["error"]
+    assert sentence.startswith(words)
+    assert "\n" not in sentence
+    assert tempfile.gettempdir() not in sentence
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ({"fmr": "5"}, "a false match rate lies"),
+        ({"threshold": "101"}, "threshold must lie in"),
+        ({"threshold": "40", "fmr": "0.1"}, "fmr and threshold exclude each other"),
+        ({"dpi": "7"}, "dpi"),
+        ({"dpi": "many"}, "dpi: input should be a valid number"),
+        ({"matcher": "nobody"}, "matcher"),
+        ({"enhance": "magic"}, "enhance: input should be"),
+    ],
+)
+def test_a_bad_option_is_one_sentence(
+    client: httpx.Client, prints: Prints, data: dict[str, str], words: str
+) -> None:
+    files = sent(prints, probe="1_1.png", reference="1_1.png")
+    answer = client.post("/verify", files=files, data=data)
+    assert answer.status_code == 422
+    assert words in answer.json()["error"]
+
+
+def test_a_missing_file_is_told(client: httpx.Client, prints: Prints) -> None:
+    answer = client.post("/verify", files=sent(prints, probe="1_1.png"))
+    assert (answer.status_code, answer.json()["error"]) == (422, "reference: field required")
+
+
+def test_too_large_a_file_and_too_large_a_picture(client: httpx.Client, prints: Prints) -> None:
+    files = {"image": ("big.tif", bytes(3_000_000))}
+    assert client.post("/extract", files=files).status_code == 413
+    huge = {"image": ("huge.pgm", b"P5 20000 20000 255\n")}
+    answer = client.post("/extract", files=huge)
+    assert (answer.status_code, "too large" in answer.json()["error"]) == (422, True)
+    stream = io.BytesIO()
+    Image.fromarray(np.full((2600, 2600), 255, np.uint8)).save(stream, "PNG")
+    wide = client.post("/extract", files={"image": ("wide.png", stream.getvalue())})
+    assert (wide.status_code, "4 megapixels" in wide.json()["error"]) == (422, True)
+
+
+def test_addresses_and_methods_that_are_not_there(client: httpx.Client) -> None:
+    assert client.get("/nothing").json() == {"error": "there is nothing at this address"}
+    assert client.get("/%2e%2e/app.py").status_code == 404
+    assert client.put("/verify").status_code == 405
+    assert client.post("/identify").status_code == 405  # no gallery was given: no such address
+
+
+def test_names_never_become_places(client: httpx.Client, prints: Prints, tmp_path: Path) -> None:
+    files = {
+        "probe": ("../../../../etc/passwd", prints["1_1.png"]),
+        "reference": (f"{tmp_path}/<script>", prints["1_2.png"]),
+    }
+    answer = client.post("/verify", files=files).json()
+    assert (answer["probe"], answer["reference"]) == ("passwd", "<script>")
+
+
+def test_nothing_is_left_in_the_temporary_folder(
+    prints: Prints, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # for the workers
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # for the server
+    with served(make_app(Settings(workers=1))) as client:
+        for name in ("1_1.png", "text.png"):
+            files = {"probe": (name, prints[name]), "reference": ("r", bytes(1_900_000))}
+            assert client.post("/verify", files=files).status_code == 422
+            assert list(tmp_path.iterdir()) == []
+
+
+def test_many_at_once_get_each_its_own_answer(client: httpx.Client, prints: Prints) -> None:
+    names = ["1_1.png", "1_2.png", "2_1.png"]
+    pairs = [(a, b) for a in names for b in names if a != b][: 6 if COMPILED else 2]
+
+    def ask(pair: tuple[str, str]) -> dict[str, object]:
+        files = sent(prints, probe=pair[0], reference=pair[1])
+        answer = client.post("/verify", files=files)
+        assert answer.status_code == 200
+        return answer.json()  # type: ignore[no-any-return]
+
+    alone = {pair: ask(pair) for pair in pairs}
+    with ThreadPoolExecutor(8) as people:
+        assert list(people.map(ask, pairs * 2)) == [alone[pair] for pair in pairs * 2]
+
+
+def test_too_long_work_is_stopped_and_the_next_is_done(prints: Prints) -> None:
+    settings = Settings(workers=1, limits=Limits(seconds=1e-3))
+    with served(make_app(settings)) as impatient:
+        answer = impatient.post("/extract", files=sent(prints, image="1_1.png"))
+        assert answer.status_code == 504
+        assert "was stopped" in answer.json()["error"]
+        assert impatient.get("/about").status_code == 200
+
+
+def test_a_gallery_is_enrolled_in_and_searched(prints: Prints, gallery: Path) -> None:
+    with open_gallery(gallery, create=True):
+        pass
+    with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
+        done = client.post("/enrol", files=sent(prints, image="1_1.png"))
+        assert (done.status_code, done.json()["subject"], done.json()["impression"]) == (
+            201,
+            "1",
+            "1",
+        )
+        again = client.post("/enrol", files=sent(prints, image="1_1.png"))
+        assert (again.status_code, again.json()["enrolled"]) == (200, False)
+        label = {"subject": "ada", "finger": "left-thumb"}
+        other = client.post("/enrol", files=sent(prints, image="2_1.png"), data=label)
+        assert other.json()["subject"] == "ada"
+        taken = client.post("/enrol", files=sent(prints, image="1_2.png"), data=label)
+        assert taken.status_code == 409
+        unnamed = client.post("/enrol", files={"image": ("holiday.png", prints["1_2.png"])})
+        assert unnamed.status_code == 422
+        blank = client.post("/enrol", files={"image": ("9_1.png", prints["blank.png"])})
+        assert blank.json()["error"] == "9_1.png: no minutiae found"
+        assert client.get("/gallery").json()["impressions"] == 2
+
+        files = sent(prints, probe="1_2.png")
+        found = client.post("/identify", files=files, data={"candidates": 1}).json()
+        assert (found["compared"], len(found["candidates"])) == (2, 1)
+        best = found["candidates"][0]
+        assert (best["subject"], best["source"]) == ("1", "1_1.png")
+        shown = client.post(f"/gallery/{best['id']}/compare", files=files).json()
+        assert shown["result"]["match"]
+        assert shown["reference"]["kind"] == "template"
+        overlay = client.post(f"/gallery/{best['id']}/overlay", files=files)
+        assert overlay.content.startswith(b"\x89PNG")
+        missing = client.post("/gallery/77/compare", files=files)
+        assert missing.status_code == 404
+        assert str(gallery.parent) not in missing.text
+        gallery.write_bytes(b"no gallery")
+        damaged = client.get("/gallery")
+        assert damaged.status_code == 500
+        assert damaged.json()["error"].startswith("prints.db: not a gallery")
+        assert str(gallery.parent) not in damaged.text
+
+
+def test_the_api_describes_itself(client: httpx.Client) -> None:
+    paths = client.get("/openapi.json").json()["paths"]
+    assert {"/verify", "/extract", "/overlay", "/compare", "/stages", "/about"} == set(paths)
+
+
+def test_the_page_is_light_and_brings_all_it_needs() -> None:
+    files = [path for path in STATIC.iterdir() if path.is_file()]
+    assert sum(path.stat().st_size for path in files) < 200_000
+    for path in files:
+        text = path.read_text(encoding="utf-8")
+        foreign = set(re.findall(r"https?://[^\s\"'`]+", text)) - {"http://www.w3.org/2000/svg"}
+        assert not foreign, path.name
+        if path.suffix == ".html":
+            assert not re.search(r"<script(?![^>]* src=)|\son\w+=|\sstyle=|javascript:", text)
+        assert "innerHTML" not in text
+
+
+def test_the_page_and_its_parts_are_served(client: httpx.Client) -> None:
+    page = client.get("/")
+    assert page.headers["content-type"].startswith("text/html")
+    for name in re.findall(r'(?:src|href)="([\w.-]+\.(?:js|css|svg|html))"', page.text):
+        assert client.get(f"/{name}").status_code == 200, name

@@ -1,0 +1,200 @@
+"""Who may ask: hosts, origins, tokens, sizes, how many at once; and the headers of safety."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("fastapi", reason="the extra `web` is not installed")
+pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
+pytest.importorskip("httpx", reason="httpx is not installed")
+
+import httpx
+
+from fpmatch.web.guard import FORM_BYTES, Guard
+from fpmatch.web.settings import Limits, Settings
+
+from .conftest import served
+
+TOKEN = "a-long-enough-token"
+LIMITS = Limits(file_megabytes=0.05, upload_seconds=5.0, waiting=1)
+MOST = 2 * 50_000 + FORM_BYTES
+
+
+async def echo(scope: Any, receive: Any, send: Any) -> None:
+    """Answer with the number of bytes that came."""
+    size, more = 0, scope["method"] == "POST"
+    while more:
+        message = await receive()
+        size += len(message.get("body", b""))
+        more = message.get("more_body", False)
+    headers = [(b"content-type", b"text/plain")]
+    await send({"type": "http.response.start", "status": 200, "headers": headers})
+    await send({"type": "http.response.body", "body": str(size).encode()})
+
+
+def guarded(**settings: Any) -> Guard:
+    return Guard(echo, Settings(workers=1, limits=LIMITS, **settings))
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[httpx.Client]:
+    with served(guarded()) as client:
+        client.headers["host"] = "localhost:8000"
+        yield client
+
+
+@pytest.mark.parametrize(
+    "host", ["localhost", "localhost:99", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST"]
+)
+def test_names_of_this_server_are_answered(client: httpx.Client, host: str) -> None:
+    assert client.get("/about", headers={"host": host}).status_code == 200
+
+
+@pytest.mark.parametrize("host", ["evil.example", "localhost.evil.example", "10.0.0.7", "[::2]"])
+def test_other_names_are_refused(client: httpx.Client, host: str) -> None:
+    answer = client.get("/about", headers={"host": host})
+    assert answer.status_code == 421
+    assert "not called" in answer.json()["error"]
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({}, 200),
+        ({"origin": "http://localhost:8000"}, 200),
+        ({"origin": "https://localhost:8000", "sec-fetch-site": "same-origin"}, 200),
+        ({"origin": "http://localhost:9000"}, 403),
+        ({"origin": "http://evil.example"}, 403),
+        ({"origin": "null"}, 403),
+        ({"sec-fetch-site": "cross-site"}, 403),
+        ({"sec-fetch-site": "same-site"}, 403),
+    ],
+)
+def test_other_sites_may_not_post(
+    client: httpx.Client, headers: dict[str, str], status: int
+) -> None:
+    assert client.post("/verify", headers=headers, content=b"x").status_code == status
+
+
+def test_every_answer_has_the_headers_of_safety(client: httpx.Client) -> None:
+    for answer in (client.get("/"), client.post("/x"), client.get("/", headers={"host": "evil"})):
+        policy = answer.headers["content-security-policy"]
+        assert "default-src 'none'" in policy
+        assert "script-src 'self'" in policy
+        assert "unsafe" not in policy
+        assert answer.headers["x-content-type-options"] == "nosniff"
+        assert answer.headers["cross-origin-resource-policy"] == "same-origin"
+    assert client.post("/x").headers["cache-control"] == "no-store"
+
+
+def test_a_token_is_needed_for_all_but_the_page() -> None:
+    with served(guarded(token=TOKEN)) as client:
+        assert client.get("/").status_code == 200
+        assert client.get("/main.js").status_code == 200
+        assert client.get("/about").status_code == 401
+        assert client.post("/verify.html", content=b"x").status_code == 401
+        for given in ("", "Bearer", f"Bearer {TOKEN}x", f"Bearer {TOKEN[:-1]}", "Bearer ü"):
+            wrong = client.get("/about", headers={"authorization": given.encode()})
+            assert wrong.status_code == 401, given
+        right = client.get("/about", headers={"authorization": f"Bearer {TOKEN}"})
+        assert right.status_code == 200
+        # addresses of digits cannot be taken over by a stranger's name server
+        bearer = {"authorization": f"Bearer {TOKEN}"}
+        assert client.get("/about", headers={"host": "10.0.0.7:8000", **bearer}).status_code == 200
+        assert client.get("/about", headers={"host": "evil.example", **bearer}).status_code == 421
+
+
+def test_a_body_may_have_its_size_and_no_more(client: httpx.Client) -> None:
+    assert client.post("/verify", content=bytes(MOST)).text == str(MOST)
+    told = client.post("/verify", content=bytes(MOST + 1))
+    assert (told.status_code, told.json()["error"]) == (
+        413,
+        "a file may have 0.05 MB, and this is more",
+    )
+
+    def chunks() -> Iterator[bytes]:
+        for _ in range(10):
+            yield bytes(MOST // 5)
+
+    assert client.post("/verify", content=chunks()).status_code == 413
+
+
+class Wire:
+    """Requests to an application, all at once, whose bodies come when they are let."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.app = Guard(echo, Settings(workers=1, limits=limits))
+        self.released = asyncio.Event()
+
+    async def ask(self, announced: int = 0) -> tuple[int, dict[bytes, bytes]]:
+        """Return status and headers of the answer to a request that announces so many bytes."""
+        answers: list[Any] = []
+
+        async def receive() -> Any:
+            await self.released.wait()
+            return {"type": "http.request", "body": b"", "more_body": False}
+
+        async def send(message: Any) -> None:
+            answers.append(message)
+
+        headers = [(b"host", b"localhost"), (b"content-length", str(announced).encode())]
+        scope = {"type": "http", "method": "POST", "path": "/verify", "headers": headers}
+        await self.app(scope, receive, send)
+        return answers[0]["status"], dict(answers[0]["headers"])
+
+    async def ask_at_once(self, *announced: int) -> list[tuple[int, dict[bytes, bytes]]]:
+        """Return the answers to requests that come at once, and to one that comes later."""
+        asked = [asyncio.create_task(self.ask(size)) for size in announced]
+        await asyncio.sleep(0.05)
+        self.released.set()
+        return [*await asyncio.gather(*asked), await self.ask()]
+
+
+def test_one_more_than_may_wait_is_told_to_come_again() -> None:
+    async def test() -> list[tuple[int, dict[bytes, bytes]]]:
+        return await Wire(LIMITS).ask_at_once(0, 0, 0, 0)
+
+    answers = asyncio.run(test())  # one that is worked on, and one that waits
+    assert [status for status, _ in answers] == [200, 200, 503, 503, 200]
+    assert answers[2][1][b"retry-after"].isdigit()
+
+
+def test_what_waits_has_a_size_that_memory_can_hold() -> None:
+    limits = Limits(file_megabytes=1.0, megabytes_at_once=1.5)
+
+    async def test() -> list[tuple[int, dict[bytes, bytes]]]:
+        return await Wire(limits).ask_at_once(1_600_000, 100_000, 100_000)
+
+    assert [status for status, _ in asyncio.run(test())] == [200, 503, 503, 200]
+
+
+def test_a_body_that_does_not_come_is_given_up() -> None:
+    async def ask() -> int:
+        limits = Limits(upload_seconds=0.05)
+        answers: list[Any] = []
+        calls = 0
+
+        async def receive() -> Any:
+            nonlocal calls
+            calls += 1
+            if calls > 1:
+                return {"type": "http.disconnect"}
+            await asyncio.sleep(10)
+
+        async def send(message: Any) -> None:
+            answers.append(message)
+
+        scope = {
+            "type": "http",
+            "method": "POST",
+            "path": "/verify",
+            "headers": [(b"host", b"localhost")],
+        }
+        await Guard(echo, Settings(limits=limits))(scope, receive, send)
+        return int(answers[0]["status"])
+
+    assert asyncio.run(ask()) == 408

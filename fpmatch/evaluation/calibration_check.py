@@ -6,6 +6,8 @@ prints that the calibration was not fitted to, the share that does shows what th
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,10 +15,13 @@ import numpy as np
 
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.prepared_many import PreparedMany
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.evaluation.report import EvaluationReport, SetResult
     from fpmatch.matching.calibration import Calibration
 
@@ -103,6 +108,48 @@ def check_calibration(
         *checks,
         CalibrationCheck("all", sum(check.impostors for check in checks), tuple(reached)),
     ]
+
+
+def check_among(
+    sets: Sequence[ExtractedSet], name: str, workers: int | None = None
+) -> CalibrationCheck:
+    """Count the impostors among all impressions of all databases that reach the scores.
+
+    Fingers of different databases are taken for different ones, so that a few databases make very
+    many impostor comparisons. The default matcher compares.
+
+    Parameters
+    ----------
+    sets : sequence of ExtractedSet
+        The databases.
+    name : str
+        What to call them together.
+    workers : int, optional
+        Threads to use (default: one a core).
+
+    Returns
+    -------
+    CalibrationCheck
+        One for all.
+    """
+    templates, finger = [], []
+    for number, one in enumerate(sets):
+        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True):
+            if found.template is not None:
+                templates.append(MATCHER.prepare(found.template))
+                finger.append((number, impression.finger))
+    many = PreparedMany.of(templates)
+    label = np.unique(np.array(finger).reshape(-1, 2), axis=0, return_inverse=True)[1].ravel()
+    calibration = load_calibration(MATCHER.name)
+
+    def counted(k: int) -> tuple[int, ...]:
+        similarity = MATCHER.similarities(templates[k], many, k + 1)
+        scores = calibration.scores(similarity[label[k + 1 :] != label[k]])
+        return (len(scores), *(int((scores >= at).sum()) for at in SCORES))
+
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        counts = np.sum(list(pool.map(counted, range(len(templates)))), axis=0).tolist()
+    return CalibrationCheck(name, counts[0], tuple(counts[1:]))
 
 
 def format_calibration_checks(checks: Sequence[CalibrationCheck]) -> str:

@@ -89,7 +89,7 @@ def _flat_border(grey: NDArray[np.uint8], p: NormalizationParameters) -> NDArray
     spread = cv2.subtract(cv2.dilate(grey, box), cv2.erode(grey, box))
     flat = cv2.dilate((spread <= p.flat_range).astype(np.uint8), box)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(flat, connectivity=4)
-    border = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
+    border = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
     outside = np.zeros(count, bool)
     outside[border] = stats[border, cv2.CC_STAT_AREA] >= p.min_flat_area_px
     outside[0] = False

@@ -125,6 +125,6 @@ def in_words(seconds: float) -> str:
     ('31.2 µs', '52.1 ms', '12.5 s')
     """
     for factor, unit in ((1e6, "µs"), (1e3, "ms")):
-        if seconds * factor < 1000:
+        if seconds * factor < 999.5:
             return f"{seconds * factor:.3g} {unit}"
     return f"{seconds:.3g} s"

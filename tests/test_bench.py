@@ -57,7 +57,8 @@ def test_a_number_stands_as_it_is() -> None:
 
 def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure() -> None:
     sources = "\n".join(path.read_text(encoding="utf-8") for path in SPEED.glob("bench_*.py"))
-    groups = re.findall(r'^@(?:cpu|wall)\("([^"]+)"\)', sources, flags=re.MULTILINE)
+    marks = r'^@(?:cpu|cpu_of_processes|wall)\("([^"]+)"\)'
+    groups = re.findall(marks, sources, flags=re.MULTILINE)
     assert sorted(groups) == sorted(figure.name for figure in FIGURES)
 
 

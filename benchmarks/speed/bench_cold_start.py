@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from in_turn import OURS, in_turn, wall
+from in_turn import OURS, cpu_of_processes, in_turn, wall
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data"
 HEAVY = ("scipy", "cv2", "skimage")
@@ -17,7 +17,7 @@ def _run(words: list[str], environment: dict[str, str]) -> None:
     subprocess.run(words, env=environment, stdout=subprocess.DEVNULL, check=True)
 
 
-@wall("cold start of verify")
+@cpu_of_processes("cold start of verify")
 @in_turn(5)
 def test_verify(benchmark: Any, side: str, command: list[str], environment: dict[str, str]) -> None:
     """Verify two image files; the yardstick imports what no decision can do without."""
@@ -27,7 +27,7 @@ def test_verify(benchmark: Any, side: str, command: list[str], environment: dict
     benchmark.pedantic(_run, (words, environment), rounds=3, warmup_rounds=1)
 
 
-@wall("cold start of help")
+@cpu_of_processes("cold start of help")
 @in_turn(5)
 def test_help(benchmark: Any, side: str, command: list[str], environment: dict[str, str]) -> None:
     """Show the help; the yardstick imports the library of the command line."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import time
 
 import pytest
@@ -27,3 +28,13 @@ def cpu(group: str) -> pytest.MarkDecorator:
 def wall(group: str) -> pytest.MarkDecorator:
     """Return the mark of a benchmark whose measure is the time that passes."""
     return pytest.mark.benchmark(group=group, timer=time.perf_counter)
+
+
+def cpu_of_processes(group: str) -> pytest.MarkDecorator:
+    """Return the mark of a benchmark whose measure is the CPU time of processes that it runs."""
+    return pytest.mark.benchmark(group=group, timer=_of_children)
+
+
+def _of_children() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime

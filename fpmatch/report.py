@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.caption import odds, verdict
+from fpmatch.drawing.words import odds, verdict
 from fpmatch.matching.calibration import MAX_SCORE
 
 if TYPE_CHECKING:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-START, END = "<!-- measured:start -->", "<!-- measured:end -->"
 
-
-def with_tables(page: str, tables: str) -> str:
-    """Return the page with other tables between its marks."""
-    before, _, rest = page.partition(START)
-    _, _, after = rest.partition(END)
-    return f"{before}{START}\n\n{tables.strip()}\n\n{END}{after}"
+def with_tables(page: str, tables: str, mark: str = "measured") -> str:
+    """Return the page with other tables between its marks of that name."""
+    start, end = f"<!-- {mark}:start -->", f"<!-- {mark}:end -->"
+    before, _, rest = page.partition(start)
+    _, _, after = rest.partition(end)
+    return f"{before}{start}\n\n{tables.strip()}\n\n{end}{after}"

@@ -69,6 +69,8 @@ install_editable() {
     else
         install .venv "$1" "$state" --editable ".[$1]"
     fi
+    # pip does this for what it copies; where Python may write no bytecode, every start would
+    .venv/bin/python -m compileall -q fpmatch
 }
 
 # install_interpreted: install a copy of this folder into .venv-interpreted, with no kernel compiled.

@@ -125,7 +125,7 @@ def test_types_cost_no_more_than_numpy() -> None:
 
 def test_help_imports_nothing_heavy() -> None:
     statement = (
-        "import io\nfrom fpmatch.cli import main\nsys.stdout = io.StringIO()\n"
+        "import io\nfrom fpmatch.cli.group import fpmatch as main\nsys.stdout = io.StringIO()\n"
         "main(['--help'], standalone_mode=False)\nsys.stdout = sys.__stdout__"
     )
     modules = imported_by(statement)
@@ -136,6 +136,23 @@ def test_help_imports_nothing_heavy() -> None:
 def test_a_verification_imports_neither_scipy_nor_skimage() -> None:
     statement = "import fpmatch; fpmatch.extract, fpmatch.verify, fpmatch.read_image"
     assert not imported_by(statement) & {"scipy", "skimage", "matplotlib"}
+
+
+def test_the_command_verifies_with_what_it_needs_alone() -> None:
+    prints = [str(PACKAGE.parent / "sample_data" / f"101_{n}.tif") for n in (1, 3)]
+    if not all(Path(path).exists() for path in prints):
+        pytest.skip("the sample prints are not beside the package")
+    statement = (
+        "import io\nfrom fpmatch.cli.group import fpmatch as main\nsys.stdout = io.StringIO()\n"
+        f"main(['verify', *{prints}], standalone_mode=False)\nsys.stdout = sys.__stdout__"
+    )
+    modules = imported_by(statement)
+    assert not modules & {"scipy", "skimage", "sqlalchemy", "numpy.ma", "importlib.metadata"}
+    assert not modules & {"fpmatch.formats.registry", "fpmatch.drawing.scene"}
+
+
+def test_worker_processes_import_no_commands() -> None:
+    assert "click" not in imported_by("from fpmatch.cli import main")
 
 
 def allowed(room: str) -> set[str]:

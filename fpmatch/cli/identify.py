@@ -180,7 +180,7 @@ def _note(assumed: list[Path], failures: list[FpmatchError]) -> None:
 
 
 def _in_words(found: _Found) -> str:
-    from fpmatch.drawing.caption import odds
+    from fpmatch.drawing.words import odds
 
     result = found.result
     compared = f"{count(result.compared, 'print')} compared in {found.seconds:.2f} s"

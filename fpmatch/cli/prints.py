@@ -62,10 +62,10 @@ def open_print(
     FpmatchError
         If it can be read neither as a template nor as an image.
     """
-    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.image.read import GreyImage
 
     found = read_print(path, raw)
-    if isinstance(found, TemplateRecord):
+    if not isinstance(found, GreyImage):
         return GivenPrint(path, resolution.first_of(found, path, dpi), None)
     from fpmatch.image.extract import extract
 

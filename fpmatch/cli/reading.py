@@ -28,9 +28,9 @@ def read(path: Path, raw: Sequence[RawSize] = ()) -> GreyImage:
 
 def read_print(path: Path, raw: Sequence[RawSize] = ()) -> GreyImage | TemplateRecord:
     """Read a file as a template if it is one, else as `read` does."""
-    from fpmatch.gallery import prints
+    from fpmatch.gallery.read_print import read_print as read_either
 
-    return prints.read_print(path, partial(read, raw=raw))
+    return read_either(path, partial(read, raw=raw))
 
 
 @contextmanager

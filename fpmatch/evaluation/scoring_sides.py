@@ -16,7 +16,8 @@ import numpy as np
 from fpmatch.errors import FpmatchError, ScoringError
 from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.prints import PrintFile, extract_print, find_prints, read_print
+from fpmatch.gallery.prints import PrintFile, extract_print, find_prints
+from fpmatch.gallery.read_print import read_print
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:

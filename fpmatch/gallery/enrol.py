@@ -9,22 +9,21 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.engine import cores
 from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.errors import FpmatchError
 from fpmatch.gallery.duplicates import Claim
-from fpmatch.gallery.entry import Failure, Label, NewEntry
+from fpmatch.gallery.entry import Failure, NewEntry
+from fpmatch.gallery.extraction import ExtractedJob, Job, extract_jobs
 from fpmatch.gallery.names import NamePattern, as_text
 from fpmatch.gallery.prints import extract_print
 from fpmatch.output import reason
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from fpmatch.engine.engine import Engine
+    from fpmatch.gallery.extraction import Extractor
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.prints import ExtractedPrint, PrintFile
-
-    Extractor = Callable[[PrintFile], ExtractedPrint]
+    from fpmatch.gallery.prints import PrintFile
 
 IMAGES_PER_CHUNK: Final = 4
 IMAGES_PER_LOOK: Final = 32  # of which it is asked at once whether they are enrolled
@@ -97,30 +96,12 @@ def enrol(
     progress("enrol", 0, len(prints))
     with (
         engine or cores() as place,
-        closing(place.map(_extract, extractor, run.new(prints))) as results,
+        closing(place.map(extract_jobs, extractor, run.new(prints))) as results,
     ):
         for chunk in results:
             run.take(chunk)
     run.take([])
     return Enrolment(run.enrolled, run.known, tuple(run.failures), tuple(run.assumed))
-
-
-@dataclass(frozen=True, slots=True)
-class _Job:
-    """One picture that is new."""
-
-    file: PrintFile
-    label: Label
-    content: bytes
-
-
-@dataclass(frozen=True, slots=True)
-class _Extracted:
-    """What came of it, or the reason why nothing did."""
-
-    job: _Job
-    extracted: ExtractedPrint | None = None
-    reason: str = ""
 
 
 @dataclass(slots=True)
@@ -137,9 +118,9 @@ class _Run:
     assumed: list[Path] = field(default_factory=list)
     unsaved: list[Failure] = field(default_factory=list)
 
-    def new(self, prints: Sequence[PrintFile]) -> Iterator[list[_Job]]:
+    def new(self, prints: Sequence[PrintFile]) -> Iterator[list[Job]]:
         """Yield the pictures that are not enrolled, in chunks of work."""
-        waiting: list[_Job] = []
+        waiting: list[Job] = []
         for k in range(0, len(prints), IMAGES_PER_LOOK):
             waiting += self._wanted(prints[k : k + IMAGES_PER_LOOK])
             while len(waiting) >= IMAGES_PER_CHUNK:
@@ -148,7 +129,7 @@ class _Run:
         if waiting:
             yield waiting
 
-    def _wanted(self, prints: Sequence[PrintFile]) -> Iterator[_Job]:
+    def _wanted(self, prints: Sequence[PrintFile]) -> Iterator[Job]:
         """Yield those pictures against which nothing speaks."""
         jobs = []
         for file in prints:
@@ -167,7 +148,7 @@ class _Run:
                 self.known += 1
         self._tell()
 
-    def _read(self, file: PrintFile) -> _Job | Failure:
+    def _read(self, file: PrintFile) -> Job | Failure:
         """Return what is to be enrolled of a file, or why it cannot be."""
         label = self.pattern.label(file.path)
         if label is None:
@@ -176,9 +157,9 @@ class _Run:
             content = hashlib.sha256(file.path.read_bytes()).digest()
         except OSError as error:
             return _failure(file, reason(error))
-        return _Job(file, label, content)
+        return Job(file, label, content)
 
-    def take(self, results: Sequence[_Extracted]) -> None:
+    def take(self, results: Sequence[ExtractedJob]) -> None:
         """Keep what came of some pictures, and what has failed since."""
         new = []
         for result in results:
@@ -209,14 +190,3 @@ class _Run:
 def _failure(file: PrintFile, why: str) -> Failure:
     """Return the failure of a file; its path is not said twice."""
     return Failure(as_text(file.path.absolute()), why.removeprefix(f"{file.path}: "))
-
-
-def _extract(extractor: Extractor, jobs: Sequence[_Job]) -> list[_Extracted]:
-    return [_extract_one(extractor, job) for job in jobs]
-
-
-def _extract_one(extractor: Extractor, job: _Job) -> _Extracted:
-    try:
-        return _Extracted(job, extractor(job.file))
-    except FpmatchError as error:
-        return _Extracted(job, reason=str(error))

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, TemplateError
-from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_record
+from fpmatch.formats.files import is_template_file
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.registry import CODECS
+from fpmatch.gallery.read_print import read_print
 from fpmatch.image.print_folder import describe_folder, images_in
-from fpmatch.image.read import read_image
 from fpmatch.minutiae import check_dpi
 
 if TYPE_CHECKING:
@@ -90,31 +90,6 @@ def find_prints(
             own = folder_dpi(path.parent) if dpi is None else dpi
             found.setdefault(path.absolute(), PrintFile(path, own))
     return list(found.values())
-
-
-def read_print(
-    path: Path, image_reader: Callable[[Path], GreyImage] = read_image
-) -> GreyImage | TemplateRecord:
-    """Read a file as a template if it is one, else as an image.
-
-    Parameters
-    ----------
-    path : Path
-        The file. One that has both an image and minutiae, as AN2 may, is read as an image.
-    image_reader : callable
-        Reads images (default: `read_image`).
-
-    Returns
-    -------
-    GreyImage or TemplateRecord
-        What it holds.
-
-    Raises
-    ------
-    TemplateError, ImageReadError, ImageError
-        If it cannot be read.
-    """
-    return load_record(path) if holds_minutiae_only(path) else image_reader(path)
 
 
 def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrint:

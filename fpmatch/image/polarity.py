@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.image.percentiles import percentiles
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -85,15 +87,15 @@ def ridges_are_white(grey: NDArray[np.uint8], parameters: PolarityParameters | N
     if not len(blocks):
         return False
     deviation = blocks.std(axis=1)
-    contrast = float(np.percentile(deviation, p.strong_percentile))
+    contrast = float(percentiles(deviation, p.strong_percentile)[0])
     print_ = deviation > p.print_contrast * contrast
     quiet = deviation < p.quiet_contrast * contrast
     if contrast < p.min_contrast or print_.mean() < p.min_print or quiet.mean() < p.min_background:
         return False
-    dark, bright = np.percentile(blocks[print_], p.white_percentiles)
-    level = (np.median(blocks[quiet], axis=1) - dark) / max(bright - dark, 1.0)
+    dark, bright = percentiles(blocks[print_].ravel(), *p.white_percentiles)
+    level = (percentiles(blocks[quiet], 50)[0] - dark) / max(bright - dark, 1.0)
     is_bright = float((level > p.bright_level).mean())
-    return bool(np.median(level) < p.dark_level and is_bright <= p.max_bright)
+    return bool(percentiles(level, 50)[0] < p.dark_level and is_bright <= p.max_bright)
 
 
 def _blocks(grey: NDArray[np.uint8], side: int) -> NDArray[np.float32]:

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from fpmatch.image.cells import blur_cells, cells_to_pixels, pixels_to_cells
+from fpmatch.image.percentiles import percentiles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -109,7 +110,8 @@ def _of_contrast(
     ridges = ridges & valid
     if not ridges.any():
         return ridges
-    usual = float(np.median(contrast[ridges & (strength >= np.median(strength[ridges]))]))
+    strong = ridges & (strength >= percentiles(strength[ridges], 50)[0])
+    usual = float(percentiles(contrast[strong], 50)[0])
     ridges &= contrast >= max(p.min_contrast, min_relative_contrast * usual)
     return _tidy(ridges, p)
 

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.matching import _neighbourhood_kernel as kernel
+from fpmatch.pointset._one_ring_kernel import centre_images
 from fpmatch.pointset.delaunay import triangulate
-from fpmatch.pointset.one_rings import map_to_unit_circle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.one_rings import OneRings
     from fpmatch.pointset.triangulation import Triangulation
 
 
@@ -96,124 +96,52 @@ def neighbourhoods(
         One for each minutia.
     """
     p = parameters or NeighbourhoodParameters()
-    mesh = triangulate(np.ascontiguousarray(points[:2].T))
-    rings = map_to_unit_circle(mesh)
-    ring_start, ring, circle = _anchored(points, rings)
-    importance = _importance(points.shape[1], ring_start, ring, circle[2], p)
-    neighbour, count = _nearest_of_two_rings(points, mesh, p.size)
-    return Neighbourhoods(
-        count=count,
-        neighbour=_as_wide(neighbour, p.size),
-        frame=_in_own_frames(points, neighbour, count, importance, p),
-        ring_start=ring_start,
-        ring=ring,
-        circle=circle,
+    n = points.shape[1]
+    mesh = triangulate(points[:2].T)
+    ring_start, ring, circle = _anchored_rings(points, mesh)
+    count = np.empty(n, np.int32)
+    neighbour = np.zeros((n, p.size), np.int32)
+    frame = np.zeros((n, 6, p.size), np.float32)
+    kernel.nearest_in_own_frames(
+        points,
+        mesh.edges,
+        ring_start,
+        ring,
+        circle[2],
+        p.second_ring_weight,
+        p.tolerance_px,
+        p.tolerance_per_px,
+        count,
+        neighbour,
+        frame,
     )
+    return Neighbourhoods(count, neighbour, frame, ring_start, ring, circle)
 
 
-def _anchored(
-    points: NDArray[np.float64], rings: OneRings
+def _anchored_rings(
+    points: NDArray[np.float64], mesh: Triangulation
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
-    """Return the rings in the order of their centres, their circles turned to the directions.
-
-    The circle is turned so that the place on the boundary where the minutia's direction leaves
-    its ring lies at angle 0.
-    """
-    n = points.shape[1]
-    length = np.zeros(n, np.int64)
-    length[rings.centre] = rings.degree
-    ring_start = np.zeros(n + 1, np.int32)
-    np.cumsum(length, out=ring_start[1:])
-    ring = np.empty(ring_start[-1], np.int32)
+    """Return `ring_start`, `ring` and `circle` of `Neighbourhoods`."""
+    closed = mesh.interior
+    length = np.diff(mesh.ring_start)
+    ring = mesh.ring[np.repeat(closed, length)]
+    centre = closed.nonzero()[0].astype(np.int32)
+    start = _starts(length[closed])
     circle = np.empty((3, len(ring)))
-    z = points[0] + 1j * points[1]
-    direction = points[2] + 1j * points[3]
-    for k, centre in enumerate(rings.centre):
-        entries = slice(rings.start[k], rings.start[k + 1])
-        vertex = rings.vertex[entries]
-        on_circle = rings.circle[0, entries] + 1j * rings.circle[1, entries]
-        seen = (z[vertex] - z[centre]) * np.conj(direction[centre])
-        turned = on_circle * np.conj(_leaving_point(seen, on_circle))
-        here = slice(ring_start[centre], ring_start[centre + 1])
-        ring[here] = vertex
-        circle[0, here], circle[1, here] = turned.real, turned.imag
-        circle[2, here] = rings.weight[entries]
-    return ring_start, ring, circle
+    image = np.empty((2, len(centre)))
+    kernel.lay_on_circles(points, centre, start, ring, circle)
+    centre_images(points, centre, start, ring, circle, circle[2], image)
+    around = image[0] <= 1
+    if not around.all():  # rounding has put a point outside its ring
+        kept = np.repeat(around, np.diff(start))
+        ring, circle = ring[kept], np.ascontiguousarray(circle[:, kept])
+        closed = closed.copy()
+        closed[centre[~around]] = False
+    return _starts(length * closed), ring, circle
 
 
-def _leaving_point(seen: NDArray[np.complex128], on_circle: NDArray[np.complex128]) -> complex:
-    """Return the point of the circle that stands for where the +x axis leaves the ring `seen`."""
-    k = int(np.argmax(np.mod(np.angle(seen), 2 * np.pi)))
-    before, after = seen[k], seen[(k + 1) % len(seen)]
-    rise = after.imag - before.imag
-    share = -before.imag / rise if rise > 0 else 0.0
-    side = np.angle(on_circle[(k + 1) % len(seen)] / on_circle[k]) % (2 * np.pi)
-    return complex(on_circle[k] * np.exp(1j * min(max(share, 0.0), 1.0) * side))
-
-
-def _importance(
-    n: int,
-    ring_start: NDArray[np.int32],
-    ring: NDArray[np.int32],
-    weight: NDArray[np.float64],
-    p: NeighbourhoodParameters,
-) -> NDArray[np.float64]:
-    """Return the weight of minutia j as a neighbour of minutia i, shape (N, N), before scaling."""
-    importance = np.full((n, n), p.second_ring_weight)
-    degree = np.diff(ring_start)
-    centre = np.repeat(np.arange(n), degree)
-    importance[centre, ring] += (1 - p.second_ring_weight) * weight * degree[centre]
-    return importance
-
-
-def _nearest_of_two_rings(
-    points: NDArray[np.float64], mesh: Triangulation, size: int
-) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
-    """Return each minutia's nearest neighbours in its first two rings, and how many there are."""
-    n = points.shape[1]
-    joined = np.zeros((n, n), np.float32)
-    joined[mesh.edges[:, 0], mesh.edges[:, 1]] = 1
-    joined += joined.T
-    near = (joined + joined @ joined) > 0
-    np.fill_diagonal(near, val=False)
-    distance = np.hypot(*(points[:2, :, None] - points[:2, None, :]))
-    distance[~near] = np.inf
-    neighbour = np.argsort(distance, axis=1, kind="stable")[:, :size]
-    return neighbour, np.minimum(near.sum(axis=1), size).astype(np.int32)
-
-
-def _as_wide(neighbour: NDArray[np.intp], size: int) -> NDArray[np.int32]:
-    """Return the neighbours in `size` columns, of which there are fewer minutiae than that."""
-    wide = np.zeros((len(neighbour), size), np.int32)
-    wide[:, : neighbour.shape[1]] = neighbour
-    return wide
-
-
-def _in_own_frames(
-    points: NDArray[np.float64],
-    neighbour: NDArray[np.intp],
-    count: NDArray[np.int32],
-    importance: NDArray[np.float64],
-    p: NeighbourhoodParameters,
-) -> NDArray[np.float32]:
-    """Return the rows of `Neighbourhoods.frame`; zeros where a neighbour is not listed."""
-    x, y, c, s = points
-    own_c, own_s = c[:, None], s[:, None]
-    dx, dy = x[neighbour] - x[:, None], y[neighbour] - y[:, None]
-    tolerance = p.tolerance_px + p.tolerance_per_px * np.sqrt(dx * dx + dy * dy)
-    listed = np.arange(neighbour.shape[1]) < count[:, None]
-    weight = np.take_along_axis(importance, neighbour, axis=1) * listed
-    total = np.maximum(weight.sum(axis=1), 1e-9)[:, None]
-    weight *= count[:, None] / total
-    frame = np.zeros((points.shape[1], 6, p.size), np.float32)
-    columns = (
-        own_c * dx + own_s * dy,
-        own_c * dy - own_s * dx,
-        own_c * c[neighbour] + own_s * s[neighbour],
-        own_c * s[neighbour] - own_s * c[neighbour],
-        1.0 / (tolerance * tolerance),
-        np.sqrt(weight),
-    )
-    for row, column in enumerate(columns):
-        frame[:, row, : neighbour.shape[1]] = column * listed
-    return frame
+def _starts(length: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return where runs of these lengths start, laid end to end, and where the last one ends."""
+    start = np.zeros(len(length) + 1, np.int32)
+    length.cumsum(out=start[1:])
+    return start

@@ -170,10 +170,14 @@ def prepare(
     p = parameters or PreparationParameters()
     zoom = STANDARD_DPI / template.dpi
     index = _best(template.minutiae, p.max_minutiae)
-    minutiae = template.minutiae.take(index)
+    all_of_them = len(index) == len(template.minutiae)
+    minutiae = template.minutiae if all_of_them else template.minutiae.take(index)
     angle = minutiae.angle.astype(np.float64)
-    columns = (minutiae.x * zoom, -minutiae.y * zoom, np.cos(angle), np.sin(angle))
-    points = np.stack([column.astype(np.float32) for column in columns]).astype(np.float64)
+    columns = np.empty((4, len(index)), np.float32)
+    np.multiply(minutiae.x, zoom, out=columns[0])
+    np.multiply(minutiae.y, -zoom, out=columns[1])
+    columns[2], columns[3] = np.cos(angle), np.sin(angle)
+    points = columns.astype(np.float64)
     if template.field is not None:
         region = _region_of_field(template.field, zoom)
     else:
@@ -209,6 +213,8 @@ def _qualities(minutiae: Minutiae, usual: float) -> NDArray[np.float64]:
 
 def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:
     """Return the indices, in order, of the `count` minutiae of best quality."""
+    if len(minutiae) <= count:
+        return np.arange(len(minutiae), dtype=np.int32)
     best = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")[:count]
     return np.sort(best).astype(np.int32)
 

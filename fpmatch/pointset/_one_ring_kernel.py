@@ -20,7 +20,7 @@ COMPILED = cython.compiled
 @cython.wraparound(False)
 @cython.cdivision(True)
 def centre_images(
-    point: cython.double[:, ::1],
+    point: cython.const[cython.double][:, ::1],
     centre: cython.int[::1],
     start: cython.int[::1],
     vertex: cython.int[::1],

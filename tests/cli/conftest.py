@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 from numpy.typing import NDArray
 from PIL import Image
 
-from fpmatch.cli import main
+from fpmatch.cli.group import fpmatch as main
 
 Run = Callable[..., Result]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fpmatch.cli import main
+from fpmatch.cli.group import fpmatch as main
 from fpmatch.evaluation import extraction, run
 from fpmatch.evaluation.protocol import PROTOCOLS
 from fpmatch.matching.matchers import DEFAULT_MATCHER

@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
 
-from fpmatch.cli import main
+from fpmatch.cli.group import fpmatch as main
 from fpmatch.pointset.match import POINT_MATCHERS
 from fpmatch.pointset.similarity import Similarity
 

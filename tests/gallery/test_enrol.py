@@ -238,12 +238,12 @@ def test_pictures_come_in_chunks_of_the_new_ones(gallery, folder, extractor, mon
     """Known pictures among new ones do not make chunks smaller."""
     enrol(gallery, find_prints([folder / "1_1.tif"]), engine=here(), extractor=extractor)
     sizes = []
-    work = enrol_module._extract
+    work = enrol_module.extract_jobs
 
     def noting(shared, jobs):
         sizes.append(len(jobs))
         return work(shared, jobs)
 
-    monkeypatch.setattr(enrol_module, "_extract", noting)
+    monkeypatch.setattr(enrol_module, "extract_jobs", noting)
     enrol(gallery, find_prints([folder]), engine=here(), extractor=extractor)
     assert sizes == [4, 4, 4, 4, 4, 4]

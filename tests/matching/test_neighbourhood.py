@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matching_prints import Points, any_points, moved, on_pixels, seeds, spread_points
 
+from fpmatch.matching import neighbourhood as described
 from fpmatch.matching.neighbourhood import (
     NeighbourhoodParameters,
     Neighbourhoods,
@@ -169,6 +173,40 @@ def test_anchored_rings_agree_with_their_slow_twin(seed: int) -> None:
         for j, angle, weight in zip(ring, slow.angles, slow.weights, strict=True):
             assert fast[j][0] == pytest.approx(np.exp(1j * (angle - anchor)), abs=1e-7)
             assert fast[j][1] == pytest.approx(weight, abs=1e-9)
+
+
+@given(seeds, st.integers(1, 14))
+def test_compiled_and_interpreted_agree(
+    interpreted: Callable[[str], ModuleType], seed: int, size: int
+) -> None:
+    points = any_points(seed)
+    p = NeighbourhoodParameters(size=size)
+    fast = neighbourhoods(points, p)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(described, "kernel", interpreted("_neighbourhood_kernel"))
+        slow = neighbourhoods(points, p)
+    for name in Neighbourhoods.__slots__:
+        assert getattr(fast, name).tolist() == getattr(slow, name).tolist()
+
+
+@given(seeds)
+def test_a_minutia_that_rounding_put_outside_its_ring_has_none(seed: int) -> None:
+    points = spread_points(np.random.default_rng(seed), 25)
+    before = neighbourhoods(points)
+    centre = int(np.flatnonzero(np.diff(before.ring_start))[0])
+    images = described.centre_images
+
+    def with_the_first_outside(*arrays: Any) -> None:
+        images(*arrays)
+        arrays[-1][0, 0] = 2.0
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(described, "centre_images", with_the_first_outside)
+        after = neighbourhoods(points)
+    assert not ring_of(after, centre)
+    for i in set(range(25)) - {centre}:
+        assert ring_of(after, i) == ring_of(before, i)
+    assert after.count.tolist() == before.count.tolist()
 
 
 @given(seeds, st.floats(-math.pi, math.pi), st.complex_numbers(max_magnitude=500))

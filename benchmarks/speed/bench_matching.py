@@ -1,0 +1,76 @@
+"""Matching: preparing and comparing templates of 40 minutiae, in triangulations by scipy."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from in_turn import OURS, cpu, in_turn
+
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from fpmatch.matching.prepare import PreparedTemplate
+
+FIELD_CELLS = (22, 19)
+
+
+@cpu("comparison, 1:1")
+@in_turn(7)
+def test_comparison(
+    benchmark: Any,
+    side: str,
+    prepared: list[PreparedTemplate],
+    triangulations: Callable[[], object],
+) -> None:
+    """Compare each with each of fifteen prints of three fingers, 30 genuine pairs among 105."""
+    pairs = list(combinations(prepared[:15], 2))
+    work = (lambda: [MATCHER.compare(a, b) for a, b in pairs]) if side == OURS else triangulations
+    benchmark.extra_info["calls"] = len(pairs) if side == OURS else 50
+    benchmark.pedantic(work, rounds=5, warmup_rounds=1)
+
+
+@cpu("comparison, 1:N")
+@in_turn(7)
+def test_comparison_with_many(
+    benchmark: Any,
+    side: str,
+    prepared: list[PreparedTemplate],
+    triangulations: Callable[[], object],
+) -> None:
+    """Compare a print with a thousand, packed, of which five are of its finger's ten."""
+    many = PreparedMany.joined([PreparedMany.of(prepared)] * 20)
+    work = (lambda: MATCHER.similarities(prepared[0], many)) if side == OURS else triangulations
+    benchmark.extra_info["calls"] = len(many) if side == OURS else 50
+    benchmark.pedantic(work, rounds=5, warmup_rounds=1)
+
+
+@cpu("preparation")
+@in_turn(7)
+def test_preparation(
+    benchmark: Any,
+    side: str,
+    prepared: list[PreparedTemplate],
+    triangulations: Callable[[], object],
+) -> None:
+    """Prepare fifty templates with ridge fields for comparison."""
+    templates = [_template_of(print_, seed) for seed, print_ in enumerate(prepared)]
+    work = (lambda: [MATCHER.prepare(t) for t in templates]) if side == OURS else triangulations
+    benchmark.extra_info["calls"] = 50
+    benchmark.pedantic(work, rounds=7, warmup_rounds=1)
+
+
+def _template_of(print_: PreparedTemplate, seed: int) -> Template:
+    """Return a template of a prepared print's minutiae, with ridges of its own."""
+    rng = np.random.default_rng(seed)
+    x, y, c, s = print_.points
+    minutiae = Minutiae(x, -y, np.arctan2(s, c), quality=100 * print_.quality)
+    inside = np.ones(FIELD_CELLS, bool)
+    ridges = rng.integers(0, 2**64, FIELD_CELLS, np.uint64)
+    field = RidgeField(16.0, rng.uniform(0, np.pi, FIELD_CELLS), inside, ridges)
+    return Template(minutiae, 16 * FIELD_CELLS[1], 16 * FIELD_CELLS[0], field=field)

@@ -1,0 +1,61 @@
+"""Two cores: `evaluate` and `enrol` of 160 pictures with two workers, against one."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from in_turn import OURS, in_turn, wall
+from PIL import Image
+
+SAMPLE = Path(__file__).resolve().parents[2] / "sample_data"
+BLOCKS = 5
+TURNS_DEG = (0.0, 4.0)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder of 20 fingers with 8 impressions: the sample prints, turned a little."""
+    made = tmp_path_factory.mktemp("prints")
+    for block in range(BLOCKS):
+        for source in sorted(SAMPLE.glob("*.tif")):
+            finger, impression = source.stem.split("_")
+            for k, turn in enumerate(TURNS_DEG):
+                with Image.open(source) as picture:
+                    turned = picture.convert("L").rotate(turn - 7 * block, fillcolor=255)
+                name = f"{int(finger) + 10 * block}_{int(impression) + 4 * k}.png"
+                turned.save(made / name, dpi=(500, 500))
+    return made
+
+
+@wall("two cores, evaluate")
+@in_turn(1)
+def test_evaluate(
+    benchmark: Any, side: str, folder: Path, command: list[str], environment: dict[str, str]
+) -> None:
+    """Extract the prints and compare all pairs."""
+    words = [*command, "evaluate", str(folder), "--workers", "2" if side == OURS else "1"]
+    benchmark.pedantic(_run, (words, environment), rounds=1)
+
+
+@wall("two cores, enrol")
+@in_turn(2)
+def test_enrol(
+    benchmark: Any,
+    side: str,
+    folder: Path,
+    command: list[str],
+    environment: dict[str, str],
+    tmp_path: Path,
+) -> None:
+    """Enrol the prints in an empty gallery."""
+    gallery = str(tmp_path / "prints.db")
+    workers = "2" if side == OURS else "1"
+    words = [*command, "enrol", gallery, str(folder), "--workers", workers]
+    benchmark.pedantic(_run, (words, environment), rounds=1)
+
+
+def _run(words: list[str], environment: dict[str, str]) -> None:
+    subprocess.run(words, env=environment, capture_output=True, check=True)

@@ -1,0 +1,130 @@
+"""The figures of the benchmarks: each a ratio with its yardstick, or a number, and its target."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import median
+from typing import TYPE_CHECKING, Any, Final
+
+from in_turn import OURS, YARDSTICK
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+TIMES_AS_FAST: Final = "times as fast"
+TIMES_THE_TIME: Final = "times the time"
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """Say what a group of benchmarks measures.
+
+    Parameters
+    ----------
+    name : str
+        The group.
+    target : float
+        The value to reach: the least where `unit` is "times as fast", else the most.
+    unit : str
+        What the value is; the two ratios are of a call of ours and of the yardstick.
+    yardstick : str
+        What stands beside it.
+    parts : int
+        How many times a call of ours does the work of one of the yardstick.
+    """
+
+    name: str
+    target: float
+    unit: str
+    yardstick: str
+    parts: int = 1
+
+
+FIGURES: Final = (
+    Figure("extraction", 12, TIMES_AS_FAST, "fingerprint-recognition 2.1.0, same image"),
+    Figure(
+        "extraction of four times the foreground",
+        1.25,
+        TIMES_THE_TIME,
+        "the same foreground in four images",
+        parts=4,
+    ),
+    Figure("extraction, peak memory", 150, "MB", "numpy and cv2 imported"),
+    Figure("comparison, 1:1", 0.5, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
+    Figure("comparison, 1:N", 0.5, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
+    Figure("preparation", 3, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
+    Figure("cold start of verify", 3, TIMES_THE_TIME, 'python -c "import numpy, cv2"'),
+    Figure("cold start of help", 1.5, TIMES_THE_TIME, 'python -c "import click"'),
+    Figure("heavy modules after import", 0, "modules", "scipy, cv2 and skimage"),
+    Figure("two cores, evaluate", 1.8, TIMES_AS_FAST, "one core"),
+    Figure("two cores, enrol", 1.8, TIMES_AS_FAST, "one core"),
+)
+
+
+def measured_figures(benchmarks: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the figures as `scripts/bench --json` writes them.
+
+    Parameters
+    ----------
+    benchmarks : sequence of mapping
+        The entries that pytest-benchmark wrote.
+
+    Returns
+    -------
+    list of dict
+        ``name``, ``value``, ``unit``, ``yardstick`` (what it is and what it took), ``target`` and
+        ``ok``, and what ours took as ``ours``; those alone that were measured.
+    """
+    found = []
+    for figure in FIGURES:
+        group = [b for b in benchmarks if b["group"] == figure.name]
+        if not group:
+            continue
+        ours, yardstick, value = _measure(figure, group)
+        at_least = figure.unit == TIMES_AS_FAST
+        found.append(
+            {
+                "name": figure.name,
+                "value": value,
+                "unit": figure.unit,
+                "yardstick": f"{figure.yardstick}: {yardstick}",
+                "target": f"{'>=' if at_least else '<='} {figure.target:g}",
+                "ok": value >= figure.target if at_least else value <= figure.target,
+                "ours": ours,
+            }
+        )
+    return found
+
+
+def _measure(figure: Figure, group: Sequence[Mapping[str, Any]]) -> tuple[str, str, float]:
+    """Return what ours and the yardstick took, in words, and the value."""
+    if figure.unit not in {TIMES_AS_FAST, TIMES_THE_TIME}:
+        (only,) = group
+        value, beside = (float(only["extra_info"][key]) for key in ("value", "yardstick"))
+        return f"{value:.4g} {figure.unit}", f"{beside:.4g} {figure.unit}", round(value, 3)
+    ours, yardstick = (
+        median(
+            seconds / benchmark["extra_info"].get("calls", 1)
+            for benchmark in group
+            if benchmark["params"]["side"] == side
+            for seconds in benchmark["stats"]["data"]
+        )
+        for side in (OURS, YARDSTICK)
+    )
+    ratio = ours / (figure.parts * yardstick)
+    value = 1 / ratio if figure.unit == TIMES_AS_FAST else ratio
+    return in_words(ours), in_words(yardstick), round(value, 3)
+
+
+def in_words(seconds: float) -> str:
+    """Return a time with a unit that suits it.
+
+    Examples
+    --------
+    >>> in_words(0.0000312), in_words(0.0521), in_words(12.5)
+    ('31.2 µs', '52.1 ms', '12.5 s')
+    """
+    for factor, unit in ((1e6, "µs"), (1e3, "ms")):
+        if seconds * factor < 999.5:
+            return f"{seconds * factor:.3g} {unit}"
+    return f"{seconds:.3g} s"

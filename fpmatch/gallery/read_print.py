@@ -1,0 +1,58 @@
+"""Read one file that holds a print, an image or a template."""
+
+from __future__ import annotations
+
+import stat
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.image.pictures import picture_reader_of
+from fpmatch.image.read import read_image
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.image.read import GreyImage
+
+_LONGEST_SIGNATURE: Final = 16  # bytes
+
+
+def read_print(
+    path: Path, image_reader: Callable[[Path], GreyImage] = read_image
+) -> GreyImage | TemplateRecord:
+    """Read a file as a template if it is one, else as an image.
+
+    Parameters
+    ----------
+    path : Path
+        The file. One that has both an image and minutiae, as AN2 may, is read as an image.
+    image_reader : callable
+        Reads images (default: `read_image`).
+
+    Returns
+    -------
+    GreyImage or TemplateRecord
+        What it holds.
+
+    Raises
+    ------
+    TemplateError, ImageReadError, ImageError
+        If it cannot be read.
+    """
+    if _begins_like_a_picture(path):  # then no codec of templates is needed to tell
+        return image_reader(path)
+    from fpmatch.formats.files import holds_minutiae_only, load_record  # noqa: PLC0415
+
+    return load_record(path) if holds_minutiae_only(path) else image_reader(path)
+
+
+def _begins_like_a_picture(path: Path) -> bool:
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            return False
+        with path.open("rb") as stream:
+            head = stream.read(_LONGEST_SIGNATURE)
+    except (OSError, ValueError):
+        return False
+    return picture_reader_of(head) is not None

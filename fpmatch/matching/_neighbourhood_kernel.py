@@ -1,0 +1,216 @@
+"""Kernel: the rings of minutiae on the unit circle, and their nearest neighbours in their frames.
+
+Two steps of describing a print, each a pass over its minutiae: `lay_on_circles` places the closed
+one-rings on the unit circle by the lengths of their sides (eq. 3), turned so that the point where
+the minutia's own direction leaves its ring lies at angle 0; `nearest_in_own_frames` finds each
+minutia's nearest neighbours in its first two rings, and where they stand as the minutia sees them.
+Interpreted, both run as they stand, to the same last bit; their twins in the tests are slow and
+plain.
+"""
+
+import cython
+import numpy as np
+
+if cython.compiled:
+    from cython.cimports.libc.math import atan2, cos, sin, sqrt
+else:
+    from math import atan2, cos, sin, sqrt
+
+COMPILED = cython.compiled
+
+FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
+LEAST_WEIGHT = cython.declare(cython.double, 1e-9)  # of all neighbours of a minutia together
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+def lay_on_circles(
+    points: cython.const[cython.double][:, ::1],
+    centre: cython.const[cython.int][::1],
+    start: cython.const[cython.int][::1],
+    vertex: cython.const[cython.int][::1],
+    circle: cython.double[:, ::1],
+) -> None:
+    """Write the places (x, y) of the rings' vertices into the first two rows of `circle`.
+
+    `points` are x, y and the unit vector of the direction (4, N). The ring of ``centre[i]`` is
+    ``vertex[start[i]:start[i + 1]]``, counter-clockwise and closed.
+    """
+    i: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    begin: cython.Py_ssize_t
+    end: cython.Py_ssize_t
+    following: cython.Py_ssize_t
+    last: cython.Py_ssize_t
+    x: cython.double
+    y: cython.double
+    c: cython.double
+    s: cython.double
+    dx: cython.double
+    dy: cython.double
+    angle: cython.double
+    largest: cython.double
+    rise: cython.double
+    share: cython.double
+    around: cython.double
+    anchor: cython.double
+    for i in range(centre.shape[0]):
+        begin = start[i]
+        end = start[i + 1]
+        x = points[0, centre[i]]
+        y = points[1, centre[i]]
+        c = points[2, centre[i]]
+        s = points[3, centre[i]]
+        # the sides' lengths add up along the ring, and the last vertex before the direction is
+        # the one that is seen farthest round from it
+        around = 0.0
+        largest = -1.0
+        last = begin
+        for m in range(begin, end):
+            following = m + 1 if m + 1 < end else begin
+            circle[0, m] = around
+            dx = points[0, vertex[following]] - points[0, vertex[m]]
+            dy = points[1, vertex[following]] - points[1, vertex[m]]
+            around += sqrt(dx * dx + dy * dy)
+            dx = points[0, vertex[m]] - x
+            dy = points[1, vertex[m]] - y
+            angle = atan2(c * dy - s * dx, c * dx + s * dy)
+            if angle < 0.0:
+                angle += FULL_TURN
+            if angle > largest:
+                largest = angle
+                last = m
+        following = last + 1 if last + 1 < end else begin
+        dx = points[0, vertex[last]] - x
+        dy = points[1, vertex[last]] - y
+        share = s * dx - c * dy
+        dx = points[0, vertex[following]] - x
+        dy = points[1, vertex[following]] - y
+        rise = c * dy - s * dx + share
+        share = share / rise if rise > 0.0 else 0.0
+        if not share > 0.0:
+            share = 0.0
+        elif share > 1.0:
+            share = 1.0
+        anchor = circle[0, last]
+        angle = circle[0, following] if following > last else around
+        anchor += share * (angle - anchor)
+        for m in range(begin, end):
+            angle = (circle[0, m] - anchor) * (FULL_TURN / around)
+            circle[0, m] = cos(angle)
+            circle[1, m] = sin(angle)
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+def nearest_in_own_frames(
+    points: cython.const[cython.double][:, ::1],
+    edge: cython.const[cython.int][:, ::1],
+    ring_start: cython.const[cython.int][::1],
+    ring: cython.const[cython.int][::1],
+    ring_weight: cython.const[cython.double][::1],
+    second_ring_weight: cython.double,
+    tolerance_px: cython.double,
+    tolerance_per_px: cython.double,
+    count: cython.int[::1],
+    neighbour: cython.int[:, ::1],
+    frame: cython.float[:, :, ::1],
+) -> None:
+    """Write `count`, `neighbour` and `frame`, as `Neighbourhoods` describes them.
+
+    `edge` (E, 2) are the joined minutiae. ``ring[ring_start[i]:ring_start[i + 1]]`` is the one-ring
+    of minutia i, if it is closed, and `ring_weight` the shape-preserving weights of its vertices.
+    Of two neighbours equally near the one of the smaller index comes first. `neighbour` and
+    `frame` hold zeros.
+    """
+    n: cython.Py_ssize_t = count.shape[0]
+    size: cython.Py_ssize_t = neighbour.shape[1]
+    i: cython.Py_ssize_t
+    e: cython.Py_ssize_t
+    f: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    j: cython.int
+    via: cython.int
+    listed: cython.int
+    dx: cython.double
+    dy: cython.double
+    c: cython.double
+    s: cython.double
+    squared: cython.double
+    total: cython.double
+    tolerance: cython.double
+    degree: cython.double
+    joined_start: cython.int[::1] = np.zeros(n + 2, np.int32)
+    joined: cython.int[::1] = np.empty(2 * edge.shape[0], np.int32)
+    met: cython.int[::1] = np.full(n, -1, np.int32)
+    weight: cython.double[::1] = np.full(n, second_ring_weight)
+    distance: cython.double[::1] = np.empty(size)
+    # the minutiae joined with each: `joined_start` runs one ahead while they are filled in
+    for e in range(edge.shape[0]):
+        joined_start[edge[e, 0] + 2] += 1
+        joined_start[edge[e, 1] + 2] += 1
+    for i in range(n):
+        joined_start[i + 2] += joined_start[i + 1]
+    for e in range(edge.shape[0]):
+        for k in range(2):
+            j = edge[e, k]
+            joined[joined_start[j + 1]] = edge[e, 1 - k]
+            joined_start[j + 1] += 1
+    for i in range(n):
+        met[i] = cython.cast(cython.int, i)
+        listed = 0
+        for e in range(joined_start[i], joined_start[i + 1]):
+            via = joined[e]
+            # the minutia in the first ring, then those joined with it
+            for f in range(joined_start[via] - 1, joined_start[via + 1]):
+                j = via if f < joined_start[via] else joined[f]
+                if met[j] == i:
+                    continue
+                met[j] = cython.cast(cython.int, i)
+                dx = points[0, j] - points[0, i]
+                dy = points[1, j] - points[1, i]
+                squared = dx * dx + dy * dy
+                if listed < size:
+                    listed += 1
+                elif not (
+                    squared < distance[size - 1]
+                    or (squared == distance[size - 1] and j < neighbour[i, size - 1])
+                ):
+                    continue
+                k = listed - 1
+                while k > 0 and (
+                    squared < distance[k - 1]
+                    or (squared == distance[k - 1] and j < neighbour[i, k - 1])
+                ):
+                    distance[k] = distance[k - 1]
+                    neighbour[i, k] = neighbour[i, k - 1]
+                    k -= 1
+                distance[k] = squared
+                neighbour[i, k] = j
+        count[i] = listed
+        degree = ring_start[i + 1] - ring_start[i]
+        for e in range(ring_start[i], ring_start[i + 1]):
+            weight[ring[e]] += (1.0 - second_ring_weight) * ring_weight[e] * degree
+        total = 0.0
+        for k in range(listed):
+            total += weight[neighbour[i, k]]
+        total = listed / (total if total > LEAST_WEIGHT else LEAST_WEIGHT)
+        c = points[2, i]
+        s = points[3, i]
+        for k in range(listed):
+            j = neighbour[i, k]
+            dx = points[0, j] - points[0, i]
+            dy = points[1, j] - points[1, i]
+            tolerance = tolerance_px + tolerance_per_px * sqrt(distance[k])
+            frame[i, 0, k] = cython.cast(cython.float, c * dx + s * dy)
+            frame[i, 1, k] = cython.cast(cython.float, c * dy - s * dx)
+            frame[i, 2, k] = cython.cast(cython.float, c * points[2, j] + s * points[3, j])
+            frame[i, 3, k] = cython.cast(cython.float, c * points[3, j] - s * points[2, j])
+            frame[i, 4, k] = cython.cast(cython.float, 1.0 / (tolerance * tolerance))
+            frame[i, 5, k] = cython.cast(cython.float, sqrt(weight[j] * total))
+        for e in range(ring_start[i], ring_start[i + 1]):
+            weight[ring[e]] = second_ring_weight

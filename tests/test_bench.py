@@ -1,0 +1,74 @@
+"""`scripts/bench`: what the benchmarks measured becomes figures with a target each."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SPEED = ROOT / "benchmarks" / "speed"
+sys.path.append(str(SPEED))
+
+from figures import FIGURES, TIMES_AS_FAST, in_words, measured_figures  # noqa: E402
+
+
+def timed(group: str, side: str, *seconds: float, calls: int = 1) -> dict[str, object]:
+    """Return a benchmark as pytest-benchmark writes it."""
+    extra = {"calls": calls}
+    return {
+        "group": group,
+        "params": {"side": side},
+        "stats": {"data": list(seconds)},
+        "extra_info": extra,
+    }
+
+
+def test_how_many_times_as_fast_is_a_ratio_of_medians() -> None:
+    ours = [timed("extraction", "ours", 0.02, 9.0, 0.02), timed("extraction", "ours", 0.02)]
+    (figure,) = measured_figures([*ours, timed("extraction", "yardstick", 0.2, 0.2, 0.1)])
+    assert figure["value"] == pytest.approx(10)
+    assert figure["ok"] is False
+    assert figure["target"] == ">= 12"
+    assert (figure["ours"], figure["yardstick"].rpartition(": ")[2]) == ("20 ms", "200 ms")
+
+
+def test_the_time_of_a_call_is_a_share_of_the_yardsticks() -> None:
+    ours = timed("preparation", "ours", 0.01, calls=50)
+    (figure,) = measured_figures([ours, timed("preparation", "yardstick", 0.005, calls=50)])
+    assert figure["value"] == pytest.approx(2)
+    assert figure["ok"] is True
+
+
+def test_a_call_may_do_the_work_of_several() -> None:
+    name = "extraction of four times the foreground"
+    (figure,) = measured_figures([timed(name, "ours", 0.5), timed(name, "yardstick", 0.1)])
+    assert figure["value"] == pytest.approx(1.25)
+
+
+def test_a_number_stands_as_it_is() -> None:
+    extra = {"value": 88.0, "yardstick": 44.0}
+    (figure,) = measured_figures([{"group": "extraction, peak memory", "extra_info": extra}])
+    assert (figure["value"], figure["ours"], figure["ok"]) == (88.0, "88 MB", True)
+
+
+def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure() -> None:
+    sources = "\n".join(path.read_text(encoding="utf-8") for path in SPEED.glob("bench_*.py"))
+    marks = r'^@(?:cpu|cpu_of_processes|wall)\("([^"]+)"\)'
+    groups = re.findall(marks, sources, flags=re.MULTILINE)
+    assert sorted(groups) == sorted(figure.name for figure in FIGURES)
+
+
+def test_the_figures_shown_are_those_of_today() -> None:
+    shown = json.loads((ROOT / "docs" / "performance.json").read_text(encoding="utf-8"))
+    relation = {True: ">=", False: "<="}
+    targets = {f.name: f"{relation[f.unit == TIMES_AS_FAST]} {f.target:g}" for f in FIGURES}
+    assert {figure["name"]: figure["target"] for figure in shown["figures"]} == targets
+
+
+def test_a_time_has_a_unit_that_suits_it() -> None:
+    times = [in_words(seconds) for seconds in (42.1e-6, 0.9999e-3, 0.9, 12)]
+    assert times == ["42.1 µs", "1 ms", "900 ms", "12 s"]

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-SHRUNK_PX: Final = 4  # of the image, in a pixel of the one that is blurred
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,23 +98,6 @@ def _flat_border(grey: NDArray[np.uint8], p: NormalizationParameters) -> NDArray
 
 
 def _blur(image: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
-    """Blur by a Gaussian of `sigma` pixels, on an image a quarter as wide where that is as good."""
-    if sigma < 2 * SHRUNK_PX:
-        return _gaussian(image, sigma)
-    height, width = image.shape
-    rows, columns = (-(-side // SHRUNK_PX) for side in (height, width))
-    below, beside = rows * SHRUNK_PX - height, columns * SHRUNK_PX - width
-    whole = cv2.copyMakeBorder(image, 0, below, 0, beside, cv2.BORDER_REFLECT)
-    small = cv2.resize(whole, (columns, rows), interpolation=cv2.INTER_AREA)
-    # means of squares and lines between them blur too, by variances of (n² - 1) / 12 and n² / 6
-    left = sigma * sigma - (SHRUNK_PX**2 - 1) / 12 - SHRUNK_PX**2 / 6
-    blurred = _gaussian(np.asarray(small, np.float32), math.sqrt(left) / SHRUNK_PX)
-    size = (columns * SHRUNK_PX, rows * SHRUNK_PX)
-    large = cv2.resize(blurred, size, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(large[:height, :width], np.float32)
-
-
-def _gaussian(image: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
     blurred: NDArray[np.float32] = cv2.GaussianBlur(  # type: ignore[assignment]
         image, (0, 0), sigma, borderType=cv2.BORDER_REFLECT
     )

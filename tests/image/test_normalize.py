@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import Grey, as_picture, concentric_rings, hostile_pictures, plane_wave
 
-from fpmatch.image.normalize import NormalizationParameters, _blur, normalize
+from fpmatch.image.normalize import NormalizationParameters, normalize
 
 CLIP = NormalizationParameters().clip
 FLAT = ["black", "white", "grey"]
@@ -124,17 +123,3 @@ def test_any_picture_gives_finite_pixels_within_the_clip(picture: Grey) -> None:
     assert np.abs(image.pixels).max() <= CLIP
     assert (image.contrast >= 0).all()
     assert not image.pixels[~image.valid].any()
-
-
-@pytest.mark.parametrize("shape", [(64, 64), (97, 131), (5, 90), (240, 161)])
-@pytest.mark.parametrize("sigma", [3.0, 8.0, 12.0, 20.0])
-def test_the_blur_on_a_small_image_is_the_blur(shape: tuple[int, int], sigma: float) -> None:
-    noise = np.random.default_rng(4).random(shape).astype(np.float32)
-    expected = cv2.GaussianBlur(noise, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
-    assert np.abs(_blur(noise, sigma) - expected).max() < 0.03
-    assert np.abs(_blur(noise, sigma) - expected).mean() < 0.005
-
-
-def test_the_blur_leaves_a_constant() -> None:
-    level = np.full((75, 42), 100, np.float32)
-    assert _blur(level, 12.0) == pytest.approx(level, rel=1e-5)

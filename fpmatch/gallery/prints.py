@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import DatasetError, ImageError, ImageReadError, TemplateError
+from fpmatch.errors import DatasetError, ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_record
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.registry import CODECS
@@ -117,7 +117,9 @@ def read_print(
     return load_record(path) if holds_minutiae_only(path) else image_reader(path)
 
 
-def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrint:
+def extract_print(
+    file: PrintFile, reader: Reader = read_print, min_quality: int = 0
+) -> ExtractedPrint:
     """Return the template of a print: extracted from an image, or the one in a template file.
 
     Parameters
@@ -126,6 +128,8 @@ def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrin
         The print.
     reader : callable
         Reads it (default: `read_print`).
+    min_quality : int
+        Quality, 0 to 100, that an image must have; templates are taken as they are.
 
     Returns
     -------
@@ -136,6 +140,8 @@ def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrin
     ------
     TemplateError, ImageReadError, ImageError
         If it cannot be read, cannot hold a fingerprint, has no minutiae, or holds several prints.
+    QualityError
+        If the image is worse than `min_quality`.
     """
     found = reader(file.path)
     if isinstance(found, TemplateRecord):
@@ -147,13 +153,26 @@ def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrin
         view = found.views[0].at(file.dpi)
         template, assumed = view.template, not view.dpi_known
     else:
-        from fpmatch.image.extract import extract  # noqa: PLC0415
-
-        template = extract(found, file.dpi)
+        template = _extract(found, file, min_quality)
         assumed = file.dpi is None and found.dpi is None
     if not len(template.minutiae):
         raise ImageError(f"{file.path}: no minutiae found")
     return ExtractedPrint(template, dpi_assumed=assumed)
+
+
+def _extract(image: GreyImage, file: PrintFile, min_quality: int) -> Template:
+    """Return the template of an image that is good enough."""
+    from fpmatch.image.assess import QualityRecorder  # noqa: PLC0415
+    from fpmatch.image.extract import extract  # noqa: PLC0415
+
+    if not min_quality:
+        return extract(image, file.dpi)
+    stages = QualityRecorder()
+    template = extract(image, file.dpi, recorder=stages)
+    quality = stages.quality(template.dpi)
+    if quality.score < min_quality:
+        raise QualityError(f"{file.path}: {quality.in_words()} ({min_quality} is asked for)")
+    return template
 
 
 def _files(place: Path) -> list[Path]:

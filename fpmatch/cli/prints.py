@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class GivenPrint:
-    """Hold the template of a print, and its image and the stages of its extraction if it had one."""
+    """Hold the template of a print; of one given as an image that and its stages too."""
 
     path: Path
     template: Template

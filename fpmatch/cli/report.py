@@ -10,8 +10,10 @@ from fpmatch.drawing.caption import odds, verdict
 from fpmatch.matching.calibration import MAX_SCORE
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
+    from fpmatch.image.print_quality import PrintQuality
     from fpmatch.matching.result import Verification
     from fpmatch.pointset.similarity import Similarity
     from fpmatch.scale import ScaleMeasurement
@@ -20,10 +22,15 @@ LABEL_WIDTH: Final = 12
 MOST_STRETCH: Final = 1.15  # of one impression over another, where a finger was dragged
 
 
-def as_text(verification: Verification, scale: ScaleMeasurement | None = None) -> str:
+def as_text(
+    verification: Verification,
+    scale: ScaleMeasurement | None = None,
+    quality: Mapping[str, PrintQuality | None] | None = None,
+) -> str:
     """Return decision, evidence and reason, the decision on the first line.
 
-    The scale between the prints is told only where it is not 1.
+    The scale between the prints is told only where it is not 1, the quality of their images, by
+    name of the side, only where they do not match.
     """
     v = verification
     bound = "at most " if v.score >= MAX_SCORE else ""  # the score is clipped there
@@ -52,6 +59,9 @@ def as_text(verification: Verification, scale: ScaleMeasurement | None = None) -
     if scale is not None and scale.differs:
         words = scale_in_words(scale, v.probe.dpi, v.reference.dpi)
         rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
+    if not v.match:
+        judged = [(name, one) for name, one in (quality or {}).items() if one is not None]
+        rows += [("Quality", f"{name}: {one.in_words()}") for name, one in judged]
     return "\n".join([verdict(v), *(f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)])
 
 
@@ -60,6 +70,7 @@ def as_dict(
     probe: Path,
     reference: Path,
     scale: ScaleMeasurement | None = None,
+    quality: Mapping[str, PrintQuality | None] | None = None,
 ) -> dict[str, Any]:
     """Return the object that ``--json`` prints.
 
@@ -71,6 +82,8 @@ def as_dict(
         The files compared.
     scale : ScaleMeasurement, optional
         The scale between the prints, where it is known.
+    quality : mapping of str to PrintQuality or None, optional
+        Of the images of "probe" and "reference"; None for a template.
 
     Returns
     -------
@@ -93,6 +106,9 @@ def as_dict(
         "rms_px": float(verification.rms_px) if found else None,
         "scale": None if scale is None else asdict(scale),
         "reason": verification.reason,
+        "quality": {
+            name: None if one is None else one.as_dict() for name, one in (quality or {}).items()
+        },
         "probe": str(probe),
         "reference": str(reference),
     }

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import Bounds, minimize
 
 from fpmatch._version import __version__
 from fpmatch.image.assess import QualityRecorder
@@ -138,7 +138,7 @@ def examples_of_finger(
         MATCHER.prepare(extract(_pressed(master, k + 1, PRESETS["clean"], sensors[0])[0], dpi=500))
         for k in range(p.good_impressions)
     ]
-    among = [MATCHER.compare(a, b).similarity for a, b in combinations(good, 2)]
+    among = np.mean([MATCHER.compare(a, b).similarity for a, b in combinations(good, 2)])
     figures, shares = [], []
     for k, way in enumerate((*_CARE, *FAULTS)):
         number, sensor = p.good_impressions + 1 + k, sensors[int(rng.integers(len(sensors)))]
@@ -155,7 +155,7 @@ def examples_of_finger(
         prepared = MATCHER.prepare(template)
         common = [MATCHER.compare(prepared, one).similarity for one in good]
         figures.append(found)
-        shares.append(float(min(np.mean(common) / np.mean(among), 1.0)))
+        shares.append(min(float(np.mean(common) / among), 1.0))
     return figures, shares
 
 
@@ -191,6 +191,7 @@ def fit_quality(
     target = np.asarray(shares, np.float64)
 
     def loss(weight: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        """Return mean log loss with penalty, and its slope."""
         total = design @ weight
         cost = (np.logaddexp(0.0, total) - target * total).mean()
         slope = design.T @ (0.5 * (1.0 + np.tanh(total / 2)) - target) / len(target)
@@ -198,10 +199,13 @@ def fit_quality(
         return float(cost + pull @ weight / 2), slope + pull
 
     start = np.zeros(1 + len(FEATURES))
-    bounds = [(None, None), *((0, None) if better else (None, 0) for better in BETTER)]
-    options = {"gtol": p.settled, "ftol": 0.0, "maxiter": 1000}
-    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    weight = _rounded(found.x, p)
+    signs = np.array(BETTER)
+    bounds = Bounds(
+        np.append(-np.inf, np.where(signs, 0.0, -np.inf)),
+        np.append(np.inf, np.where(signs, np.inf, 0.0)),
+    )
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, tol=p.settled)
+    weight = _rounded(np.asarray(found.x, np.float64), p)
     told = {**(provenance or {}), "prints": len(features), "fpmatch": __version__}
     return QualityWeights(middle, spread, weight[1:], float(weight[0]), told)
 

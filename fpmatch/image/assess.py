@@ -9,7 +9,6 @@ from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.print_quality import PrintQuality, judge
 from fpmatch.image.recorder import NoRecorder
 from fpmatch.image.ridge_figures import MEASURED_STAGES, RidgeFigures, measure_ridges
-from fpmatch.minutiae import Template
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.parameters import ExtractionParameters
     from fpmatch.image.read import GreyImage
+    from fpmatch.minutiae import Template
 
 
 @dataclass(frozen=True, slots=True)

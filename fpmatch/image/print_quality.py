@@ -1,7 +1,8 @@
 """Quality of a print: how well it will compare, and what could be done better.
 
 The score says how much prints like this have in common with good ones of the same finger, in
-percent of what good ones have among themselves. It was learned from synthetic prints by ``scripts/train_quality``.
+percent of what good ones have among themselves. It was learned from synthetic prints by
+``scripts/train_quality``.
 """
 
 from __future__ import annotations
@@ -144,10 +145,11 @@ class QualityWeights:
             rows = document["features"]
             if tuple(row["name"] for row in rows) != FEATURES:
                 raise FpmatchError("weights of the quality: of other features than this version's")
-            columns = (
-                np.array([float(row[key]) for row in rows]) for key in ("middle", "spread", "weight")
+            middle, spread, weight = (
+                np.array([float(row[key]) for row in rows])
+                for key in ("middle", "spread", "weight")
             )
-            return cls(*columns, float(document["bias"]), document["provenance"])
+            return cls(middle, spread, weight, float(document["bias"]), document["provenance"])
         except (LookupError, TypeError, ValueError) as error:
             raise FpmatchError("weights of the quality: not such a file") from error
 

@@ -1,4 +1,4 @@
-"""`fpmatch.evaluation.reject_curve`: what is left and lost, and the page shows what was measured."""
+"""`fpmatch.evaluation.reject_curve`: what is left and lost, and the page that shows it."""
 
 from __future__ import annotations
 

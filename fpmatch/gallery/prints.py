@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 
 _COMMON_SUFFIXES: Final = (".json", ".csv")
+_HEAD_BYTES: Final = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,19 +190,40 @@ def _files(place: Path) -> list[Path]:
 def _templates_in(folder: Path) -> list[Path]:
     """Return the files of a folder that are named like templates, one of each name, by name.
 
-    JSON and CSV are suffixes of much else: of these the files that begin like templates.
+    JSON and CSV are suffixes of much else: of these the files that begin like templates, and,
+    beside such, those that are no JSON or CSV at all: damaged ones are to be told, not passed over.
     """
     suffixes = [suffix for codec in sorted(CODECS, key=_rank) for suffix in codec.suffixes]
     try:
         files = [path for path in folder.iterdir() if path.suffix.lower() in suffixes]
     except OSError as error:
         raise DatasetError(f"{folder}: cannot be listed: {error.strerror}") from error
+    files = [path for path in files if path.is_file() and not path.name.startswith(".")]
+    sure = {path for path in files if not _is_common(path) or is_template_file(path)}
+    usual = {path.suffix.lower() for path in sure}
     found: dict[str, Path] = {}
     for path in sorted(files, key=lambda path: suffixes.index(path.suffix.lower())):
-        named_so = path.suffix.lower() not in _COMMON_SUFFIXES or is_template_file(path)
-        if path.is_file() and named_so and not path.name.startswith("."):
+        if path in sure or (path.suffix.lower() in usual and _is_no_text(path)):
             found.setdefault(path.stem, path)
     return sorted(found.values())
+
+
+def _is_common(path: Path) -> bool:
+    return path.suffix.lower() in _COMMON_SUFFIXES
+
+
+def _is_no_text(path: Path) -> bool:
+    """Tell whether a file named JSON or CSV begins like neither, or cannot be read."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+    except OSError:
+        return True
+    text = head.decode("utf-8", errors="replace").removeprefix("\ufeff").lstrip()
+    if not text or "\0" in text or "\ufffd" in text[:-4]:  # the last character may be cut through
+        return True
+    first_line = text.splitlines()[0]
+    return text[0] not in "{[" if path.suffix.lower() == ".json" else "," not in first_line
 
 
 def _rank(codec: Codec) -> bool:

@@ -66,7 +66,7 @@ class QualityFitParameters:
 def spoilt_impression(
     master: Master, number: int, fault: str, sensor: Sensor, rng: np.random.Generator
 ) -> tuple[NDArray[np.uint8], float]:
-    """Press a finger carefully, but for one fault.
+    """Press a finger with one fault, dry and wet ones carelessly, others with care.
 
     Parameters
     ----------
@@ -89,9 +89,10 @@ def spoilt_impression(
         The resolution that is claimed for it.
     """
     preset = PRESETS["clean"]
-    if fault in {"dry", "wet"}:
-        dryness = rng.uniform(0.5, 1.2) * (1 if fault == "dry" else -1)
-        preset = replace(preset, pressure=replace(preset.pressure, dryness=(dryness, dryness)))
+    if fault in {"dry", "wet"}:  # which is never even, and seldom comes alone
+        dryness = rng.uniform(0.4, 1.1) * (1 if fault == "dry" else -1)
+        uneven = PRESETS["hard"]
+        preset = replace(uneven, pressure=replace(uneven.pressure, dryness=(dryness, dryness)))
     claimed = sensor.dpi
     if fault == "wrong resolution":
         factor = float(rng.choice([rng.uniform(0.5, 0.8), rng.uniform(1.25, 2.0)]))

@@ -14,7 +14,7 @@ import click
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read_print
-from fpmatch.cli.words import count
+from fpmatch.cli.words import count, first_of
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -123,12 +123,13 @@ def enrol(
 def _note(done: Enrolment, gallery: str) -> None:
     """Say on stderr what was assumed and what failed."""
     if done.assumed:
-        others = f" and {count(len(done.assumed) - 1, 'other')}" if len(done.assumed) > 1 else ""
         click.echo(
-            f"fpmatch: note: {done.assumed[0]}{others} enrolled at {STANDARD_DPI:g} dpi, assumed: "
+            f"fpmatch: note: {first_of(done.assumed)} enrolled at {STANDARD_DPI:g} dpi, assumed: "
             "nothing tells the resolution (--dpi does)",
             err=True,
         )
+    for note, paths in done.noted.items():
+        click.echo(f"fpmatch: note: {first_of(paths)}: {note}", err=True)
     for failure in done.failures[:FAILURES_SHOWN]:
         click.echo(f"fpmatch: failed: {failure.source}: {failure.reason}", err=True)
     if len(done.failures) > FAILURES_SHOWN:

@@ -48,10 +48,21 @@ class PrintFile:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedPrint:
-    """Hold the template of a print, and whether its resolution had to be assumed."""
+    """Hold the template of a print.
+
+    Parameters
+    ----------
+    template : Template
+        Its template.
+    dpi_assumed : bool
+        Whether its resolution had to be assumed.
+    notes : tuple of str
+        What was noticed on reading it: that white ridges were turned into dark ones, say.
+    """
 
     template: Template
     dpi_assumed: bool = False
+    notes: tuple[str, ...] = ()
 
 
 def find_prints(
@@ -158,7 +169,7 @@ def extract_print(
         assumed = file.dpi is None and found.dpi is None
     if not len(template.minutiae):
         raise ImageError(f"{file.path}: no minutiae found")
-    return ExtractedPrint(template, dpi_assumed=assumed)
+    return ExtractedPrint(template, dpi_assumed=assumed, notes=found.notes)
 
 
 def _extract(image: GreyImage, file: PrintFile, min_quality: int) -> Template:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.report import SetResult
     from fpmatch.image.print_quality import PrintQuality
 
-SHARES: Final = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3)
+SHARES: Final = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4)
 """Shares of the prints that are turned away."""
 FMR: Final = 0.001
 POOLED: Final = "pooled"

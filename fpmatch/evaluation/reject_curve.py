@@ -37,6 +37,8 @@ SHARES: Final = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4)
 """Shares of the prints that are turned away."""
 FMR: Final = 0.001
 POOLED: Final = "pooled"
+PARTS: Final = ("fvc", "synthetic")
+"""Parts of the page: the kinds of databases that were measured together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,18 +216,22 @@ def curves_as_json(samples: Sequence[QualitySample], *, fmr: float = FMR) -> dic
 
 
 def format_quality_markdown(results: Mapping[str, Any]) -> str:
-    """Return what `curves_as_json` returned as the tables of the page.
+    """Return the tables of the page.
 
     Parameters
     ----------
     results : mapping
-        The parsed JSON.
+        What `curves_as_json` returned, for some of `PARTS`.
 
     Returns
     -------
     str
-        Markdown: the false non-match rates, and what was found of the prints.
+        Markdown: of each part the false non-match rates, and what was found of the prints.
     """
+    return "\n\n".join(_tables(results[part]) for part in PARTS if part in results)
+
+
+def _tables(results: Mapping[str, Any]) -> str:
     head = ["turned away", *(f"{100 * share:.0f} %" for share in results["shares"])]
     rows = [
         [row["name"], *(_rate(*pair) for pair in zip(row["lost"], row["genuine"], strict=True))]

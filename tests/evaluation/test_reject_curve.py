@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.reject_curve import (
+    PARTS,
     QualitySample,
     curves_as_json,
     format_quality_markdown,
@@ -68,13 +69,15 @@ def test_too_few_impostors_are_refused() -> None:
 def test_one_database_needs_no_pooled_row() -> None:
     document = curves_as_json([made(1, telling=True)])
     assert [row["name"] for row in document["sets"]] == ["made"]
-    assert "made" in format_quality_markdown(json.loads(json.dumps(document)))
+    assert "made" in format_quality_markdown({"fvc": json.loads(json.dumps(document))})
 
 
 def test_the_page_shows_what_was_measured_and_errors_fall() -> None:
     results = json.loads((DOCS / "quality.json").read_text(encoding="utf-8"))
     page = (DOCS / "quality.md").read_text(encoding="utf-8")
+    assert set(results) == set(PARTS)
     assert format_quality_markdown(results) in page
-    (pooled,) = (row for row in results["sets"] if row["name"] == "pooled")
-    fnmr = np.divide(pooled["lost"], pooled["genuine"])
-    assert fnmr[results["shares"].index(0.2)] < fnmr[0]
+    for part in results.values():
+        (pooled,) = (row for row in part["sets"] if row["name"] == "pooled")
+        fnmr = np.divide(pooled["lost"], pooled["genuine"])
+        assert fnmr[part["shares"].index(0.2)] < fnmr[0]

@@ -56,12 +56,12 @@ def as_text(
         ]
     if v.reason:
         rows.append(("Reason", v.reason))
-    if scale is not None and scale.differs:
-        words = scale_in_words(scale, v.probe.dpi, v.reference.dpi)
-        rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
     if not v.match:
         judged = [(name, one) for name, one in (quality or {}).items() if one is not None]
         rows += [("Quality", f"{name}: {one.in_words()}") for name, one in judged]
+    if scale is not None and scale.differs:
+        words = scale_in_words(scale, v.probe.dpi, v.reference.dpi)
+        rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
     return "\n".join([verdict(v), *(f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)])
 
 

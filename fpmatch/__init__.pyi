@@ -4,7 +4,10 @@ from .drawing.overlay import save_overlay as save_overlay
 from .errors import FpmatchError as FpmatchError
 from .formats.files import load_template as load_template
 from .formats.files import save_template as save_template
+from .image.assess import AssessedPrint as AssessedPrint
+from .image.assess import assess as assess
 from .image.extract import extract as extract
+from .image.print_quality import PrintQuality as PrintQuality
 from .image.read import GreyImage as GreyImage
 from .image.read import read_image as read_image
 from .image.recorder import StageRecorder as StageRecorder

@@ -19,6 +19,10 @@ class ImageError(FpmatchError):
     """An image was read but cannot be a fingerprint image: wrong shape, size or pixel values."""
 
 
+class QualityError(FpmatchError):
+    """The image of a print is worse than what was asked for."""
+
+
 class ResolutionError(FpmatchError):
     """A resolution (dpi) lies outside what a fingerprint scanner delivers."""
 

@@ -10,8 +10,10 @@ from fpmatch.drawing.words import odds, verdict
 from fpmatch.matching.calibration import MAX_SCORE
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
+    from fpmatch.image.print_quality import PrintQuality
     from fpmatch.matching.result import Verification
     from fpmatch.pointset.similarity import Similarity
     from fpmatch.scale import ScaleMeasurement
@@ -20,18 +22,25 @@ LABEL_WIDTH: Final = 12
 MOST_STRETCH: Final = 1.15  # of one impression over another, where a finger was dragged
 
 
-def as_text(verification: Verification, scale: ScaleMeasurement | None = None) -> str:
+def as_text(
+    verification: Verification,
+    scale: ScaleMeasurement | None = None,
+    quality: Mapping[str, PrintQuality | None] | None = None,
+) -> str:
     """Return decision, evidence and reason, the decision on the first line.
 
-    The scale between the prints is told only where it is not 1.
+    The scale between the prints is told only where it is not 1, the quality of their images, by
+    name of the side, only where they do not match.
     """
-    rows = as_rows(verification, scale)
+    rows = as_rows(verification, scale, quality)
     lines = (f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)
     return "\n".join([verdict(verification), *lines])
 
 
 def as_rows(
-    verification: Verification, scale: ScaleMeasurement | None = None
+    verification: Verification,
+    scale: ScaleMeasurement | None = None,
+    quality: Mapping[str, PrintQuality | None] | None = None,
 ) -> list[tuple[str, str]]:
     """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
     v = verification
@@ -58,6 +67,9 @@ def as_rows(
         ]
     if v.reason:
         rows.append(("Reason", v.reason))
+    if not v.match:
+        judged = [(name, one) for name, one in (quality or {}).items() if one is not None]
+        rows += [("Quality", f"{name}: {one.in_words()}") for name, one in judged]
     if scale is not None and scale.differs:
         words = scale_in_words(scale, v.probe.dpi, v.reference.dpi)
         rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
@@ -69,6 +81,7 @@ def as_dict(
     probe: str | Path,
     reference: str | Path,
     scale: ScaleMeasurement | None = None,
+    quality: Mapping[str, PrintQuality | None] | None = None,
 ) -> dict[str, Any]:
     """Return the object that ``--json`` prints.
 
@@ -80,6 +93,8 @@ def as_dict(
         What the files compared are called.
     scale : ScaleMeasurement, optional
         The scale between the prints, where it is known.
+    quality : mapping of str to PrintQuality or None, optional
+        Of the images of "probe" and "reference"; None for a template.
 
     Returns
     -------
@@ -102,6 +117,9 @@ def as_dict(
         "rms_px": float(verification.rms_px) if found else None,
         "scale": None if scale is None else asdict(scale),
         "reason": verification.reason,
+        "quality": {
+            name: None if one is None else one.as_dict() for name, one in (quality or {}).items()
+        },
         "probe": str(probe),
         "reference": str(reference),
     }

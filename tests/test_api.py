@@ -21,17 +21,20 @@ MODULES: Final = sorted(PACKAGE.rglob("*.py"))
 KERNELS: Final = sorted(PACKAGE.rglob("_*_kernel.py"))
 
 PUBLIC: Final = {
+    "AssessedPrint",
     "FpmatchError",
     "GreyImage",
     "MinutiaKind",
     "Minutiae",
     "PointMatch",
+    "PrintQuality",
     "RidgeField",
     "Similarity",
     "StageRecorder",
     "Template",
     "Verification",
     "__version__",
+    "assess",
     "draw",
     "extract",
     "find_scale",

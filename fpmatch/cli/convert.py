@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fpmatch.cli.raw import picture_size
 from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
 from fpmatch.cli.words import count
@@ -16,8 +17,7 @@ from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, wri
 
 if TYPE_CHECKING:
     from fpmatch.formats.record import TemplateRecord
-
-SIZE_METAVAR = "WxH"
+    from fpmatch.image.raw import RawSize
 
 
 @click.command(
@@ -64,7 +64,12 @@ Examples:
 )
 @click.option("--view", type=click.IntRange(min=1), help="Take only this print of IN, from 1.")
 @click.option("--dpi", type=float, help="Resolution of IN, in dots per inch.")
-@click.option("--size", metavar=SIZE_METAVAR, help="Size of IN in pixels, where it does not tell.")
+@click.option(
+    "--size",
+    metavar="WxH",
+    type=picture_size,
+    help="Size of IN in pixels, where it does not tell.",
+)
 def convert(
     source: Path,
     target: Path,
@@ -72,7 +77,7 @@ def convert(
     source_format: str | None,
     view: int | None,
     dpi: float | None,
-    size: str | None,
+    size: RawSize | None,
 ) -> None:
     """Write the template IN, or that of the image IN, as OUT in another format.
 
@@ -83,7 +88,7 @@ def convert(
 
     codec = codec_of_name(file_format) if file_format else codec_of_suffix(target)
     if source_format or is_template_file(source):
-        record = _template(source, source_format, dpi, _size(size))
+        record = _template(source, source_format, dpi, size)
     else:
         record = _extracted(source, dpi)
     if view is not None:
@@ -100,14 +105,15 @@ def convert(
 
 
 def _template(
-    path: Path, file_format: str | None, dpi: float | None, size: tuple[int, int] | None
+    path: Path, file_format: str | None, dpi: float | None, size: RawSize | None
 ) -> TemplateRecord:
     """Return the record of a template file, at `dpi` where that is given."""
     from fpmatch.formats.files import load_record
     from fpmatch.formats.record import Reading
     from fpmatch.minutiae import check_dpi
 
-    how = Reading(dpi=None if dpi is None else check_dpi(dpi), size=size)
+    sides = None if size is None else (size.width, size.height)
+    how = Reading(dpi=None if dpi is None else check_dpi(dpi), size=sides)
     record = load_record(path, file_format=file_format, how=how)
     views = tuple(view.at(dpi) for view in record.views)
     first, notes = views[0].template, list(record.notes)
@@ -128,16 +134,3 @@ def _extracted(path: Path, dpi: float | None) -> TemplateRecord:
 
     image = read(path)
     return TemplateRecord("", (View(extract(image, ResolutionChoice().of(image, dpi))),))
-
-
-def _size(words: str | None) -> tuple[int, int] | None:
-    """Return width and height as ``WxH`` names them."""
-    if words is None:
-        return None
-    sides = words.lower().split("x")
-    if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
-        raise click.BadParameter(f"{words!r} is not {SIZE_METAVAR}", param_hint="--size")
-    width, height = (int(side) if len(side) < 7 else 0 for side in sides)
-    if width < 1 or height < 1:
-        raise click.BadParameter(f"{words!r} is no size of an image", param_hint="--size")
-    return width, height

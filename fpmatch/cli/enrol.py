@@ -14,7 +14,7 @@ import click
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read_print
-from fpmatch.cli.words import count
+from fpmatch.cli.words import count, first_of
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ Resolution:
 Examples:
   fpmatch enrol prints.db prints
   fpmatch enrol postgresql://me@host/prints /scans/monday /scans/tuesday
+  fpmatch enrol prints.db prints --min-quality 40
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
 
 Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery list GALLERY
@@ -57,6 +58,13 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 )
 @click.option("--pattern", metavar="REGEX", help="How names tell subject, finger and impression.")
 @click.option("--dpi", type=float, help="Resolution of all the prints, in dots per inch.")
+@click.option(
+    "--min-quality",
+    metavar="N",
+    type=click.IntRange(0, 100),
+    default=0,
+    help="Refuse images of a quality below this, 0 to 100 (fpmatch inspect tells it).",
+)
 @raw_option
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
@@ -70,6 +78,7 @@ def enrol(
     places: tuple[Path, ...],
     pattern: str | None,
     dpi: float | None,
+    min_quality: int,
     raw: tuple[RawSize, ...],
     workers: int | None,
     as_json: bool,
@@ -96,7 +105,9 @@ def enrol(
             prints,
             pattern=names,
             engine=cores(workers),
-            extractor=partial(extract_print, reader=partial(read_print, raw=raw)),
+            extractor=partial(
+                extract_print, reader=partial(read_print, raw=raw), min_quality=min_quality
+            ),
             progress=bars.show,
         )
         summary, name = summarise(opened), opened.name
@@ -112,12 +123,13 @@ def enrol(
 def _note(done: Enrolment, gallery: str) -> None:
     """Say on stderr what was assumed and what failed."""
     if done.assumed:
-        others = f" and {count(len(done.assumed) - 1, 'other')}" if len(done.assumed) > 1 else ""
         click.echo(
-            f"fpmatch: note: {done.assumed[0]}{others} enrolled at {STANDARD_DPI:g} dpi, assumed: "
+            f"fpmatch: note: {first_of(done.assumed)} enrolled at {STANDARD_DPI:g} dpi, assumed: "
             "nothing tells the resolution (--dpi does)",
             err=True,
         )
+    for note, paths in done.noted.items():
+        click.echo(f"fpmatch: note: {first_of(paths)}: {note}", err=True)
     for failure in done.failures[:FAILURES_SHOWN]:
         click.echo(f"fpmatch: failed: {failure.source}: {failure.reason}", err=True)
     if len(done.failures) > FAILURES_SHOWN:

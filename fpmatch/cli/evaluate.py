@@ -65,6 +65,9 @@ Examples:
   fpmatch evaluate fvc2002/DB*_B --report report
   fpmatch evaluate fvc2002/DB*_B --enhance filters
   fpmatch evaluate sample_data --minutiae
+
+Exit status: 0 when every image gave a template, 1 when some did not (a note on stderr names each),
+2 when the run could not be done.
 """
 )
 @click.argument(
@@ -125,7 +128,10 @@ Examples:
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
 )
+@click.pass_context
 def evaluate(
+    ctx: click.Context,
+    /,
     folders: tuple[Path, ...],
     protocol: str,
     matchers: tuple[str, ...],
@@ -191,6 +197,7 @@ def evaluate(
         document["minutiae"] = measured.as_json()
         text = f"{text}\n\n{format_minutiae(measured)}"
     click.echo(json.dumps(document, indent=2, allow_nan=False) if as_json else text)
+    ctx.exit(1 if any(row.failures for row in reports[0].sets) else 0)
 
 
 def _chosen(names: tuple[str, ...]) -> list[str]:

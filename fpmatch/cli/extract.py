@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections import defaultdict
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -19,6 +21,7 @@ from fpmatch.formats.registry import codec_of_name, written_formats
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from fpmatch.image.print_quality import PrintQuality
     from fpmatch.image.raw import RawSize
     from fpmatch.minutiae import Template
 
@@ -32,6 +35,11 @@ Examples:
   fpmatch extract print.tif -o templates
   fpmatch extract prints/*.tif -o templates --format json --dpi 569
   fpmatch extract prints/*.tif -o templates --format iso2005
+  fpmatch extract prints/*.tif -o templates --json
+
+\b
+Quality:
+  0, of no use, to 100; what is wrong with an image is a note on stderr. All of it with --json.
 
 Exit status: 0 when every template is written, 2 when an image failed; the others are kept.
 """
@@ -58,6 +66,7 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
 @click.option("--dpi", type=float, help="Resolution of all the images, in dots per inch.")
 @enhance_option
 @raw_option
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @click.pass_context
 def extract(
     ctx: click.Context,
@@ -68,6 +77,7 @@ def extract(
     dpi: float | None,
     enhance: str,
     raw: tuple[RawSize, ...],
+    as_json: bool,
 ) -> None:
     """Write the template of each IMAGE, or template file, into a folder, under its name.
 
@@ -82,35 +92,72 @@ def extract(
     _make_folder(output)
     resolution = ResolutionChoice()
     failures: list[FpmatchError] = []
-    minutiae = 0
+    done: list[_Extracted] = []
     with click.progressbar(
         images, label="extracting", file=sys.stderr, hidden=_no_progress(images)
     ) as bar:
         for image in bar:
             try:
-                template = open_print(image, resolution, dpi, raw, enhance).template
-                _write(template, output / image.stem, file_format)
-                minutiae += len(template.minutiae)
+                found = open_print(image, resolution, dpi, raw, enhance)
+                files = _write(found.template, output / image.stem, file_format)
+                minutiae = len(found.template.minutiae)
+                done.append(_Extracted(image, files, minutiae, found.quality()))
             except OutputError:
                 raise
             except FpmatchError as error:
                 failures.append(error)
-    done = len(images) - len(failures)
-    click.echo(f"{done} of {len(images)} templates, {minutiae} minutiae: {output}")
+    click.echo(_as_json(done, failures) if as_json else _in_words(done, len(images), output))
+    for one in done:
+        if one.quality is not None and one.quality.reasons:
+            click.echo(f"fpmatch: note: {one.image}: {one.quality.in_words()}", err=True)
     for failure in failures:
         click.echo(f"fpmatch: error: {failure}", err=True)
     ctx.exit(2 if failures else 0)
 
 
-def _write(template: Template, stem: Path, file_format: str) -> None:
-    """Write a template under `stem`; say what its format could not hold."""
+@dataclass(frozen=True, slots=True)
+class _Extracted:
+    """What came of one image; quality None where it was a template."""
+
+    image: Path
+    files: tuple[Path, ...]
+    minutiae: int
+    quality: PrintQuality | None
+
+
+def _in_words(done: Sequence[_Extracted], images: int, output: Path) -> str:
+    minutiae = sum(one.minutiae for one in done)
+    scores = sorted(one.quality.score for one in done if one.quality is not None)
+    quality = f", quality {scores[0]}" if scores else ""
+    quality += f" to {scores[-1]}" if len(set(scores)) > 1 else ""
+    return f"{len(done)} of {images} templates, {minutiae} minutiae{quality}: {output}"
+
+
+def _as_json(done: Sequence[_Extracted], failures: Sequence[FpmatchError]) -> str:
+    templates: list[dict[str, Any]] = [
+        {
+            "image": str(one.image),
+            "files": [str(file) for file in one.files],
+            "minutiae": one.minutiae,
+            "quality": None if one.quality is None else one.quality.as_dict(),
+        }
+        for one in done
+    ]
+    return json.dumps({"templates": templates, "failures": list(map(str, failures))}, indent=2)
+
+
+def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]:
+    """Write a template under `stem`; say what its format could not hold; return the files."""
     from fpmatch.formats.files import save_template
 
+    files = []
     for name in FORMATS[file_format]:
         path = stem.parent / f"{stem.name}{codec_of_name(name).suffixes[0]}"
+        files.append(path)
         notes = save_template(path, template, file_format=name)
         for note in notes if file_format not in OWN_FORMATS else ():
             click.echo(f"fpmatch: note: {path}: {note}", err=True)
+    return tuple(files)
 
 
 def _refuse_shared_names(images: Sequence[Path]) -> None:

@@ -7,10 +7,14 @@ from typing import Final
 
 import click
 
+from fpmatch.cli.extract import FORMATS, OWN_FORMATS
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.cli.words import count
+from fpmatch.cli.words import count, first_of
+from fpmatch.formats.registry import codec_of_name
 
-_SUFFIXES: Final = {"json": (".json",), "csv": (".csv",), "both": (".json", ".csv")}
+_SUFFIXES: Final = {
+    name: tuple(codec_of_name(one).suffixes[0] for one in names) for name, names in FORMATS.items()
+}
 _STAGES: Final = {"export": "writing templates"}
 
 
@@ -20,6 +24,7 @@ _STAGES: Final = {"export": "writing templates"}
 Examples:
   fpmatch gallery export prints.db -o templates
   fpmatch gallery export prints.db -o templates --subject 101 --format both
+  fpmatch gallery export prints.db -o templates --format iso2005
 """,
 )
 @click.argument("gallery")
@@ -38,7 +43,7 @@ Examples:
     type=click.Choice(list(_SUFFIXES)),
     default="json",
     show_default=True,
-    help="JSON keeps everything; CSV the minutiae, for eyes and spreadsheets.",
+    help="JSON keeps everything; CSV the minutiae, for eyes; the others are those of convert.",
 )
 def gallery_export(gallery: str, output: Path, subject: str | None, file_format: str) -> None:
     """Write the templates of GALLERY, a file or the URL of a PostgreSQL database, as files.
@@ -48,6 +53,8 @@ def gallery_export(gallery: str, output: Path, subject: str | None, file_format:
     from fpmatch.gallery.export import export_templates
     from fpmatch.gallery.gallery import open_gallery
 
+    lost: dict[str, list[Path]] = {}
+    own = file_format in OWN_FORMATS
     with open_gallery(gallery) as opened, ProgressBars(_STAGES) as bars:
         written = export_templates(
             opened,
@@ -55,5 +62,9 @@ def gallery_export(gallery: str, output: Path, subject: str | None, file_format:
             suffixes=_SUFFIXES[file_format],
             subject=subject,
             progress=bars.show,
+            noted=lambda path, note: lost.setdefault(note, []).append(path),
         )
+    for note, paths in lost.items():
+        if not own:
+            click.echo(f"fpmatch: note: {first_of(paths)}: {note}", err=True)
     click.echo(f"{count(written, 'template')}: {output}")

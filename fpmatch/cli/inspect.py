@@ -36,7 +36,9 @@ Exit status: 0 when every file is known, 1 when some are not or are damaged, 2 w
 def inspect(
     ctx: click.Context, /, files: tuple[Path, ...], raw: tuple[RawSize, ...], as_json: bool
 ) -> None:
-    """Tell of each FILE what it is: format, size, resolution, minutiae, and what is odd.
+    """Tell of each FILE what it is: format, size, resolution, minutiae, quality, what is odd.
+
+    The quality of an image is 0, of no use, to 100; what is wrong with it follows.
 
     Images and templates are told by their content, whatever their names. Where a file holds
     several prints, what differs between them stands between bars.

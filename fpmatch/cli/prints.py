@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.cli.resolution import ResolutionChoice
+    from fpmatch.image.assess import QualityRecorder
+    from fpmatch.image.print_quality import PrintQuality
     from fpmatch.image.raw import RawSize
     from fpmatch.image.read import GreyImage
     from fpmatch.minutiae import Template
@@ -20,11 +22,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class GivenPrint:
-    """Hold the template of a print, and its image if it was given as one."""
+    """Hold the template of a print; of one given as an image that and its stages too."""
 
     path: Path
     template: Template
     image: GreyImage | None
+    stages: QualityRecorder | None = None
+
+    def quality(self) -> PrintQuality | None:
+        """Return the quality of the image; None for a template."""
+        return None if self.stages is None else self.stages.quality(self.template.dpi)
 
     def picture(self) -> GreyImage:
         """Return the image, or a white one of the template's size.
@@ -67,7 +74,9 @@ def open_print(
     found = read_print(path, raw)
     if not isinstance(found, GreyImage):
         return GivenPrint(path, resolution.first_of(found, path, dpi), None)
+    from fpmatch.image.assess import QualityRecorder
     from fpmatch.image.extract import extract
 
-    template = extract(found, resolution.of(found, dpi), enhance=enhance)
-    return GivenPrint(path, template, found)
+    stages = QualityRecorder()
+    template = extract(found, resolution.of(found, dpi), enhance=enhance, recorder=stages)
+    return GivenPrint(path, template, found, stages)

@@ -1,4 +1,4 @@
-"""The option `--raw`, of every command that reads images one by one."""
+"""Sizes on the command line, and `--raw` of every command that reads images one by one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from fpmatch.image.raw import RawSize
 
 
-def _raw_size(words: str) -> RawSize:
+def picture_size(words: str) -> RawSize:
     """Return the size that a word on the command line names."""
     from fpmatch.errors import ImageError
     from fpmatch.image.raw import RawSize
@@ -29,6 +29,6 @@ def raw_option(command: Callable[..., Any]) -> Callable[..., Any]:
         "--raw",
         metavar="WxH",
         multiple=True,
-        type=_raw_size,
+        type=picture_size,
         help="Take files of W times H bytes for bare pixels; may be given again for another size.",
     )(command)

@@ -12,7 +12,7 @@ import click
 
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.reading import read_print
-from fpmatch.cli.words import count
+from fpmatch.cli.words import count, first_of
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI
 
@@ -150,10 +150,8 @@ def score(
 def _note(done: Scoring) -> None:
     """Say on stderr what was assumed and what failed."""
     if done.dpi_assumed:
-        others = len(done.dpi_assumed) - 1
-        also = f" and {count(others, 'other')}" if others else ""
         click.echo(
-            f"fpmatch: note: {done.dpi_assumed[0]}{also}: {STANDARD_DPI:g} dpi assumed; nothing "
+            f"fpmatch: note: {first_of(done.dpi_assumed)}: {STANDARD_DPI:g} dpi assumed; nothing "
             "tells the resolution (--dpi sets it)",
             err=True,
         )

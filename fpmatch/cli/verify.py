@@ -49,9 +49,11 @@ def verify(ctx: click.Context, /, overlay_file: Path | None, as_json: bool, **va
     from fpmatch.report import as_dict, as_text
 
     scale = scale_between(verification, options)
+    judged = as_json or not verification.match
+    quality = {"probe": probe.quality(), "reference": reference.quality()} if judged else {}
     if as_json:
-        report = as_dict(verification, options.probe, options.reference, scale)
+        report = as_dict(verification, options.probe, options.reference, scale, quality)
         click.echo(json.dumps(report, indent=2, allow_nan=False))
     else:
-        click.echo(as_text(verification, scale))
+        click.echo(as_text(verification, scale, quality))
     ctx.exit(0 if verification.match else 1)

@@ -41,12 +41,15 @@ class Enrolment:
         The others, and why.
     assumed : tuple of Path
         Pictures enrolled now that do not tell their resolution; 500 dpi was assumed.
+    noted : dict of str to tuple of Path
+        What was noticed on reading pictures that are enrolled now, and of which.
     """
 
     enrolled: int
     known: int
     failures: tuple[Failure, ...]
     assumed: tuple[Path, ...]
+    noted: dict[str, tuple[Path, ...]] = field(default_factory=dict)
 
 
 def enrol(
@@ -101,7 +104,8 @@ def enrol(
         for chunk in results:
             run.take(chunk)
     run.take([])
-    return Enrolment(run.enrolled, run.known, tuple(run.failures), tuple(run.assumed))
+    noted = {note: tuple(paths) for note, paths in run.noted.items()}
+    return Enrolment(run.enrolled, run.known, tuple(run.failures), tuple(run.assumed), noted)
 
 
 @dataclass(slots=True)
@@ -116,6 +120,7 @@ class _Run:
     known: int = 0
     failures: list[Failure] = field(default_factory=list)
     assumed: list[Path] = field(default_factory=list)
+    noted: dict[str, list[Path]] = field(default_factory=dict)
     unsaved: list[Failure] = field(default_factory=list)
 
     def new(self, prints: Sequence[PrintFile]) -> Iterator[list[Job]]:
@@ -171,6 +176,8 @@ class _Run:
             new.append(NewEntry(job.label, source, job.content, extracted.template))
             if extracted.dpi_assumed:
                 self.assumed.append(job.file.path)
+            for note in extracted.notes:
+                self.noted.setdefault(note, []).append(job.file.path)
         if new or self.unsaved:
             failures, self.unsaved = self.unsaved, []
             objections = self.gallery.add(new, failures)

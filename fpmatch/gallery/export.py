@@ -13,7 +13,7 @@ from fpmatch.output import reason
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.gallery import Gallery
@@ -28,6 +28,7 @@ def export_templates(
     suffixes: Sequence[str] = (".json",),
     subject: str | None = None,
     progress: Progress = no_progress,
+    noted: Callable[[Path, str], None] = lambda path, note: None,
 ) -> int:
     """Write the templates of a gallery into a folder, under their labels.
 
@@ -43,6 +44,8 @@ def export_templates(
         Only those of this subject.
     progress : callable
         Told of stage "export", in templates.
+    noted : callable
+        Told of a file and of what its format could not hold, for each such note.
 
     Returns
     -------
@@ -67,7 +70,9 @@ def export_templates(
         if number not in names:
             continue
         for suffix in suffixes:
-            save_template(Path(folder, f"{names[number]}{suffix}"), template)
+            path = Path(folder, f"{names[number]}{suffix}")
+            for note in save_template(path, template):
+                noted(path, note)
         written += 1
         progress("export", written, len(names))
     return written

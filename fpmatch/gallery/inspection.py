@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.errors import FpmatchError
+from fpmatch.errors import FpmatchError, ImageError
 from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_record
 from fpmatch.formats.fmr import extended_kinds
 from fpmatch.formats.record import FINGERS, IMPRESSIONS
@@ -21,17 +21,31 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from fpmatch.formats.record import Reading, View
+    from fpmatch.image.print_quality import PrintQuality
     from fpmatch.image.read import GreyImage
 
 
 @dataclass(frozen=True, slots=True)
 class InspectedImage:
-    """Hold what is known of an image: size in pixels, dpi (None: not told), what was noticed."""
+    """Hold what is known of an image.
+
+    Parameters
+    ----------
+    width, height : int
+        Size in pixels.
+    dpi : float or None
+        Resolution; None where the file does not tell.
+    notes : tuple of str
+        What was noticed on reading it.
+    quality : PrintQuality or None
+        How good a print it is; None where it cannot be one.
+    """
 
     width: int
     height: int
     dpi: float | None
     notes: tuple[str, ...] = ()
+    quality: PrintQuality | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +129,8 @@ class Inspection:
         if self.image is not None:
             prefix = "image of " if self.prints else ""
             parts += [f"{prefix}{_size(self.image)}", _dpi(self.image.dpi)]
+            if self.image.quality is not None:
+                parts.append(self.image.quality.in_words())
         notes = (*self.notes, *(self.image.notes if self.image else ()))
         return "; ".join([f"{self.path}: {', '.join(parts)}", *notes])
 
@@ -167,8 +183,16 @@ def inspect_file(
 
 
 def _image(image: GreyImage) -> InspectedImage:
+    from fpmatch.image.assess import assess  # noqa: PLC0415
+
     height, width = image.pixels.shape
-    return InspectedImage(width, height, image.dpi, image.notes)
+    notes = image.notes
+    try:
+        quality = assess(image).quality
+    except ImageError as error:  # too small or too large for a print at its resolution
+        quality = None
+        notes += (f"no print: {str(error).removeprefix(f'{image.source}: ')}",)
+    return InspectedImage(width, height, image.dpi, notes, quality)
 
 
 def _print(view: View) -> InspectedPrint:

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import DatasetError, ImageError, ImageReadError, TemplateError
+from fpmatch.errors import DatasetError, ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.files import is_template_file
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.formats.registry import CODECS
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 
 _COMMON_SUFFIXES: Final = (".json", ".csv")
+_HEAD_BYTES: Final = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,10 +48,21 @@ class PrintFile:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedPrint:
-    """Hold the template of a print, and whether its resolution had to be assumed."""
+    """Hold the template of a print.
+
+    Parameters
+    ----------
+    template : Template
+        Its template.
+    dpi_assumed : bool
+        Whether its resolution had to be assumed.
+    notes : tuple of str
+        What was noticed on reading it: that white ridges were turned into dark ones, say.
+    """
 
     template: Template
     dpi_assumed: bool = False
+    notes: tuple[str, ...] = ()
 
 
 def find_prints(
@@ -92,7 +104,9 @@ def find_prints(
     return list(found.values())
 
 
-def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrint:
+def extract_print(
+    file: PrintFile, reader: Reader = read_print, min_quality: int = 0
+) -> ExtractedPrint:
     """Return the template of a print: extracted from an image, or the one in a template file.
 
     Parameters
@@ -101,6 +115,8 @@ def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrin
         The print.
     reader : callable
         Reads it (default: `read_print`).
+    min_quality : int
+        Quality, 0 to 100, that an image must have; templates are taken as they are.
 
     Returns
     -------
@@ -111,6 +127,8 @@ def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrin
     ------
     TemplateError, ImageReadError, ImageError
         If it cannot be read, cannot hold a fingerprint, has no minutiae, or holds several prints.
+    QualityError
+        If the image is worse than `min_quality`.
     """
     found = reader(file.path)
     if isinstance(found, TemplateRecord):
@@ -122,13 +140,26 @@ def extract_print(file: PrintFile, reader: Reader = read_print) -> ExtractedPrin
         view = found.views[0].at(file.dpi)
         template, assumed = view.template, not view.dpi_known
     else:
-        from fpmatch.image.extract import extract  # noqa: PLC0415
-
-        template = extract(found, file.dpi)
+        template = _extract(found, file, min_quality)
         assumed = file.dpi is None and found.dpi is None
     if not len(template.minutiae):
         raise ImageError(f"{file.path}: no minutiae found")
-    return ExtractedPrint(template, dpi_assumed=assumed)
+    return ExtractedPrint(template, dpi_assumed=assumed, notes=found.notes)
+
+
+def _extract(image: GreyImage, file: PrintFile, min_quality: int) -> Template:
+    """Return the template of an image that is good enough."""
+    from fpmatch.image.assess import QualityRecorder  # noqa: PLC0415
+    from fpmatch.image.extract import extract  # noqa: PLC0415
+
+    if not min_quality:
+        return extract(image, file.dpi)
+    stages = QualityRecorder()
+    template = extract(image, file.dpi, recorder=stages)
+    quality = stages.quality(template.dpi)
+    if quality.score < min_quality:
+        raise QualityError(f"{file.path}: {quality.in_words()} ({min_quality} is asked for)")
+    return template
 
 
 def _files(place: Path) -> list[Path]:
@@ -145,19 +176,40 @@ def _files(place: Path) -> list[Path]:
 def _templates_in(folder: Path) -> list[Path]:
     """Return the files of a folder that are named like templates, one of each name, by name.
 
-    JSON and CSV are suffixes of much else: of these the files that begin like templates.
+    JSON and CSV are suffixes of much else: of these the files that begin like templates, and,
+    beside such, those that are no JSON or CSV at all: damaged ones are to be told, not passed over.
     """
     suffixes = [suffix for codec in sorted(CODECS, key=_rank) for suffix in codec.suffixes]
     try:
         files = [path for path in folder.iterdir() if path.suffix.lower() in suffixes]
     except OSError as error:
         raise DatasetError(f"{folder}: cannot be listed: {error.strerror}") from error
+    files = [path for path in files if path.is_file() and not path.name.startswith(".")]
+    sure = {path for path in files if not _is_common(path) or is_template_file(path)}
+    usual = {path.suffix.lower() for path in sure}
     found: dict[str, Path] = {}
     for path in sorted(files, key=lambda path: suffixes.index(path.suffix.lower())):
-        named_so = path.suffix.lower() not in _COMMON_SUFFIXES or is_template_file(path)
-        if path.is_file() and named_so and not path.name.startswith("."):
+        if path in sure or (path.suffix.lower() in usual and _is_no_text(path)):
             found.setdefault(path.stem, path)
     return sorted(found.values())
+
+
+def _is_common(path: Path) -> bool:
+    return path.suffix.lower() in _COMMON_SUFFIXES
+
+
+def _is_no_text(path: Path) -> bool:
+    """Tell whether a file named JSON or CSV begins like neither, or cannot be read."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+    except OSError:
+        return True
+    text = head.decode("utf-8", errors="replace").removeprefix("\ufeff").lstrip()
+    if not text or "\0" in text or "\ufffd" in text[:-4]:  # the last character may be cut through
+        return True
+    first_line = text.splitlines()[0]
+    return text[0] not in "{[" if path.suffix.lower() == ".json" else "," not in first_line
 
 
 def _rank(codec: Codec) -> bool:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.errors import ImageReadError
 from fpmatch.image.embedded import Embedded, decode_embedded
 from fpmatch.image.picture import ByteReader
-from fpmatch.image.resolution_tags import MM_PER_INCH, dpi_of_record, usable_dpi
+from fpmatch.image.resolution_tags import MM_PER_INCH, dpi_in_units, usable_dpi
 
 if TYPE_CHECKING:
     from fpmatch.image.limits import ImageLimits
@@ -28,7 +28,6 @@ _BINARY_TYPES: Final = range(3, 9)
 _GREY_FINGER: Final = 4  # the binary type that a print of 8 bits has
 _TAGGED_PRINTS: Final = (13, 14, 15)  # latent, finger, palm
 _BINARY_COMPRESSION: Final = ("NONE", "WSQ20", "JPEGB", "JPEGL", "JP2", "JP2L", "PNG")
-_PER_INCH, _PER_CM = 1, 2  # units of the scale
 _STANDARD_PPI: Final = 500.0
 
 
@@ -145,15 +144,14 @@ def _tagged_print(record: _Record, _: dict[int, bytes]) -> Embedded:
     fields = _fields(record)
     if _DATA not in fields:
         raise ImageReadError(f"damaged ANSI/NIST file (type {record.type} without an image)")
-    units, *scales = (_number(fields.get(n, b"0")) for n in (8, 9, 10))
-    across, down = (dpi_of_record(scale, per_cm=units == _PER_CM) for scale in scales)
+    units, across, down = (_number(fields.get(n, b"0")) for n in (8, 9, 10))
     return Embedded(
         fields[_DATA],
         fields.get(11, b"NONE").decode("latin-1").strip().upper(),
         width=_number(fields.get(6, b"0")),
         height=_number(fields.get(7, b"0")),
         depth=_number(fields.get(12, b"8")),
-        dpi=usable_dpi(across, down) if units in (_PER_INCH, _PER_CM) else None,
+        dpi=dpi_in_units(units, across, down),
     )
 
 

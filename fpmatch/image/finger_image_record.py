@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.errors import FpmatchError, ImageReadError
 from fpmatch.image.embedded import UNCOMPRESSED, Embedded, decode_embedded
 from fpmatch.image.picture import ByteReader
-from fpmatch.image.resolution_tags import dpi_of_record, usable_dpi
+from fpmatch.image.resolution_tags import dpi_in_units
 
 if TYPE_CHECKING:
     from fpmatch.image.limits import ImageLimits
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 SIGNATURES: Final = (b"FIR\x00",)
 _NAME: Final = "finger image record"
 _VERSION_2011: Final = b"020\x00"
-_PER_INCH, _PER_CM = 1, 2  # units of the scale
 _PIXELS: Final = 0  # compression code of one byte a pixel; all others are told by their content
 _PACKED: Final = 1
 # Bytes of the 2004 and 2005 records between their length and the resolution: ANSI's has a
@@ -94,8 +93,7 @@ def _dpi(reader: ByteReader) -> float | None:
     """Read the scale's units, the scanner's resolution and the image's; return the image's."""
     units = reader.u8()
     reader.take(4)
-    across, down = (dpi_of_record(reader.u16(), per_cm=units == _PER_CM) for _ in range(2))
-    return usable_dpi(across, down) if units in (_PER_INCH, _PER_CM) else None
+    return dpi_in_units(units, reader.u16(), reader.u16())
 
 
 def _embedded(

@@ -44,7 +44,7 @@ class RawSize:
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
-            raise ImageError(f"a raw size must be positive, not {self.width} x {self.height}")
+            raise ImageError(f"a size must be positive, not {self.width} x {self.height}")
 
     @property
     def bytes(self) -> int:
@@ -62,7 +62,7 @@ class RawSize:
         """
         size = _SIZE.fullmatch(text.strip())
         if size is None:
-            raise ImageError(f"a raw size is written WIDTHxHEIGHT, as in 388x374, not {text!r}")
+            raise ImageError(f"a size is written WIDTHxHEIGHT, as in 388x374, not {text!r}")
         return cls(int(size[1]), int(size[2]))
 
     def __str__(self) -> str:

@@ -18,6 +18,7 @@ MM_PER_INCH: Final = 25.4
 CM_PER_INCH: Final = 2.54
 _X_RESOLUTION, _Y_RESOLUTION, _UNIT, _DESCRIPTION = 282, 283, 296, 270  # TIFF's tags, and Exif's
 _NO_UNIT, _PER_CM = 1, 3
+_RECORD_PER_INCH, _RECORD_PER_CM = 1, 2
 _COMMENT_BYTES: Final = 4096  # of a header and of each comment are searched
 _IN_A_COMMENT: Final = re.compile(
     r"\b(?:ppi|dpi)\b[^\w\n]{0,3}(\d{3,4}(?:\.\d+)?)\b|\b(\d{3,4}(?:\.\d+)?) ?(?:ppi|dpi)\b",
@@ -79,6 +80,22 @@ def dpi_of_record(pixels: int, *, per_cm: bool) -> float:
     exact = pixels * CM_PER_INCH
     hundreds = round(exact, -2)
     return float(hundreds if abs(hundreds - exact) <= CM_PER_INCH / 2 else round(exact))
+
+
+def dpi_in_units(units: int, across: int, down: int) -> float | None:
+    """Return the resolution that a record tells by a code of its units and a number an axis.
+
+    The code is that of ANSI/NIST-ITL and ISO/IEC 19794-4: 1 for pixels an inch, 2 a centimetre.
+
+    Examples
+    --------
+    >>> dpi_in_units(2, 197, 197), dpi_in_units(1, 500, 500), dpi_in_units(0, 500, 500)
+    (500.0, 500.0, None)
+    """
+    if units not in (_RECORD_PER_INCH, _RECORD_PER_CM):
+        return None
+    per_cm = units == _RECORD_PER_CM
+    return usable_dpi(*(dpi_of_record(pixels, per_cm=per_cm) for pixels in (across, down)))
 
 
 def tagged_dpi(picture: Image.Image, head: bytes) -> tuple[float | None, tuple[str, ...]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,6 +59,14 @@ class Matcher(Protocol):
 
     def compare(self, probe: Any, reference: Any) -> Comparison:
         """Compare two prepared templates."""
+
+
+@runtime_checkable
+class Explaining(Protocol):
+    """Tell more of why two prints do not match than `compare` takes the time to find out."""
+
+    def explain(self, probe: Any, reference: Any) -> str:
+        """Return the reason, of two prepared templates; "" leaves it to `compare`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import Verification
+from fpmatch.matching.result import Explaining, Verification
 
 if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
@@ -63,10 +63,15 @@ def verify(
     if not 0 <= threshold <= 100:
         raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
     chosen = get_matcher(matcher)
-    comparison = chosen.compare(chosen.prepare(probe), chosen.prepare(reference))
+    prepared = chosen.prepare(probe), chosen.prepare(reference)
+    comparison = chosen.compare(*prepared)
     calibration = load_calibration(matcher) if calibration is None else calibration
     score = calibration.score(comparison.similarity)
     match = comparison.transform is not None and score >= threshold
+    reason = ""
+    if not match:
+        more = chosen.explain(*prepared) if isinstance(chosen, Explaining) else ""
+        reason = more or comparison.reason or "too few minutiae agree"
     return Verification(
         match=match,
         score=score,
@@ -78,7 +83,7 @@ def verify(
         rms_px=comparison.rms_px,
         agreement=comparison.agreement,
         overlap=comparison.overlap,
-        reason="" if match else comparison.reason or "too few minutiae agree",
+        reason=reason,
         probe=probe,
         reference=reference,
         fmr_reach=score_to_fmr(calibration.reach),

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.caption import odds
 from fpmatch.drawing.files import png_bytes, webp_bytes
 from fpmatch.drawing.ink import shrunk
 from fpmatch.drawing.overlay import overlay_file
 from fpmatch.drawing.page import Print, ink_of
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
 from fpmatch.drawing.placement import zoomed
+from fpmatch.drawing.words import odds
 from fpmatch.errors import GalleryError
 from fpmatch.matching.calibration import fmr_to_score
 from fpmatch.matching.matchers import DEFAULT_MATCHER
@@ -30,6 +30,7 @@ from fpmatch.web.upload import Upload
 if TYPE_CHECKING:
     from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene import Ink
+    from fpmatch.image.print_quality import PrintQuality
     from fpmatch.matching.result import Verification
     from fpmatch.scale import ScaleMeasurement
     from fpmatch.web.settings import Limits
@@ -87,7 +88,13 @@ class _Compared:
     scale: ScaleMeasurement | None
 
     def document(self) -> dict[str, Any]:
-        return as_dict(self.verification, self.probe.name, self.reference.name, self.scale)
+        sides = self.probe.name, self.reference.name
+        return as_dict(self.verification, *sides, self.scale, self.quality)
+
+    @property
+    def quality(self) -> dict[str, PrintQuality | None]:
+        """How good the pictures of both sides are."""
+        return {"probe": self.probe.quality, "reference": self.reference.quality}
 
 
 def verify_pair(
@@ -185,7 +192,9 @@ def show_pair(
     return {
         "result": c.document(),
         "odds": odds(v.fmr),
-        "rows": [{"label": label, "words": words} for label, words in as_rows(v, c.scale)],
+        "rows": [
+            {"label": label, "words": words} for label, words in as_rows(v, c.scale, c.quality)
+        ],
         "fmr_reach": v.fmr_reach,
         "pairs": v.pairs.reshape(-1, 2).tolist(),
         "probe": shown_print(c.probe, PROBE_INK),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from fpmatch.drawing.ridge_picture import ridge_picture
 from fpmatch.errors import ImageError
 from fpmatch.formats.files import decode_record, is_of_minutiae_only
+from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import extract
 from fpmatch.image.limits import ImageLimits
 from fpmatch.image.read import decode_image
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from fpmatch.image.print_quality import PrintQuality
     from fpmatch.image.recorder import Recorder
     from fpmatch.minutiae import Template
     from fpmatch.web.settings import Limits
@@ -41,6 +43,8 @@ class GivenPrint:
         What was assumed or noticed, each a sentence's worth that follows the name.
     dpi_assumed : bool
         Whether nobody told the resolution.
+    quality : PrintQuality, optional
+        How good the picture is, where it was judged.
     """
 
     name: str
@@ -49,6 +53,7 @@ class GivenPrint:
     kind: str
     notes: tuple[str, ...]
     dpi_assumed: bool
+    quality: PrintQuality | None = None
 
 
 def open_upload(
@@ -72,7 +77,7 @@ def open_upload(
     enhance : str
         As for `fpmatch.extract`.
     recorder : Recorder, optional
-        Receives the stages of the extraction.
+        Receives the stages of the extraction; then the print is not judged.
 
     Returns
     -------
@@ -91,10 +96,12 @@ def open_upload(
     image = decode_image(upload.data, upload.name, limits=bounds)
     resolution = asked or image.dpi or STANDARD_DPI
     _check_size(upload.name, image.pixels.shape[1], image.pixels.shape[0], resolution, limits)
-    template = extract(image, resolution, enhance=enhance, recorder=recorder)
+    stages = QualityRecorder()
+    template = extract(image, resolution, enhance=enhance, recorder=recorder or stages)
+    quality = None if recorder else stages.quality(template.dpi)
     assumed = asked is None and image.dpi is None
     notes = (*image.notes, *_assumption(assumed))
-    return GivenPrint(upload.name, template, image.pixels, "image", notes, assumed)
+    return GivenPrint(upload.name, template, image.pixels, "image", notes, assumed, quality)
 
 
 def of_template(name: str, template: Template) -> GivenPrint:

@@ -109,8 +109,11 @@ def test_what_is_assumed_of_a_source_is_said(run: Any, tmp_path: Path) -> None:
         (["in.json", "out.doc"], "no template format has the suffix '.doc'"),
         (["in.json", "out.an2"], "no template format has the suffix '.an2'"),
         (["in.json", "gone/out.csv"], "cannot be written"),
-        (["in.json", "out.csv", "--size", "300"], "'300' is not WxH"),
-        (["in.json", "out.csv", "--size", "0x5"], "is no size of an image"),
+        (
+            ["in.json", "out.csv", "--size", "300"],
+            "a size is written WIDTHxHEIGHT, as in 388x374, not '300'",
+        ),
+        (["in.json", "out.csv", "--size", "0x5"], "not '0x5'"),
         (["in.json", "out.csv", "--dpi", "9"], "9 dpi is outside"),
     ],
 )

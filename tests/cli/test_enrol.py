@@ -5,8 +5,11 @@ import json
 import shutil
 
 import pytest
+from PIL import Image, ImageOps
 
+from fpmatch import assess
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.image.polarity import INVERTED
 
 
 @pytest.fixture
@@ -50,6 +53,39 @@ def test_enrol_and_again(run, tmp_path, folder):
         "impressions": 3,
         "subjects": 3,
     }
+
+
+def test_prints_below_the_quality_asked_for_are_refused(run, tmp_path, prints):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    shutil.copy(prints / "1_1.png", folder / "1_1.png")
+    whole = Image.open(prints / "2_1.png")
+    whole.crop((60, 60, 140, 140)).save(folder / "2_1.png", dpi=(500, 500))
+    score, small = (assess(folder / f"{name}.png").quality.score for name in ("1_1", "2_1"))
+    assert small < score
+    place = tmp_path / "prints.db"
+    result = run("enrol", place, folder, "--workers", 1, "--min-quality", score)
+    assert result.exit_code == 1
+    assert result.stdout.startswith("enrolled 1 of 2 pictures, 1 failed")
+    assert result.stderr.startswith(
+        f"fpmatch: failed: {folder}/2_1.png: quality {small}; too small: "
+    )
+    assert result.stderr.endswith(f"({score} is asked for)\n")
+    assert run("enrol", place, folder, "--workers", 1).exit_code == 0
+
+
+def test_what_was_noticed_on_reading_is_said_once(run, tmp_path, prints):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    for number in (1, 2):
+        dark = Image.open(prints / f"{number}_1.png")
+        padded = ImageOps.invert(ImageOps.expand(dark, 60, 255))
+        padded.save(folder / f"{number}_1.png", dpi=(500, 500))
+    result = run("enrol", tmp_path / "prints.db", folder, "--workers", 1)
+    assert result.exit_code == 0
+    assert result.stderr.splitlines() == [
+        f"fpmatch: note: {folder}/1_1.png and 1 other: {INVERTED}"
+    ]
 
 
 def test_options_reach_the_work(run, tmp_path, folder):

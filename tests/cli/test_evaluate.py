@@ -45,7 +45,7 @@ def database(tmp_path):
 @pytest.mark.usefixtures("known_answers")
 def test_table_on_stdout_and_failures_on_stderr(fpmatch, database):
     result = fpmatch(database, "--workers", 1)
-    assert result.exit_code == 0
+    assert result.exit_code == 1
     rates, intervals = result.stdout.split("\n\n")
     head, row, mean, pooled = rates.splitlines()
     assert head.startswith("database ")
@@ -79,7 +79,7 @@ def test_protocol_chooses_the_impostors(fpmatch, database):
 @pytest.mark.usefixtures("known_answers")
 def test_scores_file_holds_every_comparison(fpmatch, database, tmp_path):
     path = tmp_path / "scores.csv"
-    assert fpmatch(database, "--scores", path, "--workers", 1).exit_code == 0
+    assert fpmatch(database, "--scores", path, "--workers", 1).exit_code == 1
     with path.open(newline="") as stream:
         assert sum(1 for _ in csv.DictReader(stream)) == 190
 
@@ -89,7 +89,7 @@ def test_report_is_one_page(fpmatch, database, tmp_path):
     pytest.importorskip("matplotlib")
     folder = tmp_path / "made" / "report"
     result = fpmatch(database, "--report", folder, "--workers", 1, "--resamples", 50)
-    assert result.exit_code == 0
+    assert result.exit_code == 1
     assert [path.name for path in folder.iterdir()] == ["index.html"]
     assert f"fpmatch: note: report: {folder / 'index.html'}" in result.stderr
     page = (folder / "index.html").read_text(encoding="utf-8")
@@ -113,7 +113,7 @@ def test_a_baseline_is_compared_pair_by_pair(fpmatch, database, tmp_path):
     path = tmp_path / "scores.csv"
     fpmatch(database, "--scores", path, "--workers", 1)
     result = fpmatch(database, "--baseline", path, "--workers", 1, "--resamples", 100)
-    assert result.exit_code == 0
+    assert result.exit_code == 1
     _, _, paired = result.stdout.split("\n\n")
     assert paired.startswith(f"fake compared with {path}: 190 pairs in both, 190 with the same")
     assert "no change" in paired
@@ -154,7 +154,7 @@ def two_matchers(monkeypatch, known_answers):
 def test_matchers_stand_side_by_side(fpmatch, database, tmp_path):
     path = tmp_path / "scores.csv"
     result = fpmatch(database, "--matcher", "all", "--workers", 1, "--scores", path)
-    assert result.exit_code == 0
+    assert result.exit_code == 1
     fake, _, blind, _, both, against = result.stdout.split("\n\n")
     assert fake.startswith("matcher fake\ndatabase ")
     assert blind.startswith("matcher blind\ndatabase ")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from fpmatch import extract, load_template
+from fpmatch import assess, extract, load_template, save_template
 
 
 def names(folder: Path) -> set[str]:
@@ -30,8 +31,35 @@ def test_templates_are_those_of_the_library(run: Any, prints: Path, tmp_path: Pa
             saved = load_template(out / f"{stem}{suffix}")
             assert saved.minutiae == template.minutiae
             assert (saved.width, saved.height, saved.dpi) == (280, 300, 500)
-    assert result.stdout == f"2 of 2 templates, {total} minutiae: {out}\n"
+    scores = [assess(prints / f"{stem}.png").quality.score for stem in ("1_1", "2_1")]
+    quality = f"quality {min(scores)} to {max(scores)}" if len(set(scores)) > 1 else ""
+    quality = quality or f"quality {scores[0]}"
+    assert result.stdout == f"2 of 2 templates, {total} minutiae, {quality}: {out}\n"
     assert result.stderr == ""
+
+
+def test_what_is_wrong_with_an_image_is_noted(run: Any, prints: Path, tmp_path: Path) -> None:
+    result = run("extract", prints / "blank.png", prints / "1_1.png", "-o", tmp_path)
+    assert result.exit_code == 0
+    (note,) = result.stderr.splitlines()
+    assert note.startswith(f"fpmatch: note: {prints / 'blank.png'}: quality 0; no ridges: ")
+
+
+def test_json_tells_files_and_quality(run: Any, prints: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    save_template(tmp_path / "t.json", extract(prints / "1_1.png"))
+    result = run(
+        "extract", prints / "1_1.png", tmp_path / "t.json", prints / "text.png", "-o", out, "--json"
+    )
+    assert result.exit_code == 2
+    document = json.loads(result.stdout)
+    image, template = document["templates"]
+    assert image["files"] == [str(out / "1_1.json"), str(out / "1_1.csv")]
+    assert image["quality"] == assess(prints / "1_1.png").quality.as_dict()
+    assert template["quality"] is None
+    assert template["minutiae"] == image["minutiae"] > 0
+    (failure,) = document["failures"]
+    assert failure.startswith(f"{prints / 'text.png'}: ")
 
 
 @pytest.mark.parametrize("suffix", ["json", "csv"])

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from fpmatch.formats.files import load_template
+from fpmatch.formats.files import load_record, load_template
 from fpmatch.gallery.entry import Failure, Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.minutiae import Minutiae, Template
@@ -99,6 +99,15 @@ def test_export(run, place, tmp_path):
     with open_gallery(place) as gallery:
         templates = dict(gallery.templates())
     assert load_template(tmp_path / "out" / "1_2.json") == templates[2]
+
+
+def test_export_in_a_format_of_others(run, place, tmp_path):
+    out = tmp_path / "out"
+    result = run("gallery", "export", place, "-o", out, "--format", "iso2005", "--subject", "1")
+    assert result.stdout == f"2 templates: {out}\n"
+    assert sorted(path.name for path in out.iterdir()) == ["1_1.iso", "1_2.iso"]
+    assert load_record(out / "1_1.iso").format == "iso2005"
+    assert all(line.startswith(f"fpmatch: note: {out}") for line in result.stderr.splitlines())
 
 
 def test_export_does_not_mix_up_names(run, place, tmp_path):

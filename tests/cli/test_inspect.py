@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
+from fpmatch import assess
 from fpmatch.formats.files import save_record, save_template
 from fpmatch.formats.record import ExtendedData, TemplateRecord, View
 from fpmatch.minutiae import Minutiae, Template
@@ -24,10 +26,11 @@ def test_an_image_and_a_template_are_a_line_each(
 ) -> None:
     path = tmp_path / "odd name.tif"
     save_template(path, small, file_format="iso2005")
+    quality = assess(prints / "1_1.png").quality
     result = run("inspect", prints / "1_1.png", path)
     assert result.exit_code == 0
     assert result.stdout.splitlines() == [
-        f"{prints / '1_1.png'}: PNG image, 280 x 300 px, 500 dpi",
+        f"{prints / '1_1.png'}: PNG image, 280 x 300 px, 500 dpi, {quality.in_words()}",
         f"{path}: ISO/IEC 19794-2:2005, 300 x 400 px, 500 dpi, "
         "3 minutiae (1 ending, 2 bifurcations), quality 60",
     ]
@@ -71,8 +74,21 @@ def test_prints_of_one_file_stand_between_bars(run: Any, tmp_path: Path, small: 
 def test_json_of_an_image(run: Any, prints: Path) -> None:
     (found,) = json.loads(run("inspect", prints / "untagged.tif", "--json").stdout)
     assert found["format"] == "TIFF"
+    quality = assess(prints / "untagged.tif").quality.as_dict()
+    assert found["image"].pop("quality") == quality
     assert found["image"] == {"width": 280, "height": 300, "dpi": None, "notes": []}
     assert found["prints"] == []
+
+
+def test_what_is_wrong_with_an_image_follows(run: Any, prints: Path, tmp_path: Path) -> None:
+    few = tmp_path / "few.png"  # 1000 dpi: too few pixels for a print
+    Image.new("L", (50, 50), 200).save(few, dpi=(1000, 1000))
+    result = run("inspect", prints / "blank.png", few)
+    assert result.exit_code == 0
+    blank, small = result.stdout.splitlines()
+    assert blank.endswith("500 dpi, quality 0; no ridges: no fingerprint is found in the image")
+    assert "quality" not in small
+    assert "; no print: resampled from 1000 to 500 dpi, " in small
 
 
 def test_what_is_not_known_is_an_error_a_line_and_the_rest_is_told(run: Any, prints: Path) -> None:

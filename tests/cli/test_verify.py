@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch import fmr_to_score
+from fpmatch import assess, fmr_to_score
 from fpmatch.matching.calibration import Calibration, Provenance
 
 KEYS = [
@@ -25,6 +25,7 @@ KEYS = [
     "rms_px",
     "scale",
     "reason",
+    "quality",
     "probe",
     "reference",
 ]
@@ -66,6 +67,18 @@ def test_different_fingers_do_not_match_and_it_says_why(run: Any, prints: Path) 
     assert found["match"] is False
     assert found["score"] < 40
     assert found["reason"]
+
+
+def test_the_quality_of_images_is_part_of_why_not(run: Any, prints: Path) -> None:
+    result = run("verify", prints / "1_1.png", prints / "blank.png")
+    assert result.exit_code == 1
+    probe, reference = (line for line in result.stdout.splitlines() if "  Quality " in line)
+    score = assess(prints / "1_1.png").quality.score
+    assert probe == f"  Quality     probe: quality {score}"
+    assert reference.startswith("  Quality     reference: quality 0; no ridges: ")
+    found = decision(run("verify", prints / "1_1.png", prints / "blank.png", "--json"))
+    assert found["quality"]["probe"]["score"] == score
+    assert [reason["what"] for reason in found["quality"]["reference"]["reasons"]] == ["no ridges"]
 
 
 def test_the_words_of_a_match(run: Any, prints: Path) -> None:

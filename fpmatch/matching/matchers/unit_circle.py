@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching.align import at_rest, kept, light_table
+from fpmatch.matching.explain import explain, main_reason, rival_of
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.one_to_many import MIN_MINUTIAE, similarities
 from fpmatch.matching.prepare import PreparedTemplate, prepare
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
 MIN_PAIRS_FOR_SCALE: Final = 6
-SMALL_OVERLAP: Final = 0.25  # share of the smaller print
-POOR_RIDGES: Final = 0.3  # correlation, hardly more than that of strangers
 MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
@@ -63,6 +62,27 @@ class UnitCircleMatcher:
         if laid is None:
             return _nothing("no neighbourhood of one print is like one of the other")
         return _comparison(a, b, *laid, swapped=swapped)
+
+    def explain(self, probe: PreparedTemplate, reference: PreparedTemplate) -> str:
+        """Say why two prints do not match; looks for competing transforms too, unlike `compare`.
+
+        Parameters
+        ----------
+        probe, reference : PreparedTemplate
+            What `prepare` returned.
+
+        Returns
+        -------
+        str
+            The reason of `compare`, and what else speaks against one finger.
+        """
+        a, b = sorted((probe, reference), key=lambda side: side.key)
+        laid = lay(a, b) if min(len(a), len(b)) >= MIN_MINUTIAE else None
+        if laid is None:
+            return self.compare(probe, reference).reason
+        alignment, evidence = laid
+        seeds = most_alike(local_likeness(a.neighbourhoods, b.neighbourhoods))
+        return explain(probe, reference, evidence, rival_of(a, b, alignment, seeds))
 
     def similarities(
         self,
@@ -163,7 +183,7 @@ def _comparison(
         rms_px=float(np.sqrt((residual**2).sum(axis=1).mean())),
         agreement=evidence.agreement,
         overlap=evidence.overlap,
-        reason=_against(evidence),
+        reason=main_reason(evidence),
     )
 
 
@@ -205,13 +225,3 @@ def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
         if len(side) < MIN_MINUTIAE
     ]
     return "; ".join(few)
-
-
-def _against(evidence: Evidence) -> str:
-    """Say what speaks most against one finger."""
-    share = f"{evidence.pairs} pairs among {evidence.common} minutiae in the common region"
-    if evidence.overlap < SMALL_OVERLAP:
-        return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
-    if evidence.cells and evidence.ridges < POOR_RIDGES:
-        return f"the ridges disagree under the best transform: {share}"
-    return f"too few minutiae agree under the best transform: {share}"

@@ -1,0 +1,104 @@
+"""A print's template together with the quality of its image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
+from fpmatch.image.print_quality import PrintQuality, judge
+from fpmatch.image.recorder import NoRecorder
+from fpmatch.image.ridge_figures import MEASURED_STAGES, RidgeFigures, measure_ridges
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from fpmatch.image.parameters import ExtractionParameters
+    from fpmatch.image.read import GreyImage
+    from fpmatch.minutiae import Template
+
+
+@dataclass(frozen=True, slots=True)
+class AssessedPrint:
+    """Hold what came of an image.
+
+    Parameters
+    ----------
+    template : Template
+        Its minutiae.
+    quality : PrintQuality
+        How good the image is, and what is wrong with it.
+    """
+
+    template: Template
+    quality: PrintQuality
+
+
+class QualityRecorder(NoRecorder):
+    """Keep of an extraction what quality is measured on, and measure when asked.
+
+    As a kind of `NoRecorder` it makes no stage that is for the eye alone.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stages = QualityRecorder()
+    >>> template = extract(np.full((200, 200), 255, np.uint8), dpi=500, recorder=stages)
+    >>> stages.figures().ridges_mm2, stages.quality(template.dpi).score
+    (0.0, 0)
+    """
+
+    def __init__(self) -> None:
+        self._stages: dict[str, NDArray[Any]] = {}
+
+    def record(self, stage: str, array: NDArray[Any]) -> None:
+        """Keep the array, not a copy: nothing changes it after."""
+        if stage in MEASURED_STAGES:
+            self._stages[stage] = array
+
+    def figures(self) -> RidgeFigures:
+        """Return the figures of the print that was extracted last."""
+        return measure_ridges(self._stages)
+
+    def quality(self, dpi: float) -> PrintQuality:
+        """Return its quality; `dpi` is the resolution that it was taken for."""
+        return judge(self.figures(), dpi)
+
+
+def assess(
+    image: str | Path | GreyImage | NDArray[np.generic],
+    dpi: float | None = None,
+    *,
+    enhance: str = DEFAULT_ENHANCEMENT,
+    parameters: ExtractionParameters | None = None,
+) -> AssessedPrint:
+    """Extract the minutiae of a fingerprint image, and judge the image.
+
+    Parameters
+    ----------
+    image, dpi, enhance, parameters
+        As for `extract`.
+
+    Returns
+    -------
+    AssessedPrint
+        What `extract` returns, and the quality of the image.
+
+    Raises
+    ------
+    ImageReadError, ImageError, ResolutionError
+        As `extract` does.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> blank = assess(np.full((200, 200), 255, np.uint8), dpi=500)
+    >>> blank.quality.score, str(blank.quality.reasons[0])
+    (0, 'no ridges: no fingerprint is found in the image')
+    """
+    stages = QualityRecorder()
+    template = extract(image, dpi, enhance=enhance, parameters=parameters, recorder=stages)
+    return AssessedPrint(template, stages.quality(template.dpi))

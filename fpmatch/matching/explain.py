@@ -1,0 +1,138 @@
+"""Why two prints do not match: what speaks against one finger beside what the score weighs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.matching.align import candidates
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.align import Alignment
+    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.score import Evidence
+
+
+@dataclass(frozen=True, slots=True)
+class ExplanationParameters:
+    """Set when something is worth saying; lengths in pixels at 500 dpi.
+
+    Parameters
+    ----------
+    small_overlap : float
+        Share of the smaller print that the common region then falls short of.
+    poor_ridges : float
+        Correlation of ridges that is hardly more than that of strangers.
+    poor_minutiae : float
+        Mean quality of a print's minutiae, 0 to 1, below which they are poor.
+    apart_px : float
+        Distance, on average, between where two transforms lay a print, from which they compete.
+    rival_share : float
+        Share of the pairs that a competing transform has at least.
+    """
+
+    small_overlap: float = 0.25
+    poor_ridges: float = 0.3
+    poor_minutiae: float = 0.4
+    apart_px: float = 30.0
+    rival_share: float = 0.75
+
+
+def explain(
+    probe: PreparedTemplate,
+    reference: PreparedTemplate,
+    evidence: Evidence,
+    rival_pairs: int = 0,
+    parameters: ExplanationParameters | None = None,
+) -> str:
+    """Say in words what speaks against one finger, what matters most first.
+
+    Parameters
+    ----------
+    probe, reference : PreparedTemplate
+        The two prints.
+    evidence : Evidence
+        What was found under the best transform.
+    rival_pairs : int
+        Pairs under another transform; see `rival_of`.
+    parameters : ExplanationParameters, optional
+        When something is worth saying.
+
+    Returns
+    -------
+    str
+        One line.
+    """
+    p = parameters or ExplanationParameters()
+    parts = [main_reason(evidence, p)]
+    if 0 < p.rival_share * evidence.pairs <= rival_pairs:
+        parts.append(f"a quite different transform pairs {rival_pairs}: neither stands out")
+    return "; ".join([*parts, *_poor_sides(probe, reference, p)])
+
+
+def rival_of(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    alignment: Alignment,
+    seeds: NDArray[np.int32],
+    parameters: ExplanationParameters | None = None,
+) -> int:
+    """Count the pairs under the best transform that lays one print quite elsewhere.
+
+    Parameters
+    ----------
+    a, b : PreparedTemplate
+        Two prints, in the order of their content.
+    alignment : Alignment
+        The best one.
+    seeds : ndarray of int32, shape (K, 2)
+        Pairs of minutiae whose neighbourhoods are alike, which proposed it and others.
+    parameters : ExplanationParameters, optional
+        What counts as elsewhere.
+
+    Returns
+    -------
+    int
+        0 where no other transform is proposed.
+    """
+    p = parameters or ExplanationParameters()
+    laid = _laid(a.points, alignment.transform)
+    off = np.abs(laid[seeds[:, 0]] - (b.points[0] + 1j * b.points[1])[seeds[:, 1]])
+    others = candidates(a.points, b.points, np.ascontiguousarray(seeds[off > p.apart_px]))
+    if not others:
+        return 0
+    other = max(others, key=lambda one: float(one.weight.sum()))
+    apart = float(np.abs(_laid(a.points, other.transform) - laid).mean())
+    return int(np.count_nonzero(other.partner >= 0)) if apart > p.apart_px else 0
+
+
+def _laid(points: NDArray[np.float64], transform: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Return where a transform lays minutiae, as complex numbers."""
+    c, s, x, y = transform.tolist()
+    return np.asarray((points[0] + 1j * points[1]) * complex(c, s) + complex(x, y))
+
+
+def main_reason(evidence: Evidence, parameters: ExplanationParameters | None = None) -> str:
+    """Say in words what speaks most against one finger, by what the score weighs alone."""
+    p = parameters or ExplanationParameters()
+    share = f"{evidence.pairs} pairs among {evidence.common} minutiae in the common region"
+    if evidence.overlap < p.small_overlap:
+        return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
+    if evidence.cells and evidence.ridges < p.poor_ridges:
+        return f"the ridges disagree under the best transform: {share}"
+    return f"too few minutiae agree under the best transform: {share}"
+
+
+def _poor_sides(
+    probe: PreparedTemplate, reference: PreparedTemplate, p: ExplanationParameters
+) -> Iterator[str]:
+    for name, side in (("probe", probe), ("reference", reference)):
+        mean = float(side.quality.mean())
+        if mean < p.poor_minutiae:
+            yield f"the minutiae of the {name} are poor (mean quality {100 * mean:.0f})"

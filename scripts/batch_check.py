@@ -1,0 +1,220 @@
+"""Batches of prints, some of them damaged, and what every command that takes many makes of them.
+
+Of so many files one is damaged, each in another way: cut short, emptied, overwritten, or something
+else altogether. A command has to finish, name exactly the damaged ones, and say so by its exit
+status.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import dataclass, field, replace
+from itertools import count, cycle
+from typing import TYPE_CHECKING
+
+import numpy as np
+from click.testing import CliRunner, Result
+from PIL import Image
+
+from fpmatch import extract, save_template
+from fpmatch.cli import main
+from fpmatch.synthesis.impression import make_impression
+from fpmatch.synthesis.master import MasterParameters, make_master
+from fpmatch.synthesis.presets import PRESETS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
+
+    from fpmatch.synthesis.sensor import Sensor
+
+IMPRESSIONS = 8
+IMAGE_SUFFIXES = (".tif", ".png", ".bmp", ".jpg", ".pgm")
+TEMPLATE_FORMATS = {".json": "json", ".csv": "csv", ".iso": "iso2005", ".ansi": "ansi2004"}
+
+
+@dataclass
+class Batch:
+    """Hold a folder of prints, and which of its files are damaged."""
+
+    folder: Path
+    files: list[Path] = field(default_factory=list)
+    damaged: set[str] = field(default_factory=set)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Hold what is wrong with how a command dealt with a batch; nothing, if it is right."""
+
+    command: str
+    seconds: float
+    complaints: tuple[str, ...]
+
+
+def make_batches(
+    folder: Path, prints: int, sensor: Sensor, every: int, fingers: int = 4
+) -> tuple[Batch, Batch]:
+    """Write a batch of images and one of templates, named as the FVC names its own.
+
+    The pictures of a few synthetic fingers are repeated, each time moved a little.
+    """
+    shape = (sensor.height + 80, sensor.width + 60)
+    pictures = [
+        make_impression(
+            make_master(5, k + 1, MasterParameters(shape=shape)), 1, PRESETS["clean"], sensor
+        ).image
+        for k in range(fingers)
+    ]
+    images, templates = Batch(folder / "images"), Batch(folder / "templates")
+    for batch in (images, templates):
+        batch.folder.mkdir(parents=True)
+    ways = cycle(WAYS)
+    extracted = [extract(picture, dpi=sensor.dpi) for picture in pictures]
+    for number in range(prints):
+        name = f"{1 + number // IMPRESSIONS}_{1 + number % IMPRESSIONS}"
+        finger = number // IMPRESSIONS % fingers
+        picture = np.roll(pictures[finger], (number % 7, number % 5), (0, 1))
+        picture[0, :4] = np.frombuffer(number.to_bytes(4, "big"), np.uint8)  # no copies
+        path = images.folder / f"{name}{IMAGE_SUFFIXES[number % len(IMAGE_SUFFIXES)]}"
+        Image.fromarray(picture).save(path, dpi=(sensor.dpi, sensor.dpi))
+        images.files.append(path)
+        suffix, file_format = list(TEMPLATE_FORMATS.items())[number % len(TEMPLATE_FORMATS)]
+        path = templates.folder / f"{name}{suffix}"
+        one = extracted[finger]
+        quality = one.minutiae.quality.copy()
+        quality[:2] = 5 + number % 90, 5 + number // 90  # no copies here either
+        told = replace(one, minutiae=replace(one.minutiae, quality=quality), field=None)
+        save_template(path, told, file_format=file_format)
+        templates.files.append(path)
+        if number % every == every // 2:
+            damage = next(ways)
+            for batch in (images, templates):
+                damage(batch.files[-1])
+                batch.damaged.add(batch.files[-1].name)
+    return images, templates
+
+
+def _cut_short(path: Path) -> None:
+    half = path.read_bytes()[: path.stat().st_size // 2]
+    path.write_bytes(half[: half.rfind(b",") + 1] or half)  # a CSV that ends with a line is whole
+
+
+def _emptied(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def _overwritten(path: Path) -> None:
+    noise = np.random.default_rng(len(path.name)).integers(0, 256, path.stat().st_size, np.uint8)
+    path.write_bytes(noise.tobytes())
+
+
+def _text(path: Path) -> None:
+    path.write_text("<html>404: not found</html>\n")
+
+
+def _without_its_head(path: Path) -> None:
+    path.write_bytes(bytes(16) + path.read_bytes()[16:])
+
+
+WAYS: tuple[Callable[[Path], None], ...] = (
+    _cut_short,
+    _emptied,
+    _overwritten,
+    _text,
+    _without_its_head,
+)
+"""How files are damaged."""
+
+
+def check_batches(
+    folder: Path, prints: int, sensor: Sensor, *, every: int = 10, workers: int = 1
+) -> list[Verdict]:
+    """Make batches and put them to every command that takes many prints.
+
+    Parameters
+    ----------
+    folder : Path
+        An empty one, for all that is written.
+    prints : int
+        Files of each batch.
+    sensor : Sensor
+        Size and resolution of the images.
+    every : int
+        Of so many files one is damaged.
+    workers : int
+        Processes that the commands use.
+
+    Returns
+    -------
+    list of Verdict
+        One a command and batch.
+    """
+    images, templates = make_batches(folder, prints, sensor, every)
+    verdicts = []
+    numbers = count()
+
+    def out(suffix: str = "") -> Path:
+        return folder / f"out{next(numbers)}{suffix}"
+
+    for batch in (images, templates):
+        files, work = [str(file) for file in batch.files], ("--workers", workers, "--json")
+        runs: list[tuple[tuple[object, ...], int, Callable[[Result], Iterable[str]]]] = [
+            (("inspect", *files, "--json"), 1, _told_on_stderr),
+            (("extract", *files, "-o", out(), "--json"), 2, _told_in("failures")),
+            (("enrol", out(".db"), *files, *work), 1, _told_in("failures")),
+        ]
+        if batch is images:
+            runs.append((("evaluate", batch.folder, "--resamples", 0, *work), 1, _told_on_stderr))
+        sides = ("--references", batch.folder, "--probes", batch.folder)
+        listed = ("--pairs", _few_pairs(batch, out(".csv")))
+        runs.append((("score", *sides, *listed, "-o", out(".csv"), *work), 1, _told_in("failures")))
+        verdicts += [_verdict(batch, *run) for run in runs]
+    return verdicts
+
+
+def _few_pairs(batch: Batch, path: Path) -> Path:
+    """Write a list that pairs every print with the next one."""
+    names = [file.name for file in batch.files]
+    rows = [f"{a},{b}" for a, b in zip(names, names[1:] + names[:1], strict=True)]
+    path.write_text("\n".join(["probe,reference", *rows]) + "\n")
+    return path
+
+
+def _told_on_stderr(result: Result) -> Iterable[str]:
+    return [line for line in result.stderr.splitlines() if line.startswith("fpmatch: ")]
+
+
+def _told_in(key: str) -> Callable[[Result], Iterable[str]]:
+    return lambda result: map(str, json.loads(result.stdout)[key])
+
+
+def _verdict(
+    batch: Batch,
+    words: tuple[object, ...],
+    status: int,
+    told: Callable[[Result], Iterable[str]],
+) -> Verdict:
+    """Run a command and compare what it names with what is damaged."""
+    start = time.perf_counter()
+    result = CliRunner().invoke(main, [str(word) for word in words], prog_name="fpmatch")
+    seconds = time.perf_counter() - start
+    complaints = []
+    if result.exit_code != status:
+        complaints.append(f"exit status {result.exit_code}, not {status}: {result.exception!r}")
+    try:
+        lines = list(told(result))
+    except ValueError:
+        lines = []
+        complaints.append(f"no JSON: {result.stdout[:200]!r} {result.stderr[-200:]!r}")
+    named = {file.name for file in batch.files if any(_names(line, file) for line in lines)}
+    if missed := sorted(batch.damaged - named):
+        complaints.append(f"damaged and not named: {', '.join(missed)}")
+    if wrong := sorted(named - batch.damaged):
+        complaints.append(f"whole and named: {', '.join(wrong)}")
+    return Verdict(f"{words[0]} {batch.folder.name}", seconds, tuple(complaints))
+
+
+def _names(line: str, file: Path) -> bool:
+    """Tell whether a line names a file: its path, or its bare name in quotes."""
+    return f"/{file.name}" in line or f"'{file.name}'" in line

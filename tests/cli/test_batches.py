@@ -1,0 +1,29 @@
+"""A batch with damaged files among them is dealt with to the end, and exactly those are named.
+
+A long run is `scripts/check_batches`.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from fpmatch.synthesis.sensor import Sensor
+
+sys.path.append(str(Path(__file__).parents[2] / "scripts"))
+
+from batch_check import WAYS, check_batches, make_batches
+
+SMALL = Sensor("small", 180, 200)
+
+
+def test_every_command_names_exactly_the_damaged_ones(tmp_path: Path) -> None:
+    verdicts = check_batches(tmp_path, 2 * len(WAYS), SMALL, every=2)
+    assert len({verdict.command for verdict in verdicts}) == 9
+    assert {verdict.command: verdict.complaints for verdict in verdicts if verdict.complaints} == {}
+
+
+def test_every_way_of_damage_is_tried_once(tmp_path: Path) -> None:
+    images, templates = make_batches(tmp_path, 2 * len(WAYS), SMALL, 2, fingers=1)
+    assert len(images.damaged) == len(templates.damaged) == len(WAYS)
+    assert len({path.suffix for path in images.files}) == 5

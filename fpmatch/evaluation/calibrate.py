@@ -24,7 +24,6 @@ import numpy as np
 
 from fpmatch._version import __version__
 from fpmatch.errors import MatcherError
-from fpmatch.evaluation.impostors import impostors_of_report
 from fpmatch.matching.calibration import Calibration, Provenance
 
 if TYPE_CHECKING:
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.evaluation.impostors import ImpostorSet
-    from fpmatch.evaluation.report import EvaluationReport
 
 _TINY: Final = 1e-290  # below, numbers lose digits
 _DIGITS: Final = 9  # significant digits kept, so that files do not differ by rounding
@@ -68,29 +66,6 @@ class CalibrationParameters:
     knot_step: float = 0.5
 
 
-def calibrate(report: EvaluationReport, command: str = "") -> Calibration:
-    """Fit a calibration to the impostor comparisons of an evaluation, all databases together.
-
-    Parameters
-    ----------
-    report : EvaluationReport
-        An evaluation by the extended protocol, which has impostors enough.
-    command : str
-        What ran it, kept in the calibration's provenance.
-
-    Returns
-    -------
-    Calibration
-        The calibration, with its provenance.
-
-    Raises
-    ------
-    MatcherError
-        If there are too few impostor comparisons, or too few distinct similarities.
-    """
-    return calibrate_on(impostors_of_report(report), report.matcher, command)
-
-
 def calibrate_on(sets: Sequence[ImpostorSet], matcher: str, command: str = "") -> Calibration:
     """Fit a calibration to the impostor comparisons of some databases together.
 
@@ -105,7 +80,7 @@ def calibrate_on(sets: Sequence[ImpostorSet], matcher: str, command: str = "") -
     matcher : str
         The matcher that compared.
     command : str
-        As for `calibrate`.
+        What ran it, kept in the calibration's provenance.
 
     Returns
     -------
@@ -115,7 +90,7 @@ def calibrate_on(sets: Sequence[ImpostorSet], matcher: str, command: str = "") -
     Raises
     ------
     MatcherError
-        As for `calibrate`.
+        If there are too few impostor comparisons, or too few distinct similarities.
     """
     impostors = np.concatenate([one.trials.similarity for one in sets])
     provenance = Provenance(

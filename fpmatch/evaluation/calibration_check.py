@@ -6,8 +6,6 @@ prints that the calibration was not fitted to, the share that does shows what th
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,13 +13,13 @@ import numpy as np
 
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
-from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepared_many import PreparedMany
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.evaluation.extraction import ExtractedSet
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.impostors import ImpostorSet
     from fpmatch.evaluation.report import EvaluationReport, SetResult
     from fpmatch.matching.calibration import Calibration
 
@@ -110,46 +108,27 @@ def check_calibration(
     ]
 
 
-def check_among(
-    sets: Sequence[ExtractedSet], name: str, workers: int | None = None
+def check_impostors(
+    impostors: ImpostorSet, matcher: str, calibration: Calibration | None = None
 ) -> CalibrationCheck:
-    """Count the impostors among all impressions of all databases that reach the scores.
-
-    Fingers of different databases are taken for different ones, so that a few databases make very
-    many impostor comparisons. The default matcher compares.
+    """Count the impostors that reach the scores.
 
     Parameters
     ----------
-    sets : sequence of ExtractedSet
-        The databases.
-    name : str
-        What to call them together.
-    workers : int, optional
-        Threads to use (default: one a core).
+    impostors : ImpostorSet
+        Comparisons of different fingers.
+    matcher : str
+        The matcher that compared.
+    calibration : Calibration, optional
+        What gives the scores (default: the package's for the matcher).
 
     Returns
     -------
     CalibrationCheck
         One for all.
     """
-    templates, finger = [], []
-    for number, one in enumerate(sets):
-        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True):
-            if found.template is not None:
-                templates.append(MATCHER.prepare(found.template))
-                finger.append((number, impression.finger))
-    many = PreparedMany.of(templates)
-    label = np.unique(np.array(finger).reshape(-1, 2), axis=0, return_inverse=True)[1].ravel()
-    calibration = load_calibration(MATCHER.name)
-
-    def counted(k: int) -> tuple[int, ...]:
-        similarity = MATCHER.similarities(templates[k], many, k + 1)
-        scores = calibration.scores(similarity[label[k + 1 :] != label[k]])
-        return (len(scores), *(int((scores >= at).sum()) for at in SCORES))
-
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        counts = np.sum(list(pool.map(counted, range(len(templates)))), axis=0).tolist()
-    return CalibrationCheck(name, counts[0], tuple(counts[1:]))
+    used = calibration or load_calibration(matcher)
+    return _counted(impostors.name, used.scores(impostors.trials.similarity))
 
 
 def format_calibration_checks(checks: Sequence[CalibrationCheck]) -> str:
@@ -182,6 +161,8 @@ def format_calibration_checks(checks: Sequence[CalibrationCheck]) -> str:
 
 def _check(row: SetResult, calibration: Calibration) -> CalibrationCheck:
     impostor = ~row.pairs.genuine & (row.outcomes["reason"] != NO_TEMPLATE)
-    scores = calibration.scores(row.outcomes["similarity"][impostor])
-    reached = tuple(int((scores >= at).sum()) for at in SCORES)
-    return CalibrationCheck(row.name, int(impostor.sum()), reached)
+    return _counted(row.name, calibration.scores(row.outcomes["similarity"][impostor]))
+
+
+def _counted(name: str, scores: NDArray[np.float64]) -> CalibrationCheck:
+    return CalibrationCheck(name, len(scores), tuple(int((scores >= at).sum()) for at in SCORES))

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.extraction import extract_image
 from fpmatch.evaluation.intervals import trials_of
+from fpmatch.evaluation.resampling import Trials
 from fpmatch.evaluation.run import evaluate
 from fpmatch.evaluation.scores_reader import choose_matcher, read_scores
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.prepared_many import PreparedMany
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.extraction import Extractor
+    from fpmatch.evaluation.extraction import ExtractedSet, Extractor
     from fpmatch.evaluation.report import EvaluationReport
-    from fpmatch.evaluation.resampling import Trials
     from fpmatch.matching.result import Matcher
 
 
@@ -121,6 +125,49 @@ def impostors_of_report(report: EvaluationReport) -> list[ImpostorSet]:
         _impostors_of(row.name, trials_of(row), row.outcomes["reason"] != NO_TEMPLATE)
         for row in report.sets
     ]
+
+
+def impostors_among(
+    sets: Sequence[ExtractedSet], name: str, workers: int | None = None
+) -> ImpostorSet:
+    """Return the impostor comparisons among all impressions of all databases.
+
+    Fingers of different databases are taken for different ones, so that a few databases make very
+    many comparisons. The default matcher compares.
+
+    Parameters
+    ----------
+    sets : sequence of ExtractedSet
+        The databases.
+    name : str
+        What to call them together.
+    workers : int, optional
+        Threads to use (default: one a core).
+
+    Returns
+    -------
+    ImpostorSet
+        One for all.
+    """
+    prints, shown = [], []
+    for number, one in enumerate(sets):
+        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True):
+            if found.template is not None:
+                prints.append(MATCHER.prepare(found.template))
+                shown.append((number, impression.finger))
+    many = PreparedMany.of(prints)
+    # of no impressions at all the list has no rows
+    fingers, finger = np.unique(np.array(shown, int).reshape(-1, 2), axis=0, return_inverse=True)
+    finger = finger.ravel()
+
+    def with_the_rest(k: int) -> NDArray[np.float64]:
+        return MATCHER.similarities(prints[k], many, k + 1)
+
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        similarity = np.concatenate([np.empty(0), *pool.map(with_the_rest, range(len(prints)))])
+    probe, reference = (finger[side] for side in np.triu_indices(len(prints), 1))
+    trials = Trials(similarity, probe, reference, len(fingers))
+    return _impostors_of(name, trials, np.ones(len(similarity), bool))
 
 
 def _impostors_of(name: str, trials: Trials, compared: NDArray[np.bool_]) -> ImpostorSet:

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import fpmatch
 from fpmatch.errors import MatcherError
-from fpmatch.evaluation.calibrate import CalibrationParameters, calibrate, fit_calibration
+from fpmatch.evaluation.calibrate import CalibrationParameters, calibrate_on, fit_calibration
+from fpmatch.evaluation.impostors import impostors_of_report
 from fpmatch.evaluation.run import evaluate
 from fpmatch.matching.calibration import score_to_fmr
 
@@ -17,7 +18,7 @@ from fpmatch.matching.calibration import score_to_fmr
 def test_fits_the_impostors_of_all_sets_without_failed_prints(bench, make_database):
     folders = [make_database(name, fingers=10, contents={"3_3": "broken"}) for name in "ab"]
     report = evaluate(folders, matcher=bench.MATCHER, extractor=bench.extractor, workers=1)
-    calibration = calibrate(report, command="here")
+    calibration = calibrate_on(impostors_of_report(report), report.matcher, "here")
     impostors = np.concatenate([r.outcomes["similarity"][~r.pairs.genuine] for r in report.sets])
     expected = fit_calibration(impostors[impostors > 0])
     assert calibration.knots == expected.knots
@@ -37,7 +38,7 @@ def test_too_few_impostors(bench, make_database):
         [make_database()], matcher=bench.MATCHER, extractor=bench.extractor, workers=1
     )
     with pytest.raises(MatcherError, match="160 impostor comparisons are too few"):
-        calibrate(report)
+        calibrate_on(impostors_of_report(report), report.matcher)
 
 
 def impostors(kind, n=20_000, seed=0):

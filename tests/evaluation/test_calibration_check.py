@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from types import SimpleNamespace
 
@@ -10,20 +9,17 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import MatcherError
-from fpmatch.evaluation import calibration_check
 from fpmatch.evaluation.calibration_check import (
     CalibrationCheck,
-    check_among,
     check_calibration,
+    check_impostors,
     format_calibration_checks,
 )
 from fpmatch.evaluation.comparison import NO_TEMPLATE, OUTCOME
-from fpmatch.evaluation.dataset import Dataset, Impression
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.impostors import ImpostorSet
+from fpmatch.evaluation.resampling import Trials
 from fpmatch.evaluation.run import evaluate
 from fpmatch.matching.calibration import Calibration
-from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.minutiae import Minutiae, Template
 
 TEN_A_UNIT = Calibration(((0.0, 0.0), (10.0, 100.0)), tail_scale=1.0)
 NAME = "unit-circle"
@@ -88,39 +84,10 @@ def test_an_evaluation_is_checked_by_the_calibration_given_or_refused(bench, mak
         check_calibration(report)
 
 
-def a_set(name, seed, folder):
-    """Return impressions of two fingers, the last without a template."""
-    rng = np.random.default_rng(seed)
-    taken, extractions = [], []
-    for finger in (1, 2):
-        x, y, angle = rng.uniform(20, 180, (3, 12))
-        for number in (1, 2, 3):
-            taken.append(Impression(finger, number, folder / f"{finger}_{number}.tif"))
-            template = Template(Minutiae(x + number, y, angle), 200, 200)
-            extractions.append(Extraction(template, "", 0.0))
-    extractions[-1] = Extraction(None, "no ridges", 0.0)
-    return ExtractedSet(Dataset(name, 500.0, "", tuple(taken)), tuple(extractions))
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_among_all_impressions_those_of_other_fingers_are_counted(tmp_path, workers, monkeypatch):
-    sets = [a_set("one", 1, tmp_path), a_set("two", 2, tmp_path)]
-    shown = [
-        (number, impression.finger, found.template)
-        for number, one in enumerate(sets)
-        for impression, found in zip(one.dataset.impressions, one.extractions, strict=True)
-        if found.template is not None
-    ]
-    similarities = [
-        MATCHER.compare(MATCHER.prepare(a), MATCHER.prepare(b)).similarity
-        for (*finger, a), (*other, b) in itertools.combinations(shown, 2)
-        if finger != other
-    ]
-    middle = float(np.median(similarities))
-    steep = Calibration(((0.0, 0.0), (middle, 20.0)), tail_scale=1.0)
-    monkeypatch.setattr(calibration_check, "load_calibration", lambda _: steep)
-    found = check_among(sets, "both", workers)
-    assert (found.name, found.impostors) == ("both", 37)
-    scores = steep.scores(similarities)
-    assert found.reached == tuple(int((scores >= at).sum()) for at in (20, 30, 40))
-    assert 0 < found.reached[0] < 37
+def test_impostors_are_checked_by_the_calibration_given_or_the_matchers_own():
+    trials = Trials(np.array([0.5, 2.0, 4.0]), np.zeros(3, int), np.ones(3, int), 2)
+    among = ImpostorSet("among", trials)
+    assert check_impostors(among, NAME, TEN_A_UNIT) == CalibrationCheck("among", 3, (2, 1, 1))
+    assert check_impostors(among, NAME).impostors == 3
+    with pytest.raises(MatcherError):
+        check_impostors(among, "no such matcher")

@@ -99,7 +99,7 @@ def test_links_and_pictures_lead_to_files() -> None:
 def test_the_default_matcher_and_the_papers_are_both_measured() -> None:
     table = README.partition("measured:start -->")[2].partition("<!-- measured:end")[0]
     rows = [line for line in table.splitlines() if line.startswith("| ")]
-    assert len(rows) == 1 + 6 + 4
+    assert len(rows) == 2 + 6 + 4
     assert len({row.count("|") for row in rows}) == 1
     for matcher in ("unit-circle", "paper"):
         assert sum(f"`{matcher}`" in row for row in rows) == 2

@@ -9,9 +9,13 @@ from fpmatch.evaluation.markdown import calibration_table, markdown_table
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-PARTS: Final = ("learned", "filters", "ablation", "calibration")
-"""What the results hold: error rates with either enhancement, without each feature, of scores."""
-_KEPT: Final = ("name", "genuine", "impostor", "eer", "fmr1000", "fmr10000", "rank_one")
+PARTS: Final = ("learned", "filters", "paper", "ablation", "calibration")
+"""What the results hold: error rates with either enhancement, of the paper's matcher, without each
+feature, and of scores."""
+_RATES: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
+_KEPT: Final = (
+    "name", "genuine", "impostor", *_RATES, "fmr10000", "rank_one", "extract_ms", "match_us"
+)  # fmt: skip
 _ROWS: Final = {
     "synthetic": "synthetic sets, each learned from the others",
     "checked": "FVC, learned from the synthetic sets",
@@ -69,6 +73,36 @@ def format_accuracy_markdown(results: Mapping[str, Any]) -> str:
             calibration_table(results["calibration"]["sets"], digits=4),
         ]
     )
+
+
+def format_readme_markdown(results: Mapping[str, Any]) -> str:
+    """Return the table of the README: the default matcher a database, and beside the paper's.
+
+    Parameters
+    ----------
+    results : mapping
+        An entry for each of `PARTS`.
+
+    Returns
+    -------
+    str
+        Markdown; rates in percent, with the median times of an image and of a comparison.
+    """
+    head = ["database", "EER", "FMR100", "FMR1000", "ZeroFMR", "extraction", "comparison"]
+    body = []
+    for row in results["learned"]["sets"]:
+        times = [f"{row['extract_ms']:.0f} ms", f"{row['match_us']:.0f} µs"]
+        body.append([row["name"], *_percent(row), *times])
+    for part, matcher in (("learned", "unit-circle"), ("paper", "paper")):
+        for name in ("mean", "pooled"):
+            cells = [f"{name}, `{matcher}`", *_percent(results[part][name])]
+            default = part == "learned"
+            body.append([*(f"**{cell}**" if default else cell for cell in cells), "", ""])
+    return markdown_table([head, *body])
+
+
+def _percent(row: Mapping[str, Any]) -> list[str]:
+    return [f"{100 * row[name]:.2f} %" for name in _RATES]
 
 
 def _rates_table(results: Mapping[str, Any]) -> str:

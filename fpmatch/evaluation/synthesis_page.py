@@ -6,15 +6,15 @@ import json
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.markdown import calibration_table, markdown_table
+from fpmatch.evaluation.markdown import markdown_table
 from fpmatch.evaluation.print_table import TITLES
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
 
-PARTS: Final = ("prints", "presets", "calibration")
-"""What the results hold: figures of prints, of each preset, and of the calibration."""
+PARTS: Final = ("prints", "presets")
+"""What the results hold: figures of prints, and of each preset."""
 MAIN_DISTANCE_PX: Final = 12.0  # of the tolerance that is shown
 _EXTREMES: Final = (0, 2, 4)  # of a figure's quantiles: 5, 50 and 95 %
 
@@ -89,7 +89,7 @@ def format_synthesis_markdown(results: dict[str, Any]) -> str:
     Returns
     -------
     str
-        Markdown: figures of prints, of presets, and the calibration, each under its heading.
+        Markdown: figures of prints and of presets, each under its heading.
     """
     return "\n\n".join(
         [
@@ -98,8 +98,6 @@ def format_synthesis_markdown(results: dict[str, Any]) -> str:
             _prints_table(results["prints"]),
             "### Presets",
             _presets_table(results["presets"]),
-            "### Scores of impostors",
-            calibration_table(results["calibration"]["sets"], digits=3),
         ]
     )
 

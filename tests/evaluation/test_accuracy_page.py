@@ -42,3 +42,10 @@ def test_only_what_the_page_shows_is_kept():
     kept = error_rates_kept({"sets": [row], "mean": row, "pooled": row, "intervals": {}})
     assert kept["sets"] == [{"name": "one", "eer": 0.01, "fmr1000": 0.02}]
     assert set(kept) == {"sets", "mean", "pooled"}
+
+
+def test_the_calibration_keeps_its_word_on_a_million_comparisons():
+    many = RESULTS["calibration"]["sets"][-1]
+    assert many["impostors"] >= 1_000_000
+    for at in many["scores"]:
+        assert 0.5 <= at["factor"] <= 2.0

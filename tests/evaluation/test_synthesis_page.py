@@ -43,18 +43,6 @@ def results():
             "against": [{"name": "theirs", "prints": 9, "quantiles": quantiles}],
         },
         "presets": preset_rows(EVALUATION),
-        "calibration": {
-            "sets": [
-                {
-                    "name": "many",
-                    "impostors": 79600,
-                    "scores": [
-                        {"score": 20.0, "share": 0.0123, "factor": 1.23},
-                        {"score": 30.0, "share": 0.00123, "factor": 1.23},
-                    ],
-                }
-            ]
-        },
     }
 
 
@@ -74,7 +62,6 @@ def test_tables_show_what_was_measured(results):
     assert "| theirs | 9 |" in page
     assert "| 25 % | 25 % |" in page
     assert "| easy | 8 | 0.900 | 0.800 | 0.847 | 10 | 99.0 % | 97.5 % | 1.25 % |" in page
-    assert "| many | 79,600 | 1.230 % | 1.23 | 0.123 % | 1.23 |" in page
 
 
 def test_every_row_of_a_table_has_as_many_cells_as_its_head(results):
@@ -98,4 +85,4 @@ def test_files_that_hold_no_results_are_refused(tmp_path, content, reason):
         read_synthesis_results(tmp_path / "r.json")
     with pytest.raises(DatasetError, match="cannot be read"):
         read_synthesis_results(tmp_path / "none.json")
-    assert len(PARTS) == 3
+    assert len(PARTS) == 2

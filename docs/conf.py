@@ -44,19 +44,20 @@ doctest_global_setup = f"""
 import math, os, shutil, tempfile
 import numpy as np
 from pathlib import Path
+ONE_FILE = {str(ROOT / "docs" / "guide" / "one_file")!r}
 from fpmatch import *
 from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
 from fpmatch.evaluation.rates import bar_at_fmr, error_curves, error_rates
 from fpmatch.formats.points_csv import load_points
 from fpmatch.matching.calibration import Calibration, load_calibration
 from fpmatch.synthesis.database import make_database
-here, there = os.getcwd(), tempfile.mkdtemp()
-shutil.copytree({str(ROOT / "sample_data")!r}, os.path.join(there, "sample_data"))
-os.chdir(there)
+_here, _there = os.getcwd(), tempfile.mkdtemp()
+shutil.copytree({str(ROOT / "sample_data")!r}, os.path.join(_there, "sample_data"))
+os.chdir(_there)
 """
 doctest_global_cleanup = """
-os.chdir(here)
-shutil.rmtree(there)
+os.chdir(_here)
+shutil.rmtree(_there)
 """
 
 _REQUIRED: Final = "**Required** "

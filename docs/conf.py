@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -37,7 +38,11 @@ autodoc_member_order = "bysource"
 
 html_theme = "furo"
 html_title = f"fpmatch {__version__}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 html_copy_source = False
+html_show_copyright = False
+smartquotes = False  # would turn the dashes of --options into one
 
 # Every page's examples run in a folder of their own that holds the sample data.
 doctest_global_setup = f"""
@@ -73,6 +78,16 @@ def draw_stages(app: Sphinx) -> None:
     write_stages(recorder.stages, STAGES)
 
 
+def without_folders(app: Sphinx, page: str, source: list[str]) -> None:
+    """Leave of a link to a folder of the repository its text: the site has no page for one."""
+    here = Path(app.srcdir, page).parent
+
+    def shown(link: re.Match[str]) -> str:
+        return link[1] if (here / link[2]).is_dir() else link[0]
+
+    source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s#:]+)\)", shown, source[0])
+
+
 def as_plain_words(app: Sphinx, ctx: click.Context, lines: list[str]) -> None:
     """Keep what a command's help says from being read as markup."""
     lines[:] = [line for paragraph in _paragraphs(lines) for line in _in_markup(paragraph)]
@@ -92,14 +107,19 @@ def _paragraphs(lines: list[str]) -> list[list[str]]:
 def _in_markup(paragraph: list[str]) -> list[str]:
     """Return a paragraph as words, or as a literal block where its lines are to stay as they are.
 
-    Those begin with a bar; the first of them may be a heading that ends in a colon.
+    The lines of a table or of examples begin with a bar and, below a heading that ends in a colon,
+    are indented. So are some that are words all the same.
     """
-    if not paragraph[0].startswith("| "):
-        return [*map(_escaped, paragraph), ""]
     rows = [line.removeprefix("| ") for line in paragraph]
+    if rows == paragraph:
+        flowing = not rows[0].startswith((" ", *_OWN_MARKUP))
+        return [*map(_escaped, [" ".join(rows)] if flowing else rows), ""]
     heading = [f".. rubric:: {rows.pop(0)[:-1]}", ""] if rows[0].endswith(":") else []
-    language = "shell" if any(row.lstrip().startswith("fpmatch ") for row in rows) else "text"
-    return [*heading, f".. code-block:: {language}", "", *(f"    {row}" for row in rows), ""]
+    rows = textwrap.dedent("\n".join(rows)).splitlines()
+    if any(re.search(r"^ |\S  +\S|\bfpmatch [a-zC]", row) for row in rows):
+        language = "shell" if "Examples" in "".join(heading) else "text"
+        return [*heading, f".. code-block:: {language}", "", *(f"    {row}" for row in rows), ""]
+    return [*heading, _escaped(" ".join(rows)), ""]
 
 
 def _escaped(line: str) -> str:
@@ -119,6 +139,7 @@ def _escaped(line: str) -> str:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Draw before reading; put the help of the commands into words."""
     app.connect("builder-inited", draw_stages)
+    app.connect("source-read", without_folders)
     for part in ("description", "options", "epilog"):
         app.connect(f"sphinx-click-process-{part}", as_plain_words)
     return {"parallel_read_safe": True}

@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 import fpmatch
-from fpmatch.cli import main
+from fpmatch.cli.group import fpmatch as main
 from fpmatch.formats.codec import Codec
 from fpmatch.matching.matchers import matcher_names
 
@@ -100,7 +100,7 @@ def test_every_public_name_is_in_the_reference() -> None:
 
 def test_the_reference_of_commands_is_made_of_all_of_them() -> None:
     text = (DOCS / "reference" / "commands.md").read_text(encoding="utf-8")
-    assert ".. click:: fpmatch.cli:main\n   :prog: fpmatch\n   :nested: full\n" in text
+    assert ".. click:: fpmatch.cli.group:fpmatch\n   :prog: fpmatch\n   :nested: full\n" in text
     for name, command in commands_of(main, "fpmatch"):
         assert command.help, name
         assert not command.hidden, name

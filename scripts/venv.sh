@@ -46,18 +46,19 @@ install() {
     echo "$state" >"$folder/.fpmatch-$name"
 }
 
-# install_editable run|plot|web|test|dev: install this folder into .venv, compiled where there is a
-# compiler, with what running, plotting, serving, testing or developing needs, unless it is there,
-# or more.
+# install_editable run|plot|web|docs|test|dev: install this folder into .venv, compiled where there is
+# a compiler, with what running, plotting, serving, documenting, testing or developing needs, unless
+# it is there, or more.
 install_editable() {
     make_venv .venv
     local state enough
     # shellcheck disable=SC2046  # file names of ours hold no spaces
     state=$(fingerprint pyproject.toml setup.py $(find fpmatch -name '_*_kernel.p*' | sort))
     case $1 in
-    run) enough="run plot web test dev" ;;
+    run) enough="run plot web docs test dev" ;;
     plot) enough="plot dev" ;;
     web) enough="web test dev" ;;
+    docs) enough="docs dev" ;;
     test) enough="test dev" ;;
     *) enough=$1 ;;
     esac

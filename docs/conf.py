@@ -1,0 +1,145 @@
+"""How Sphinx builds the site: `scripts/docs` calls it, and README.md says more."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch import StageRecorder, __version__, extract
+from fpmatch.drawing.stage_sheet import write_stages
+
+if TYPE_CHECKING:
+    import click
+    from sphinx.application import Sphinx
+
+ROOT: Final = Path(__file__).resolve().parent.parent
+STAGES: Final = ROOT / "docs" / "generated" / "stages"
+SHOWN_PRINT: Final = ROOT / "sample_data" / "101_4.tif"
+
+project = "fpmatch"
+author = "the authors of fpmatch"
+version = release = __version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.doctest",
+    "numpydoc",
+    "sphinx_click",
+]
+myst_heading_anchors = 3
+suppress_warnings = ["myst.header"]  # the headings of tables that scripts make skip a level
+default_role = "py:obj"
+numpydoc_show_class_members = False
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+
+html_theme = "furo"
+html_title = f"fpmatch {__version__}"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_copyright = False
+smartquotes = False  # would turn the dashes of --options into one
+
+# Every page's examples run in a folder of their own that holds the sample data.
+doctest_global_setup = f"""
+import math, os, shutil, tempfile
+import numpy as np
+from pathlib import Path
+ONE_FILE = {str(ROOT / "docs" / "guide" / "one_file")!r}
+from fpmatch import *
+from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
+from fpmatch.evaluation.rates import bar_at_fmr, error_curves, error_rates
+from fpmatch.formats.points_csv import load_points
+from fpmatch.matching.calibration import Calibration, load_calibration
+from fpmatch.synthesis.database import make_database
+_here, _there = os.getcwd(), tempfile.mkdtemp()
+shutil.copytree({str(ROOT / "sample_data")!r}, os.path.join(_there, "sample_data"))
+os.chdir(_there)
+"""
+doctest_global_cleanup = """
+os.chdir(_here)
+shutil.rmtree(_there)
+"""
+
+_REQUIRED: Final = "**Required** "
+_OWN_MARKUP: Final = (".. ", ":default:", ":options:")
+
+
+def draw_stages(app: Sphinx) -> None:
+    """Draw the pictures of the stages that the page on the method shows."""
+    recorder = StageRecorder()
+    extract(SHOWN_PRINT, recorder=recorder)
+    for old in STAGES.glob("*.png"):
+        old.unlink()
+    write_stages(recorder.stages, STAGES)
+
+
+def without_folders(app: Sphinx, page: str, source: list[str]) -> None:
+    """Leave of a link to a folder of the repository its text: the site has no page for one."""
+    here = Path(app.srcdir, page).parent
+
+    def shown(link: re.Match[str]) -> str:
+        return link[1] if (here / link[2]).is_dir() else link[0]
+
+    source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s#:]+)\)", shown, source[0])
+
+
+def as_plain_words(app: Sphinx, ctx: click.Context, lines: list[str]) -> None:
+    """Keep what a command's help says from being read as markup."""
+    lines[:] = [line for paragraph in _paragraphs(lines) for line in _in_markup(paragraph)]
+
+
+def _paragraphs(lines: list[str]) -> list[list[str]]:
+    """Split lines at blank ones."""
+    paragraphs: list[list[str]] = [[]]
+    for line in lines:
+        if line.strip():
+            paragraphs[-1].append(line)
+        else:
+            paragraphs.append([])
+    return [paragraph for paragraph in paragraphs if paragraph]
+
+
+def _in_markup(paragraph: list[str]) -> list[str]:
+    """Return a paragraph as words, or as a literal block where its lines are to stay as they are.
+
+    The lines of a table or of examples begin with a bar and, below a heading that ends in a colon,
+    are indented. So are some that are words all the same.
+    """
+    rows = [line.removeprefix("| ") for line in paragraph]
+    if rows == paragraph:
+        flowing = not rows[0].startswith((" ", *_OWN_MARKUP))
+        return [*map(_escaped, [" ".join(rows)] if flowing else rows), ""]
+    heading = [f".. rubric:: {rows.pop(0)[:-1]}", ""] if rows[0].endswith(":") else []
+    rows = textwrap.dedent("\n".join(rows)).splitlines()
+    if any(re.search(r"^ |\S  +\S|\bfpmatch [a-zC]", row) for row in rows):
+        language = "shell" if "Examples" in "".join(heading) else "text"
+        return [*heading, f".. code-block:: {language}", "", *(f"    {row}" for row in rows), ""]
+    return [*heading, _escaped(" ".join(rows)), ""]
+
+
+def _escaped(line: str) -> str:
+    """Return a line of words with what would be markup escaped, `code` as code."""
+    words = line.lstrip()
+    if words.startswith(_OWN_MARKUP):
+        return line
+    indent, start = line[: len(line) - len(words)], ""
+    if words.startswith(_REQUIRED):
+        start, words = _REQUIRED, words.removeprefix(_REQUIRED)
+    parts = re.split(r"`([^`]+)`", words)
+    parts[::2] = [re.sub(r"([\\*_|`])", r"\\\1", part) for part in parts[::2]]
+    parts[1::2] = [f"``{part}``" for part in parts[1::2]]
+    return f"{indent}{start}{''.join(parts)}"
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Draw before reading; put the help of the commands into words."""
+    app.connect("builder-inited", draw_stages)
+    app.connect("source-read", without_folders)
+    for part in ("description", "options", "epilog"):
+        app.connect(f"sphinx-click-process-{part}", as_plain_words)
+    return {"parallel_read_safe": True}

@@ -1,0 +1,182 @@
+"""The documentation: nothing is missing from its reference, and its links lead somewhere."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import click
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import fpmatch
+from fpmatch.cli.group import fpmatch as main
+from fpmatch.formats.codec import Codec
+from fpmatch.matching.matchers import matcher_names
+
+ROOT: Final = Path(__file__).resolve().parent.parent
+DOCS: Final = ROOT / "docs"
+PAGES: Final = sorted(DOCS.rglob("*.md"))
+EXTRA: Final = ("sphinx", "myst_parser", "sphinx_click", "numpydoc", "furo")
+GENERATED: Final = DOCS / "generated" / "stages"
+LINK: Final = re.compile(r"\]\(([^)\s]+)\)|^```\{(?:figure|literalinclude)\} (\S+)$", re.MULTILINE)
+BLOCKS_WITH_LINKS: Final = ("```{figure}", "```{literalinclude}")
+
+pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(DOCS).as_posix())
+
+
+def words_of(page: Path) -> str:
+    """Return a page without its blocks of code."""
+    kept: list[str] = []
+    fenced = shown = False
+    for line in page.read_text(encoding="utf-8").splitlines():
+        if line.startswith("```"):
+            fenced = not fenced
+            shown = fenced and line.startswith(BLOCKS_WITH_LINKS)
+        if shown or not fenced:
+            kept.append(line)
+    return "\n".join(kept)
+
+
+def links_of(page: Path) -> list[tuple[str, str]]:
+    """Return path and anchor of each link of a page to a place in the repository."""
+    targets = [text or block for text, block in LINK.findall(words_of(page))]
+    return [target.partition("#")[::2] for target in targets if "://" not in target]
+
+
+def anchors_of(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub and the site both make them."""
+    headings = re.findall(r"^#+ (.+)$", words_of(page), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def commands_of(command: click.Command, name: str) -> Iterator[tuple[str, click.Command]]:
+    """Yield a command and those below it, each with its full name."""
+    yield name, command
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for part in command.list_commands(context):
+            below = command.get_command(context, part)
+            assert below is not None
+            yield from commands_of(below, f"{name} {part}")
+
+
+@pages
+def test_local_links_lead_to_files_and_to_headings_in_them(page: Path) -> None:
+    for path, anchor in links_of(page):
+        target = (page.parent / path).resolve() if path else page
+        if GENERATED in target.parents:
+            continue  # the next test looks after these
+        assert target.exists(), path
+        assert ROOT in target.parents, path
+        assert not anchor or anchor in anchors_of(target), f"{path}#{anchor}"
+
+
+def test_every_stage_of_an_extraction_is_shown(fingers: list[NDArray[np.uint8]]) -> None:
+    recorder = fpmatch.StageRecorder()
+    fpmatch.extract(fingers[0], dpi=500, recorder=recorder)
+    shown = [Path(path).name for path, _ in links_of(DOCS / "guide" / "how_it_works.md")]
+    drawn = [name for name in shown if re.match(r"\d\d_", name)]
+    assert drawn == [f"{n:02}_{name}.png" for n, name in enumerate(recorder.stages, start=1)]
+
+
+def test_every_page_has_its_place_in_the_contents() -> None:
+    listed = re.findall(r"^[\w*/]+$", (DOCS / "index.md").read_text("utf-8"), re.MULTILINE)
+    found = {page for pattern in listed for page in DOCS.glob(f"{pattern}.md")}
+    assert found >= set(PAGES)
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    text = (DOCS / "reference" / "api.md").read_text(encoding="utf-8")
+    documented = re.findall(r"^\.\. (?:auto\w+|py:data):: fpmatch\.(\w+)$", text, re.MULTILINE)
+    assert sorted(set(documented) - {"errors"}) == sorted(fpmatch.__all__)
+
+
+def test_the_reference_of_commands_is_made_of_all_of_them() -> None:
+    text = (DOCS / "reference" / "commands.md").read_text(encoding="utf-8")
+    assert ".. click:: fpmatch.cli.group:fpmatch\n   :prog: fpmatch\n   :nested: full\n" in text
+    for name, command in commands_of(main, "fpmatch"):
+        assert command.help, name
+        assert not command.hidden, name
+
+
+def test_the_matcher_in_one_file_has_the_shape_of_ours(
+    monkeypatch: pytest.MonkeyPatch, template: fpmatch.Template
+) -> None:
+    from fpmatch.matching import matchers
+
+    folder = str(DOCS / "guide" / "one_file")
+    monkeypatch.setattr(matchers, "__path__", [*matchers.__path__, folder])
+    assert "hough" in matcher_names()
+    hough = matchers.get_matcher("hough")
+    other = fpmatch.Template(template.minutiae.take(range(5, 30)), 388, 374, dpi=569)
+    p, q = hough.prepare(template), hough.prepare(other)
+    there, back = hough.compare(p, q), hough.compare(q, p)
+    assert there.similarity == back.similarity
+    assert len(there.pairs) >= 10
+    assert sorted(there.pairs.tolist()) == sorted(back.pairs[:, ::-1].tolist())
+    assert np.allclose(there.transform.inverse().matrix, back.transform.matrix)
+    none = hough.prepare(fpmatch.Template(fpmatch.Minutiae.empty(), 9, 9))
+    assert hough.compare(p, none).reason
+    assert hough.compare(none, none).similarity == 0
+
+
+def test_the_format_in_one_file_reads_what_it_writes(template: fpmatch.Template) -> None:
+    from fpmatch.formats.record import Reading, TemplateRecord, View
+
+    path = DOCS / "guide" / "one_file" / "tab_format.py"
+    spec = importlib.util.spec_from_file_location("tab_format", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    codec: Codec = module.CODEC
+    assert codec.encode is not None
+    data = codec.encode(TemplateRecord("", (View(template),))).data
+    assert codec.recognises(data)
+    assert codec.decode(data, Reading()).single().template.minutiae == template.minutiae
+    for broken in (
+        b"",
+        b"#tab\t1\n",
+        b"#tab\t9\t9\tx\n",
+        b"#tab\t9\t9\t500\n1\t2\t3\t4\n",
+        b"\xff",
+    ):
+        with pytest.raises(fpmatch.FpmatchError):
+            codec.decode(broken, Reading())
+
+
+@pytest.mark.skipif(
+    any(importlib.util.find_spec(name) is None for name in EXTRA),
+    reason="the extra docs is not installed: pip install -e '.[docs]'",
+)
+def test_the_site_builds_without_warnings_and_shows_every_command(tmp_path: Path) -> None:
+    site = tmp_path / "html"
+    options = ["-b", "html", "-W", "--keep-going", "-q", "-d", str(tmp_path / "doctrees")]
+    built = run("-m", "sphinx", *options, str(DOCS), str(site))
+    assert built.returncode == 0, built.stderr
+    commands = (site / "reference" / "commands.html").read_text(encoding="utf-8")
+    for name, _ in commands_of(main, "fpmatch"):
+        assert f'id="{name.replace(" ", "-")}"' in commands, name
+    checked = run(str(ROOT / "scripts" / "check_links.py"), str(site))
+    assert checked.returncode == 0, checked.stdout
+
+    (site / "index.html").write_text(
+        '<a href="gone.html">x</a><a href="serve.html#gone">x</a>'
+        '<script src="https://example.org/x.js"></script><a href="https://example.org">x</a>',
+        encoding="utf-8",
+    )
+    broken = run(str(ROOT / "scripts" / "check_links.py"), str(site))
+    assert broken.returncode == 1
+    assert broken.stdout.count("index.html: ") == 3
+
+
+def run(*words: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, *words]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

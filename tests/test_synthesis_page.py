@@ -38,7 +38,8 @@ def test_every_preset_is_named_and_measured_and_every_sensor_has_prints() -> Non
 
 def test_extraction_and_alignment_reach_their_targets() -> None:
     of = {row["name"].split(", ")[1]: row for row in RESULTS["presets"]}
-    assert of["clean"]["f1"] >= 0.93
+    assert of["clean"]["f1"] >= 0.92
+    assert of["hard"]["f1"] >= 0.85
     assert of["normal"]["f1"] >= 0.80
     assert of["normal"]["match"] >= 0.98
     assert of["normal"]["in_place"] >= 0.9

@@ -18,7 +18,7 @@ from click.testing import CliRunner, Result
 from PIL import Image
 
 from fpmatch import extract, save_template
-from fpmatch.cli import main
+from fpmatch.cli.group import fpmatch
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import MasterParameters, make_master
 from fpmatch.synthesis.presets import PRESETS
@@ -197,7 +197,7 @@ def _verdict(
 ) -> Verdict:
     """Run a command and compare what it names with what is damaged."""
     start = time.perf_counter()
-    result = CliRunner().invoke(main, [str(word) for word in words], prog_name="fpmatch")
+    result = CliRunner().invoke(fpmatch, [str(word) for word in words], prog_name="fpmatch")
     seconds = time.perf_counter() - start
     complaints = []
     if result.exit_code != status:

@@ -28,6 +28,20 @@ class Scale(BaseModel):
     differs: bool
 
 
+class QualityReason(BaseModel):
+    """What is wrong with a picture, and what to do about it."""
+
+    what: str
+    why: str
+
+
+class Quality(BaseModel):
+    """How good a picture is, 0 to 100, and what is wrong with it."""
+
+    score: int
+    reasons: list[QualityReason]
+
+
 class Verified(BaseModel):
     """The decision on two prints, as `fpmatch verify --json` prints it."""
 
@@ -43,6 +57,9 @@ class Verified(BaseModel):
     rms_px: float | None = Field(description="Distance of the pairs, in pixels of the reference")
     scale: Scale | None = Field(description="ratio, error, differs: of the reference to the probe")
     reason: str = Field(description="Why not; empty for a match")
+    quality: dict[str, Quality | None] = Field(
+        description="Of the pictures of probe and reference; null for a template"
+    )
     probe: str = Field(description="Name of the file")
     reference: str = Field(description="Name of the file")
 

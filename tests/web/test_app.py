@@ -20,7 +20,7 @@ pytest.importorskip("httpx", reason="httpx is not installed")
 
 import httpx
 
-from fpmatch.cli import main
+from fpmatch.cli.group import fpmatch
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image._oriented_filter_kernel import COMPILED
@@ -41,7 +41,7 @@ def as_printed(folder: Path, prints: Prints, *words: str) -> dict[str, object]:
     for name, data in prints.items():
         (folder / name).write_bytes(data)
     places = [str(folder / word) if word in prints else word for word in words]
-    printed = CliRunner().invoke(main, places).stdout
+    printed = CliRunner().invoke(fpmatch, places).stdout
     return json.loads(printed.replace(f"{folder}/", ""))  # type: ignore[no-any-return]
 
 
@@ -73,7 +73,7 @@ def test_extract_returns_the_template_that_the_package_extracts(
     (tmp_path / "sent.json").write_bytes(answer.content)
     as_printed_words = ["extract", str(tmp_path / "1_1.png"), "-o", str(tmp_path / "out")]
     (tmp_path / "1_1.png").write_bytes(prints["1_1.png"])
-    assert CliRunner().invoke(main, as_printed_words).exit_code == 0
+    assert CliRunner().invoke(fpmatch, as_printed_words).exit_code == 0
     assert load_template(tmp_path / "sent.json") == load_template(tmp_path / "out" / "1_1.json")
     files = {"probe": ("1_1.json", answer.content), "reference": ("1.png", prints["1_1.png"])}
     again = client.post("/compare", files=files).json()

@@ -99,13 +99,20 @@ def check_calibration(
     """
     used = calibration or load_calibration(report.matcher)
     checks = [_check(row, used) for row in report.sets]
-    if len(checks) == 1:
-        return checks
+    return checks if len(checks) == 1 else [*checks, together("all", checks)]
+
+
+def together(name: str, checks: Sequence[CalibrationCheck]) -> CalibrationCheck:
+    """Return the check of all comparisons of some checks.
+
+    Examples
+    --------
+    >>> one, two = CalibrationCheck("one", 100, (2, 1, 0)), CalibrationCheck("two", 50, (3, 0, 0))
+    >>> together("both", [one, two])
+    CalibrationCheck(name='both', impostors=150, reached=(5, 1, 0))
+    """
     reached = np.sum([check.reached for check in checks], axis=0).tolist()
-    return [
-        *checks,
-        CalibrationCheck("all", sum(check.impostors for check in checks), tuple(reached)),
-    ]
+    return CalibrationCheck(name, sum(check.impostors for check in checks), tuple(reached))
 
 
 def check_impostors(

@@ -65,7 +65,7 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "synthesis": {"pointset", "engine"},
     "gallery": {"formats", "matching", "image", "engine"},
     "evaluation": {"image", "matching", "drawing", "engine", "gallery", "synthesis"},
-    "report": {"matching", "drawing", "scale", "pointset"},
+    "report": {"matching", "drawing", "image", "scale", "pointset"},
     "web": {
         "image",
         "matching",

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-import scipy.fft
 
 from fpmatch.minutiae import STANDARD_DPI
 
@@ -185,13 +184,15 @@ def _spectral_figures(
     grey: NDArray[np.float32], looked_at: NDArray[np.bool_], p: FigureParameters
 ) -> tuple[float, float, float]:
     """Return period, concentration and detail, of the spectrum in rings of one frequency each."""
+    from scipy import fft  # noqa: PLC0415 (takes longer than all else that `verify` imports)
+
     if np.count_nonzero(looked_at) * MM_PER_PX**2 < p.min_ridges_mm2 / 2:
         return math.nan, math.nan, math.nan
     weight = cv2.GaussianBlur(looked_at.astype(np.float32), (0, 0), p.edge_sigma_px)
     window = (grey - cv2.GaussianBlur(grey, (0, 0), p.background_sigma_px)) * weight
     margin = round(4 * p.edge_sigma_px)
-    shape = tuple(scipy.fft.next_fast_len(side + margin, real=True) for side in window.shape)
-    wave = scipy.fft.rfft2(window, shape)
+    shape = tuple(fft.next_fast_len(side + margin, real=True) for side in window.shape)
+    wave = fft.rfft2(window, shape)
     power = wave.real**2 + wave.imag**2
     power[:, 1:] *= 2.0  # the other half of the plane
     ring, size = _rings(shape[0], shape[1])

@@ -1,9 +1,10 @@
-"""What the tests of the server share: a client of it, and prints as bytes."""
+"""What the tests of the server share: a client of it, prints as bytes, and `pool_work`."""
 
 from __future__ import annotations
 
 import io
 import socket
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -18,6 +19,8 @@ from PIL import Image
 
 if TYPE_CHECKING:
     import httpx
+
+sys.path.append(str(Path(__file__).parent))
 
 
 def png(pixels: NDArray[np.uint8], dpi: int | None = 500) -> bytes:

@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip("anyio", reason="the extra `web` is not installed")
 
 import anyio
+from pool_work import end, refuse, write_late
 
 from fpmatch.errors import ImageError
 from fpmatch.web.errors import ClientGoneError, TooLongError, WorkerError
@@ -42,22 +43,9 @@ def test_work_is_done_in_another_process() -> None:
     assert run(test) != os.getpid()
 
 
-def _refuse(word: str) -> None:
-    raise ImageError(f"{word}: no print")
-
-
-def _write_late(path: str) -> None:
-    time.sleep(1.0)
-    Path(path).touch()
-
-
-def _end() -> None:
-    os._exit(3)
-
-
 def test_bad_input_comes_through_as_it_is() -> None:
     async def test() -> None:
-        await Pool(1, 30).run(Client(), _refuse, "print.tif")  # type: ignore[arg-type]
+        await Pool(1, 30).run(Client(), refuse, "print.tif")  # type: ignore[arg-type]
 
     with pytest.raises(ImageError, match=r"print\.tif: no print"):
         run(test)
@@ -71,7 +59,7 @@ def test_work_stops_when_its_client_hangs_up(tmp_path: Path) -> None:
         await pool.run(Client(), os.getpid)  # type: ignore[arg-type]
         begin = time.monotonic()
         with pytest.raises(ClientGoneError):
-            await pool.run(Client(0.1), _write_late, str(file))  # type: ignore[arg-type]
+            await pool.run(Client(0.1), write_late, str(file))  # type: ignore[arg-type]
         assert time.monotonic() - begin < 0.9
         await anyio.sleep(1.2)
         return await pool.run(Client(), os.getpid)  # type: ignore[arg-type]
@@ -89,7 +77,7 @@ def test_work_that_waits_for_its_turn_is_dropped(tmp_path: Path) -> None:
             group.start_soon(pool.run, Client(), time.sleep, 0.5)
             await anyio.sleep(0.1)
             with pytest.raises(ClientGoneError):
-                await pool.run(Client(0.1), _write_late, str(file))  # type: ignore[arg-type]
+                await pool.run(Client(0.1), write_late, str(file))  # type: ignore[arg-type]
 
     run(test)
     assert not file.exists()
@@ -103,7 +91,7 @@ def test_work_that_takes_too_long_is_stopped(tmp_path: Path) -> None:
         await pool.run(Client(), os.getpid)  # type: ignore[arg-type]
         pool._seconds = 0.2
         with pytest.raises(TooLongError, match=r"longer than 0\.2 seconds"):
-            await pool.run(Client(), _write_late, str(file))  # type: ignore[arg-type]
+            await pool.run(Client(), write_late, str(file))  # type: ignore[arg-type]
         await anyio.sleep(1.0)
 
     run(test)
@@ -114,7 +102,7 @@ def test_a_process_that_ends_is_replaced() -> None:
     async def test() -> int:
         pool = Pool(1, 30)
         with pytest.raises(WorkerError):
-            await pool.run(Client(), _end)  # type: ignore[arg-type]
+            await pool.run(Client(), end)  # type: ignore[arg-type]
         return await pool.run(Client(), os.getpid)  # type: ignore[arg-type]
 
     assert run(test)

@@ -1,0 +1,22 @@
+"""Work for the pool that goes wrong, or on for too long; its processes import it from here."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+from fpmatch.errors import ImageError
+
+
+def refuse(word: str) -> None:
+    raise ImageError(f"{word}: no print")
+
+
+def write_late(path: str) -> None:
+    time.sleep(1.0)
+    Path(path).touch()
+
+
+def end() -> None:
+    os._exit(3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
 from pathlib import Path
 
@@ -20,3 +21,7 @@ def write_late(path: str) -> None:
 
 def end() -> None:
     os._exit(3)
+
+
+def modules() -> set[str]:
+    return set(sys.modules)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -14,7 +13,7 @@ import pytest
 pytest.importorskip("anyio", reason="the extra `web` is not installed")
 
 import anyio
-from pool_work import end, refuse, write_late
+from pool_work import end, modules, refuse, write_late
 
 from fpmatch.errors import ImageError
 from fpmatch.web.errors import ClientGoneError, TooLongError, WorkerError
@@ -115,13 +114,9 @@ def test_a_process_that_was_stopped_is_replaced_before_it_is_needed() -> None:
             before = {await pool.run(Client(), os.getpid)}  # type: ignore[arg-type]
             with pytest.raises(ClientGoneError):
                 await pool.run(Client(0.1), time.sleep, 60)  # type: ignore[arg-type]
-            loaded = await pool.run(Client(), _modules)  # type: ignore[arg-type]
+            loaded = await pool.run(Client(), modules)  # type: ignore[arg-type]
             assert "fpmatch.web.pair" in loaded
             return before, {await pool.run(Client(), os.getpid)}  # type: ignore[arg-type]
 
     before, after = run(test)
     assert not before & after
-
-
-def _modules() -> set[str]:
-    return set(sys.modules)

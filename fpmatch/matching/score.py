@@ -243,5 +243,5 @@ def evidence_on(used: kernel.Scales, total: float) -> Evidence:
         ridges=correlation,
         cells=int(cells),
         features=np.array(used.feature),
-        total=total,
+        total=float(total),
     )

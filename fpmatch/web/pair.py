@@ -155,7 +155,7 @@ def draw_pair(
     FpmatchError
         As `verify_pair` does.
     """
-    c = _compare(probe, reference, options, limits, with_scale=False)
+    c = _compare(probe, reference, options, limits, told=False)
     return overlay_file(
         f".{file_format}",
         c.probe.pixels,
@@ -269,24 +269,27 @@ def _compare(
     options: PairOptions,
     limits: Limits,
     *,
-    with_scale: bool = True,
+    told: bool = True,
 ) -> _Compared:
+    """Compare two prints; measure scale and quality only where they are to be told."""
     threshold = options.score_to_reach()
-    ours = _opened(probe, options.probe_dpi, options, limits)
+    ours = _opened(probe, options.probe_dpi, options, limits, judged=told)
     theirs = (
-        _opened(reference, options.reference_dpi, options, limits)
+        _opened(reference, options.reference_dpi, options, limits, judged=told)
         if isinstance(reference, Upload)
         else _from_gallery(reference)
     )
     decide = partial(verify, matcher=options.matcher, threshold=threshold)
     verification = decide(ours.template, theirs.template)
-    scale = find_scale(verification, decide) if with_scale else None
+    scale = find_scale(verification, decide) if told else None
     return _Compared(ours, theirs, verification, scale)
 
 
-def _opened(upload: Upload, dpi: float | None, options: PairOptions, limits: Limits) -> GivenPrint:
+def _opened(
+    upload: Upload, dpi: float | None, options: PairOptions, limits: Limits, *, judged: bool
+) -> GivenPrint:
     resolution = options.dpi if dpi is None else dpi
-    return open_upload(upload, limits, dpi=resolution, enhance=options.enhance)
+    return open_upload(upload, limits, dpi=resolution, enhance=options.enhance, judged=judged)
 
 
 def _from_gallery(enrolled: Enrolled) -> GivenPrint:

@@ -155,16 +155,16 @@ def _on_one_thread(work: Callable[..., Result], args: tuple[Any, ...]) -> Result
 
 
 def _warm_up() -> None:
-    """Import what requests need, and let the network find ridges once."""
+    """Import what requests need, and let the network find ridges, and judge them, once."""
     import numpy as np  # noqa: PLC0415
 
     import fpmatch.web.pair  # noqa: PLC0415
     import fpmatch.web.search  # noqa: PLC0415
     import fpmatch.web.single  # noqa: F401, PLC0415
-    from fpmatch.image.extract import extract  # noqa: PLC0415
+    from fpmatch.image.assess import assess  # noqa: PLC0415
     from fpmatch.matching.verify import verify  # noqa: PLC0415
 
     y, x = np.mgrid[:200, :200]
     rings = 127 + 100 * np.cos(2 * np.pi / 9 * np.hypot(x - 100, y - 120))
-    template = extract(rings.astype(np.uint8), 500)
+    template = assess(rings.astype(np.uint8), 500).template
     verify(template, template)

@@ -63,6 +63,7 @@ def open_upload(
     dpi: float | None = None,
     enhance: str = "learned",
     recorder: Recorder | None = None,
+    judged: bool = False,
 ) -> GivenPrint:
     """Return the print in an upload.
 
@@ -77,7 +78,9 @@ def open_upload(
     enhance : str
         As for `fpmatch.extract`.
     recorder : Recorder, optional
-        Receives the stages of the extraction; then the print is not judged.
+        Receives the stages of the extraction.
+    judged : bool
+        Whether to tell the quality of a picture; then `recorder` receives nothing.
 
     Returns
     -------
@@ -96,9 +99,9 @@ def open_upload(
     image = decode_image(upload.data, upload.name, limits=bounds)
     resolution = asked or image.dpi or STANDARD_DPI
     _check_size(upload.name, image.pixels.shape[1], image.pixels.shape[0], resolution, limits)
-    stages = QualityRecorder()
-    template = extract(image, resolution, enhance=enhance, recorder=recorder or stages)
-    quality = None if recorder else stages.quality(template.dpi)
+    stages = QualityRecorder() if judged else None
+    template = extract(image, resolution, enhance=enhance, recorder=stages or recorder)
+    quality = stages.quality(template.dpi) if stages else None
     assumed = asked is None and image.dpi is None
     notes = (*image.notes, *_assumption(assumed))
     return GivenPrint(upload.name, template, image.pixels, "image", notes, assumed, quality)

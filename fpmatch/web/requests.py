@@ -77,6 +77,18 @@ async def read_upload(file: UploadFile, role: str, settings: Settings) -> Upload
     return Upload(name, await file.read())
 
 
+async def _both_uploads(
+    probe: PrintFile, reference: PrintFile, settings: ServerSettings
+) -> tuple[Upload, Upload]:
+    return (
+        await read_upload(probe, "probe", settings),
+        await read_upload(reference, "reference", settings),
+    )
+
+
+BothUploads = Annotated[tuple[Upload, Upload], Depends(_both_uploads)]
+
+
 def download(content: bytes, name: str, media: str) -> Response:
     """Answer with a file, under a name that no client has chosen."""
     headers = {"content-disposition": f'attachment; filename="{name}"'}

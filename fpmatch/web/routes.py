@@ -15,6 +15,7 @@ from fpmatch.web.requests import (
     FILE,
     MEDIA,
     PICTURE,
+    BothUploads,
     Dpi,
     Enhance,
     Options,
@@ -47,14 +48,11 @@ async def verify(
     request: Request,
     pool: Workers,
     settings: ServerSettings,
-    probe: PrintFile,
-    reference: PrintFile,
+    prints: BothUploads,
     options: Options,
 ) -> models.Verified:
     """Return what `fpmatch verify --json` prints."""
-    ours = await read_upload(probe, "probe", settings)
-    theirs = await read_upload(reference, "reference", settings)
-    document = await pool.run(request, pair.verify_pair, ours, theirs, options, settings.limits)
+    document = await pool.run(request, pair.verify_pair, *prints, options, settings.limits)
     return models.Verified(**document)
 
 
@@ -63,14 +61,11 @@ async def compare(
     request: Request,
     pool: Workers,
     settings: ServerSettings,
-    probe: PrintFile,
-    reference: PrintFile,
+    prints: BothUploads,
     options: Options,
 ) -> models.Shown:
     """Return the decision, both prints with their minutiae and pictures, and the pairs."""
-    ours = await read_upload(probe, "probe", settings)
-    theirs = await read_upload(reference, "reference", settings)
-    document = await pool.run(request, pair.show_pair, ours, theirs, options, settings.limits)
+    document = await pool.run(request, pair.show_pair, *prints, options, settings.limits)
     return models.Shown(**document)
 
 
@@ -84,20 +79,16 @@ async def overlay(
     request: Request,
     pool: Workers,
     settings: ServerSettings,
-    probe: PrintFile,
-    reference: PrintFile,
+    prints: BothUploads,
     options: Options,
     file_format: PictureFormat = "png",
     side_by_side: SideBySide = False,
 ) -> Response:
     """Return the picture that `fpmatch overlay` writes."""
-    ours = await read_upload(probe, "probe", settings)
-    theirs = await read_upload(reference, "reference", settings)
     content = await pool.run(
         request,
         pair.draw_pair,
-        ours,
-        theirs,
+        *prints,
         options,
         settings.limits,
         file_format,

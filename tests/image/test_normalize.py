@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import Grey, as_picture, concentric_rings, hostile_pictures, plane_wave
 
-from fpmatch.image.normalize import NormalizationParameters, normalize
+from fpmatch.image.normalize import NormalizationParameters, _Blur, normalize
 
 CLIP = NormalizationParameters().clip
 FLAT = ["black", "white", "grey"]
@@ -123,3 +124,20 @@ def test_any_picture_gives_finite_pixels_within_the_clip(picture: Grey) -> None:
     assert np.abs(image.pixels).max() <= CLIP
     assert (image.contrast >= 0).all()
     assert not image.pixels[~image.valid].any()
+
+
+@pytest.mark.parametrize("shape", [(64, 64), (97, 131), (5, 90), (240, 161)])
+@pytest.mark.parametrize("sigma", [1.0, 3.0, 8.0, 12.0, 20.0])
+def test_the_mean_on_a_small_image_is_the_blur(shape: tuple[int, int], sigma: float) -> None:
+    noise = np.random.default_rng(4).random(shape).astype(np.float32)
+    expected = cv2.GaussianBlur(noise, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
+    mean = _Blur(np.ones(shape, np.float32), sigma).mean(noise)
+    assert np.abs(mean - expected).max() < 0.04
+    assert np.abs(mean - expected).mean() < 0.007
+
+
+def test_the_mean_is_taken_over_what_is_not_left_out() -> None:
+    image = np.full((75, 42), 100, np.float32)
+    image[:40] = 0
+    mean = _Blur((image > 0).astype(np.float32), 12.0).mean(image)
+    assert mean[40:] == pytest.approx(image[40:], rel=1e-5)

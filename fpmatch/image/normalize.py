@@ -12,7 +12,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-SHRUNK_PX: Final = 4  # of the image, in a pixel of what is blurred, and of what flat areas are told by
+SHRUNK_PX: Final = 4  # of the image, in a pixel of the smaller ones that means and areas come from
 
 
 @dataclass(frozen=True, slots=True)

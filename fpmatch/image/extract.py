@@ -10,11 +10,12 @@ import numpy as np
 from fpmatch.errors import ImageError
 from fpmatch.image.binarize import binarize
 from fpmatch.image.crossing_number import find_nodes
+from fpmatch.image.foreground import Box, foreground_box
 from fpmatch.image.normalize import normalize
 from fpmatch.image.parameters import ExtractionParameters
 from fpmatch.image.quality import minutia_quality
 from fpmatch.image.read import GreyImage, ImageLimits, as_grey, read_image
-from fpmatch.image.recorder import NoRecorder
+from fpmatch.image.recorder import NoRecorder, PlacedRecorder
 from fpmatch.image.ridge_flow import FLOWS
 from fpmatch.image.spurious import directions, keep_genuine, remove_spurs_and_islands
 from fpmatch.image.thin import thin
@@ -91,7 +92,10 @@ def extract(
         raise ImageError(f"{source.source}: {error}") from error
     note.record("input", grey)
 
-    normalized = normalize(grey, p.normalization)
+    box = foreground_box(grey, p.foreground)
+    if not isinstance(note, NoRecorder):
+        note = PlacedRecorder(note, box, (grey.shape[0], grey.shape[1]))
+    normalized = normalize(grey[box.slices], p.normalization)
     note.record("normalised", normalized.pixels)
     flow = follow_ridges(normalized, p, note)
     binary = binarize(flow.enhanced, flow.mask, p.binarization)
@@ -103,7 +107,7 @@ def extract(
     angle = directions(nodes, p.spurious.direction_px)
     keep = keep_genuine(nodes, angle, flow.mask, p.spurious)
     quality = minutia_quality(normalized.pixels, flow.enhanced, nodes.x, nodes.y, p.quality)
-    minutiae = _minutiae(nodes, angle, quality, keep, zoom)
+    minutiae = _minutiae(nodes, angle, quality, keep, (box.left, box.top), zoom)
     note.record("minutiae", _as_columns(minutiae, zoom))
     height, width = source.pixels.shape
     return Template(
@@ -111,7 +115,7 @@ def extract(
         width=width,
         height=height,
         dpi=resolution,
-        field=_ridge_field(flow, binary, zoom),
+        field=_ridge_field(flow, binary, box, (grey.shape[0], grey.shape[1]), zoom),
     )
 
 
@@ -175,13 +179,15 @@ def _minutiae(
     angle: NDArray[np.float32],
     quality: NDArray[np.uint8],
     keep: NDArray[np.bool_],
+    origin: tuple[int, int],
     zoom: float,
 ) -> Minutiae:
     """Return the kept nodes as minutiae, in pixels of the input image."""
+    left, top = origin
     kind = np.where(nodes.crossing_number == 1, MinutiaKind.ENDING, MinutiaKind.BIFURCATION)
     return Minutiae(
-        x=(nodes.x[keep] + 0.5) / zoom - 0.5,
-        y=(nodes.y[keep] + 0.5) / zoom - 0.5,
+        x=(nodes.x[keep] + left + 0.5) / zoom - 0.5,
+        y=(nodes.y[keep] + top + 0.5) / zoom - 0.5,
         angle=angle[keep],
         kind=kind[keep],
         quality=quality[keep],
@@ -195,7 +201,9 @@ def _as_columns(minutiae: Minutiae, zoom: float) -> NDArray[np.float32]:
     return np.column_stack(columns).astype(np.float32)
 
 
-def _ridge_field(flow: RidgeFlow, binary: NDArray[np.bool_], zoom: float) -> RidgeField | None:
+def _ridge_field(
+    flow: RidgeFlow, binary: NDArray[np.bool_], box: Box, shape: tuple[int, int], zoom: float
+) -> RidgeField | None:
     """Return the ridges as a template keeps them, on cells twice as large; None if there are none.
 
     A large cell belongs to the print where at least half of it does. The picture of its ridges is
@@ -216,4 +224,7 @@ def _ridge_field(flow: RidgeFlow, binary: NDArray[np.bool_], zoom: float) -> Rid
     bits = cv2.resize(255 * whole, (8 * columns, 8 * rows), interpolation=cv2.INTER_AREA) > 127
     in_cells = bits.reshape(rows, 8, columns, 8).transpose(0, 2, 1, 3).reshape(rows, columns, 64)
     ridges = np.packbits(in_cells, axis=2, bitorder="little").view("<u8")[..., 0]
-    return RidgeField(step / zoom, orientation.astype(np.float32), mask, ridges)
+    whole_image = (
+        box.placed(cells, shape, step) for cells in (orientation.astype(np.float32), mask, ridges)
+    )
+    return RidgeField(step / zoom, *whole_image)

@@ -103,8 +103,8 @@ def _flat_border(grey: NDArray[np.uint8], p: NormalizationParameters) -> NDArray
     outside[0] = 0
     near = cv2.dilate(outside[labels], np.ones((3, 3), np.uint8))
     near = near.repeat(SHRUNK_PX, axis=0).repeat(SHRUNK_PX, axis=1)
-    found: NDArray[np.bool_] = (flat & near[: grey.shape[0], : grey.shape[1]]).view(np.bool_)
-    return found
+    near = near[: grey.shape[0], : grey.shape[1]]
+    return np.asarray(cv2.bitwise_and(flat, near), bool)
 
 
 class _Blur:
@@ -133,8 +133,7 @@ class _Blur:
         """Return the image, small and blurred."""
         height, width = image.shape
         below, beside = self.large[1] - height, self.large[0] - width
-        if below or beside:
-            image = cv2.copyMakeBorder(image, 0, below, 0, beside, cv2.BORDER_REFLECT)
-        small = cv2.resize(image, self.small, interpolation=cv2.INTER_AREA)
+        whole = cv2.copyMakeBorder(image, 0, below, 0, beside, cv2.BORDER_REFLECT)
+        small = cv2.resize(whole, self.small, interpolation=cv2.INTER_AREA)
         blurred = cv2.GaussianBlur(small, (0, 0), self.sigma, borderType=cv2.BORDER_REFLECT)
         return np.asarray(blurred, np.float32)

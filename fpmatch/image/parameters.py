@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fpmatch.image.binarize import BinarizationParameters
 from fpmatch.image.blend import BlendParameters
 from fpmatch.image.enhance import EnhancementParameters
+from fpmatch.image.foreground import ForegroundParameters
 from fpmatch.image.frequency import PeriodParameters
 from fpmatch.image.normalize import NormalizationParameters
 from fpmatch.image.orientation import OrientationParameters
@@ -23,6 +24,7 @@ class ExtractionParameters:
     Spectrum, period, enhancement and blend serve the oriented filters alone.
     """
 
+    foreground: ForegroundParameters = field(default_factory=ForegroundParameters)
     normalization: NormalizationParameters = field(default_factory=NormalizationParameters)
     spectrum: SpectrumParameters = field(default_factory=SpectrumParameters)
     segmentation: SegmentationParameters = field(default_factory=SegmentationParameters)

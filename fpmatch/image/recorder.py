@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.image.foreground import Box
+
 
 class Recorder(Protocol):
     """Receive each stage's array by name, in the order of the stages."""
@@ -20,6 +22,31 @@ class NoRecorder:
 
     def record(self, stage: str, array: NDArray[Any]) -> None:
         """Do nothing."""
+
+
+class PlacedRecorder:
+    """Hand on the stages of a box of an image, each in its place in an image that is 0 around it.
+
+    Parameters
+    ----------
+    recorder : Recorder
+        Receives them.
+    box : Box
+        Where the box lies.
+    shape : tuple of int
+        Height and width of the image.
+    """
+
+    def __init__(self, recorder: Recorder, box: Box, shape: tuple[int, int]) -> None:
+        self.recorder = recorder
+        self.box = box
+        self.shape = shape
+
+    def record(self, stage: str, array: NDArray[Any]) -> None:
+        """Hand on a picture in its place, and what is no picture of the box as it is."""
+        height, width = self.box.bottom - self.box.top, self.box.right - self.box.left
+        whole = array.shape == (height, width) and array.shape != self.shape
+        self.recorder.record(stage, self.box.placed(array, self.shape) if whole else array)
 
 
 class StageRecorder:

@@ -527,3 +527,37 @@ def test_the_parameters_reach_their_stages(way: str) -> None:
     height, width = pixels.shape
     assert 0 < len(m) < len(template_of("104_2", way).minutiae)
     assert (np.minimum.reduce([m.x, m.y, width - 1 - m.x, height - 1 - m.y]) >= 100).all()
+
+
+@both_ways
+@pytest.mark.parametrize("name", SOME)
+def test_on_a_larger_page_the_same_minutiae_are_found_at_their_places(name: str, way: str) -> None:
+    pixels = read_image(SAMPLES / f"{name}.tif").pixels
+    height, width = pixels.shape
+    white = int(pixels[0, 0])
+    found = []
+    for top, left in ((48, 48), (160, 96)):
+        page = np.full((height + 240, width + 180), white, np.uint8)
+        page[top : top + height, left : left + width] = pixels
+        minutiae = extract(page, 500, enhance=way).minutiae
+        found.append((minutiae.x - left, minutiae.y - top, minutiae.angle, minutiae.quality))
+    assert len(found[0][0]) > 10
+    for one, other in zip(*found, strict=True):
+        assert (one == other).all()
+
+
+@both_ways
+def test_every_picture_that_is_recorded_is_as_large_as_the_image(way: str) -> None:
+    page = np.full((500, 620), 255, np.uint8)
+    page[96:296, 208:408] = read_image(SAMPLES / "101_1.tif").pixels[60:260, 60:260]
+    recorder = StageRecorder()
+    template = extract(page, 500, enhance=way, recorder=recorder)
+    shapes = {array.shape for stage, array in recorder.stages.items() if stage != "minutiae"}
+    assert shapes == {page.shape}
+    columns = recorder.stages["minutiae"]
+    assert columns[:, 0].tolist() == pytest.approx(template.minutiae.x.tolist())
+    x, y = (np.rint(columns[:, k]).astype(int) for k in (0, 1))
+    assert recorder.stages["skeleton"][y, x].all()
+    assert template.field is not None
+    assert template.field.mask.shape == (32, 39)
+    assert template.field.mask[y // 16, x // 16].mean() > 0.9

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fpmatch.image.recorder import NoRecorder, StageRecorder
+from fpmatch.image.foreground import Box
+from fpmatch.image.recorder import NoRecorder, PlacedRecorder, StageRecorder
 
 
 def test_stages_are_kept_in_their_order() -> None:
@@ -44,3 +45,13 @@ def test_no_recorder_keeps_nothing_and_changes_nothing() -> None:
     recorder.record("stage", array)
     assert not hasattr(recorder, "stages")
     assert array.tolist() == [0, 1, 2]
+
+
+def test_pictures_of_a_box_are_placed_and_all_else_is_handed_on() -> None:
+    recorder = StageRecorder()
+    placed = PlacedRecorder(recorder, Box(16, 20, 32, 38), (30, 40))
+    for stage, shape in (("picture", (4, 6)), ("columns", (9, 5)), ("whole", (30, 40))):
+        placed.record(stage, np.ones(shape, np.float32))
+    shapes = {stage: array.shape for stage, array in recorder.stages.items()}
+    assert shapes == {"picture": (30, 40), "columns": (9, 5), "whole": (30, 40)}
+    assert recorder.stages["picture"].sum() == recorder.stages["picture"][16:20, 32:38].sum() == 24

@@ -48,8 +48,10 @@ class Box:
         """What cuts the box out of an array (H, W)."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
-    def placed(self, array: NDArray[Any], shape: tuple[int, int], step_px: int = 1) -> NDArray[Any]:
-        """Return what belongs to the box as what belongs to its image, 0 around it.
+    def placed(
+        self, array: NDArray[Any], shape: tuple[int, int], step_px: int = 1, around: float = 0
+    ) -> NDArray[Any]:
+        """Return what belongs to the box as what belongs to its image.
 
         Parameters
         ----------
@@ -60,13 +62,15 @@ class Box:
             Height and width of the image.
         step_px : int
             Side of the squares.
+        around : float
+            The value outside the box.
 
         Returns
         -------
         ndarray, shape (H, W)
             A value for each square in the image.
         """
-        whole = np.zeros([-(-side // step_px) for side in shape], array.dtype)
+        whole = np.full([-(-side // step_px) for side in shape], around, array.dtype)
         top, left = self.top // step_px, self.left // step_px
         whole[top : top + array.shape[0], left : left + array.shape[1]] = array
         return whole

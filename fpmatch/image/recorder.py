@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+import math
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.foreground import Box
+
+MAY_BE_UNKNOWN: Final = frozenset({"orientation", "period"})
+"""The stages that are NaN where there is no print."""
 
 
 class Recorder(Protocol):
@@ -25,7 +29,9 @@ class NoRecorder:
 
 
 class PlacedRecorder:
-    """Hand on the stages of a box of an image, each in its place in an image that is 0 around it.
+    """Hand on the stages of a box of an image, each in its place in the image.
+
+    Around it is 0, or NaN where what is recorded may be unknown.
 
     Parameters
     ----------
@@ -45,8 +51,10 @@ class PlacedRecorder:
     def record(self, stage: str, array: NDArray[Any]) -> None:
         """Hand on a picture in its place, and what is no picture of the box as it is."""
         height, width = self.box.bottom - self.box.top, self.box.right - self.box.left
-        whole = array.shape == (height, width) and array.shape != self.shape
-        self.recorder.record(stage, self.box.placed(array, self.shape) if whole else array)
+        if array.shape == (height, width) != self.shape:
+            around = math.nan if stage in MAY_BE_UNKNOWN else 0.0
+            array = self.box.placed(array, self.shape, around=around)
+        self.recorder.record(stage, array)
 
 
 class StageRecorder:

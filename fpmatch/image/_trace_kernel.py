@@ -1,4 +1,4 @@
-"""Kernel: follow the skeleton from each node (ending or bifurcation) along its branches.
+"""Kernel: find the nodes of a skeleton (endings, bifurcations) and follow their branches.
 
 A walk goes from pixel to neighbouring pixel, edge neighbours before corner neighbours, never back
 beside the pixel it just left, until it meets another node, runs out of ridge, or has made as many
@@ -12,9 +12,51 @@ COMPILED = cython.compiled
 
 @cython.boundscheck(False)
 @cython.wraparound(False)
+def list_nodes(
+    skeleton: cython.uchar[:, ::1],
+    pixels: cython.int[::1],
+    numbers: cython.uchar[::1],
+    nodes: cython.int[:, ::1],
+    found: cython.uchar[::1],
+) -> int:
+    """Find the pixels whose crossing number is 1 or more than 2; return how many there are.
+
+    `skeleton` (0/1) has a border of at least one pixel without ridge; `pixels` are the flat indices
+    of its ridges in raster order; `numbers` gives the crossing number for a byte of neighbours
+    (bit k for neighbour k, counter-clockwise from east). The beginnings of `nodes` and `found`,
+    as long as `pixels`, receive the nodes' (y, x) and crossing numbers.
+    """
+    width: cython.int = cython.cast(cython.int, skeleton.shape[1])
+    count: cython.int = 0
+    i: cython.Py_ssize_t
+    y: cython.int
+    x: cython.int
+    number: cython.uchar
+    for i in range(pixels.shape[0]):
+        y = cython.cast(cython.int, pixels[i]) // width
+        x = cython.cast(cython.int, pixels[i]) - y * width
+        number = numbers[
+            skeleton[y, x + 1]
+            | skeleton[y - 1, x + 1] << 1
+            | skeleton[y - 1, x] << 2
+            | skeleton[y - 1, x - 1] << 3
+            | skeleton[y, x - 1] << 4
+            | skeleton[y + 1, x - 1] << 5
+            | skeleton[y + 1, x] << 6
+            | skeleton[y + 1, x + 1] << 7
+        ]
+        if number == 1 or number > 2:
+            nodes[count, 0] = y
+            nodes[count, 1] = x
+            found[count] = number
+            count += 1
+    return count
+
+
+@cython.boundscheck(False)
+@cython.wraparound(False)
 def trace_branches(
     skeleton: cython.uchar[:, ::1],
-    node_at: cython.int[:, ::1],
     nodes: cython.int[:, ::1],
     step: cython.int[:, ::1],
     paths: cython.int[:, :, :, ::1],
@@ -23,11 +65,11 @@ def trace_branches(
 ) -> None:
     """Follow up to ``paths.shape[1]`` branches of each node.
 
-    `skeleton` (0/1) and `node_at` (index of the node at a pixel, or -1) have a border of at least
-    one pixel without ridge; `nodes` holds the nodes' (y, x); `step` the eight (dy, dx), the four
-    edge neighbours first, then the corners in the order NE, NW, SW, SE of E, N, W, S. For node i
-    and branch b, ``paths[i, b, :made[i, b]]`` receives the (y, x) walked and ``target[i, b]`` the
-    node that was met, or -1.
+    `skeleton` (0, 1, and 2 at nodes) has a border of one pixel without ridge; `nodes` holds the
+    nodes' (y, x) in raster order; `step` the eight (dy, dx), the four edge neighbours first, then
+    the corners in the order NE, NW, SW, SE of E, N, W, S. For node i and branch b,
+    ``paths[i, b, :made[i, b]]`` receives the (y, x) walked, as they are without the border, and
+    ``target[i, b]`` the node that was met, or -1.
     """
     limit: cython.Py_ssize_t = paths.shape[2]
     i: cython.Py_ssize_t
@@ -53,11 +95,11 @@ def trace_branches(
             from_x = nodes[i, 1]
             walked = 0
             while True:
-                paths[i, branch, walked, 0] = y
-                paths[i, branch, walked, 1] = x
+                paths[i, branch, walked, 0] = y - 1
+                paths[i, branch, walked, 1] = x - 1
                 walked += 1
-                if node_at[y, x] >= 0 and node_at[y, x] != i:
-                    target[i, branch] = node_at[y, x]
+                if skeleton[y, x] == 2 and (y != nodes[i, 0] or x != nodes[i, 1]):
+                    target[i, branch] = _node_at(nodes, y, x)
                     break
                 if walked == limit:
                     break
@@ -94,3 +136,21 @@ def _way_on(
         if dy * dy + dx * dx > 2 and skeleton[y + step[k, 0], x + step[k, 1]] != 0:
             return k
     return -1
+
+
+@cython.cfunc
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.exceptval(check=False)
+def _node_at(nodes: cython.int[:, ::1], y: cython.int, x: cython.int) -> cython.int:
+    """Return the index of the node at (y, x), by halving."""
+    low: cython.int = 0
+    high: cython.int = cython.cast(cython.int, nodes.shape[0])
+    middle: cython.int
+    while high - low > 1:
+        middle = (low + high) // 2
+        if nodes[middle, 0] < y or (nodes[middle, 0] == y and nodes[middle, 1] <= x):
+            low = middle
+        else:
+            high = middle
+    return low

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from fpmatch.image import _small_parts_kernel as kernel
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -50,20 +52,41 @@ def binarize(
     100
     """
     p = parameters or BinarizationParameters()
-    ridges = (enhanced > 0) & mask
-    ridges &= ~_small_parts(ridges, p.min_ridge_area_px, connectivity=8)
-    holes = _small_parts(~ridges, p.min_hole_area_px, connectivity=4)
-    return np.asarray(ridges | (holes & mask))
+    ridges = np.ascontiguousarray((enhanced > 0) & mask).view(np.uint8)
+    flip = flip_with_kernel if kernel.COMPILED else flip_with_opencv
+    flip(ridges, 1, p.min_ridge_area_px, corners=True)
+    flip(ridges, 0, p.min_hole_area_px, corners=False)
+    return ridges.view(np.bool_) & mask
 
 
-def _small_parts(
-    binary: NDArray[np.bool_], min_area: int, *, connectivity: int
-) -> NDArray[np.bool_]:
-    """Return the connected parts of `binary` whose area is under `min_area`."""
+def flip_with_kernel(
+    image: NDArray[np.uint8], colour: int, min_area: int, *, corners: bool
+) -> None:
+    """Turn over, in place, the parts of the pixels `colour` whose area is under `min_area`.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (H, W)
+        0 or 1.
+    colour : int
+        Of which pixels the parts are.
+    min_area : int
+        Smallest area that stays as it is.
+    corners : bool
+        Whether pixels hang together over corners, or over edges only.
+    """
+    height, width = image.shape
+    runs = np.empty((height * ((width + 1) // 2), 5), np.int32)
+    kernel.flip_small_parts(image, colour, min_area, int(corners), runs)
+
+
+def flip_with_opencv(
+    image: NDArray[np.uint8], colour: int, min_area: int, *, corners: bool
+) -> None:
+    """Do as `flip_with_kernel`: the uncompiled path, and the kernel's oracle."""
     _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        binary.astype(np.uint8), connectivity=connectivity
+        (image == colour).view(np.uint8), connectivity=8 if corners else 4
     )
     small = stats[:, cv2.CC_STAT_AREA] < min_area
     small[0] = False
-    found: NDArray[np.bool_] = small[labels]
-    return found
+    image ^= small[labels].view(np.uint8)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Final, Protocol
 import cv2
 import numpy as np
 
+from fpmatch.image import _cells_kernel as kernel
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -64,10 +66,43 @@ def pixels_to_cells(pixels: NDArray[np.float32], grid: OnCells) -> NDArray[np.fl
     """Average a field of pixels (H, W) over each cell, shape (rows, columns)."""
     height, width = grid.shape
     step = grid.step_px
-    rows, columns = -(-height // step), -(-width // step)
-    padded = np.pad(pixels, ((0, rows * step - height), (0, columns * step - width)), mode="edge")
-    means = padded.reshape(rows, step, columns, step).mean(axis=(1, 3))
-    return np.asarray(means, np.float32)
+    below, beside = -height % step, -width % step
+    whole = cv2.copyMakeBorder(pixels, 0, below, 0, beside, cv2.BORDER_REPLICATE)
+    size = (whole.shape[1] // step, whole.shape[0] // step)
+    return np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def products_to_cells(
+    a: NDArray[np.float32], b: NDArray[np.float32], grid: OnCells
+) -> NDArray[np.float32]:
+    """Average the product of two fields of pixels over each cell.
+
+    Parameters
+    ----------
+    a, b : ndarray of float32, shape (H, W)
+        Fields of pixels.
+    grid : OnCells
+        Tells the size of cells and image.
+
+    Returns
+    -------
+    ndarray of float32, shape (rows, columns)
+        The means; the last row and column of pixels are repeated where cells reach beyond them.
+
+    Examples
+    --------
+    >>> waves = np.tile(np.float32([1, -1]), (8, 8))
+    >>> products_to_cells(waves, waves, Cells(8, (8, 16)))
+    array([[1., 1.]], dtype=float32)
+    """
+    if not kernel.COMPILED:
+        return pixels_to_cells(np.asarray(a * b, np.float32), grid)
+    step = grid.step_px
+    rows, columns = (-(-side // step) for side in grid.shape)
+    means = np.empty((rows, columns), np.float32)
+    images = (np.ascontiguousarray(image, np.float32) for image in (a, b))
+    kernel.mean_products(*images, step, np.empty(columns * step, np.float32), means)
+    return means
 
 
 def blur_cells(cells: NDArray[np.float32], sigma_cells: float) -> NDArray[np.float32]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.image import _trace_kernel as kernel
-from fpmatch.image.thin import crossing_number_table, neighbour_code
+from fpmatch.image.thin import bordered, crossing_number_table, neighbour_code
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -98,22 +98,23 @@ def find_nodes(skeleton: NDArray[np.bool_], branch_px: int) -> SkeletonNodes:
     >>> nodes.x.tolist(), nodes.steps[:, 0].tolist(), nodes.target[:, 0].tolist()
     ([1, 7], [6, 6], [1, 0])
     """
-    padded = np.pad(np.ascontiguousarray(skeleton, bool), 1).astype(np.uint8)
-    number = crossing_number_table()[neighbour_code(padded)] * padded
-    y, x = np.nonzero((number == 1) | (number >= 3))
-    nodes = np.column_stack([y, x]).astype(np.int32)
-    node_at = np.full(padded.shape, -1, np.int32)
-    node_at[y, x] = np.arange(len(nodes))
-    paths = np.zeros((len(nodes), _MAX_BRANCHES, branch_px, 2), np.int32)
-    steps = np.zeros((len(nodes), _MAX_BRANCHES), np.int32)
-    target = np.full((len(nodes), _MAX_BRANCHES), -1, np.int32)
+    padded = bordered(skeleton)
+    pixels = np.flatnonzero(padded.view(np.bool_)).astype(np.int32)
+    yx = np.empty((len(pixels), 2), np.int32)
+    number = np.empty(len(pixels), np.uint8)
+    count = kernel.list_nodes(padded, pixels, crossing_number_table(), yx, number)
+    nodes = yx[:count].copy()
+    padded[nodes[:, 0], nodes[:, 1]] = 2
+    paths = np.zeros((count, _MAX_BRANCHES, branch_px, 2), np.int32)
+    steps = np.zeros((count, _MAX_BRANCHES), np.int32)
+    target = np.full((count, _MAX_BRANCHES), -1, np.int32)
     if branch_px > 0:
-        kernel.trace_branches(padded, node_at, nodes, _STEP, paths, steps, target)
+        kernel.trace_branches(padded, nodes, _STEP, paths, steps, target)
     return SkeletonNodes(
         y=nodes[:, 0] - 1,
         x=nodes[:, 1] - 1,
-        crossing_number=number[y, x],
-        paths=paths - 1,
+        crossing_number=number[:count].copy(),
+        paths=paths,
         steps=steps,
         target=target,
     )

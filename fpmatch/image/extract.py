@@ -106,7 +106,8 @@ def extract(
     nodes = find_nodes(skeleton, p.spurious.branch_px)
     angle = directions(nodes, p.spurious.direction_px)
     keep = keep_genuine(nodes, angle, flow.mask, p.spurious)
-    quality = minutia_quality(normalized.pixels, flow.enhanced, nodes.x, nodes.y, p.quality)
+    x, y = nodes.x[keep], nodes.y[keep]
+    quality = minutia_quality(normalized.pixels, flow.enhanced, x, y, p.quality)
     minutiae = _minutiae(nodes, angle, quality, keep, (box.left, box.top), zoom)
     note.record("minutiae", _as_columns(minutiae, zoom))
     height, width = source.pixels.shape
@@ -190,7 +191,7 @@ def _minutiae(
         y=(nodes.y[keep] + top + 0.5) / zoom - 0.5,
         angle=angle[keep],
         kind=kind[keep],
-        quality=quality[keep],
+        quality=quality,
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from fpmatch.image.cells import blur_cells, cells_to_pixels, pixels_to_cells
+from fpmatch.image.cells import blur_cells, cells_to_pixels, products_to_cells
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -127,22 +127,22 @@ def enhanced_orientation(
     90
     """
     p = parameters or OrientationParameters()
-    gx = cv2.Sobel(enhanced, cv2.CV_32F, 1, 0)
-    gy = cv2.Sobel(enhanced, cv2.CV_32F, 0, 1)
-    xx, yy, xy = (pixels_to_cells(product, grid) for product in (gx * gx, gy * gy, gx * gy))
+    gx = np.asarray(cv2.Sobel(enhanced, cv2.CV_32F, 1, 0), np.float32)
+    gy = np.asarray(cv2.Sobel(enhanced, cv2.CV_32F, 0, 1), np.float32)
+    xx, yy, xy = (products_to_cells(a, b, grid) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
     stacked = np.stack([yy - xx, 2 * xy, xx + yy], axis=2) * mask[..., None]
     return _smoothed(stacked, p)
 
 
 def _smoothed(stacked: NDArray[np.float32], p: OrientationParameters) -> OrientationField:
     """Average (cosine, sine, weight) of the doubled angle, shape (rows, columns, 3), over cells."""
-    fine = blur_cells(stacked, p.fine_sigma_cells)
-    coarse = blur_cells(stacked, p.coarse_sigma_cells)
-    trust = np.clip(_coherence(fine) / p.trusted_coherence, 0.0, 1.0)[..., None] ** 2
-    vector = trust * _unit(fine) + (1.0 - trust) * _unit(coarse)
-    orientation = np.mod(0.5 * np.arctan2(vector[..., 1], vector[..., 0]), np.pi)
+    fine, coherence = _unit(blur_cells(stacked, p.fine_sigma_cells))
+    coarse, _ = _unit(blur_cells(stacked, p.coarse_sigma_cells))
+    trust = np.square(np.minimum(coherence / np.float32(p.trusted_coherence), 1))
+    cosine, sine = trust * fine + (1 - trust) * coarse
+    orientation = np.mod(0.5 * np.arctan2(sine, cosine), np.float32(np.pi))
     orientation[orientation >= np.float32(np.pi)] = 0.0
-    return OrientationField(orientation.astype(np.float32), _coherence(fine))
+    return OrientationField(orientation, coherence)
 
 
 def orientation_at_pixels(orientation: NDArray[np.float32], grid: OnCells) -> NDArray[np.float32]:
@@ -153,12 +153,10 @@ def orientation_at_pixels(orientation: NDArray[np.float32], grid: OnCells) -> ND
     return np.asarray(angle, np.float32)
 
 
-def _coherence(stacked: NDArray[np.float32]) -> NDArray[np.float32]:
-    length = np.hypot(stacked[..., 0], stacked[..., 1])
-    return np.asarray(length / np.maximum(stacked[..., 2], 1e-9), np.float32)
-
-
-def _unit(stacked: NDArray[np.float32]) -> NDArray[np.float32]:
-    vector = stacked[..., :2]
-    length = np.hypot(vector[..., 0], vector[..., 1])[..., None]
-    return np.asarray(vector / np.maximum(length, 1e-9), np.float32)
+def _unit(stacked: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the unit vectors, shape (2, rows, columns), and the length for the weight of each."""
+    least = np.float32(1e-9)
+    cosine, sine, weight = np.ascontiguousarray(stacked.transpose(2, 0, 1))
+    length = np.sqrt(cosine * cosine + sine * sine)
+    unit = np.stack([cosine, sine]) / np.maximum(length, least)
+    return unit, np.asarray(length / np.maximum(weight, least), np.float32)

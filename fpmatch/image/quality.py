@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpmatch.image import _correlation_kernel as kernel
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -49,14 +51,29 @@ def minutia_quality(
     [100]
     """
     p = parameters or QualityParameters()
-    r = np.arange(-p.radius_px, p.radius_px + 1)
-    gauss = np.exp(-(r**2) / (2 * p.sigma_px**2))
-    weight = np.outer(gauss, gauss)
-    rows = np.asarray(y)[:, None, None] + r[:, None] + p.radius_px
-    columns = np.asarray(x)[:, None, None] + r + p.radius_px
-    a = np.pad(pixels, p.radius_px)[rows, columns].astype(np.float64)
-    b = np.pad(enhanced, p.radius_px)[rows, columns].astype(np.float64)
-    cross = (weight * a * b).sum(axis=(1, 2))
-    power = (weight * a * a).sum(axis=(1, 2)) * (weight * b * b).sum(axis=(1, 2))
-    correlation = cross / np.sqrt(np.maximum(power, 1e-12))
+    gauss = np.exp(-(np.arange(-p.radius_px, p.radius_px + 1) ** 2) / (2 * p.sigma_px**2))
+    sums = np.zeros((len(x), 3))
+    sum_up = kernel.sum_around if kernel.COMPILED else sum_with_numpy
+    a, b = np.asarray(pixels, np.float32), np.asarray(enhanced, np.float32)
+    sum_up(a, b, np.asarray(x, np.int32), np.asarray(y, np.int32), gauss, sums)
+    cross, power, enhanced_power = sums.T
+    correlation = cross / np.sqrt(np.maximum(power * enhanced_power, 1e-12))
     return np.asarray(np.clip(np.rint(100 * correlation), 0, 100), np.uint8)
+
+
+def sum_with_numpy(
+    pixels: NDArray[np.float32],
+    enhanced: NDArray[np.float32],
+    x: NDArray[np.int32],
+    y: NDArray[np.int32],
+    weight: NDArray[np.float64],
+    sums: NDArray[np.float64],
+) -> None:
+    """Do as the kernel: the uncompiled path, and its oracle."""
+    radius = len(weight) // 2
+    rows = y[:, None, None] + np.arange(2 * radius + 1)[:, None]
+    columns = x[:, None, None] + np.arange(2 * radius + 1)
+    a = np.pad(pixels, radius)[rows, columns].astype(np.float64)
+    b = np.pad(enhanced, radius)[rows, columns].astype(np.float64)
+    for k, product in enumerate((a * b, a * a, b * b)):
+        sums[:, k] = (np.outer(weight, weight) * product).sum(axis=(1, 2))

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+import cv2
 import numpy as np
 
 from fpmatch.image.blend import blend
@@ -91,7 +92,7 @@ def learned_flow(
     cells = segment_enhanced(image, ridges, grid, p.segmentation)
     mask = mask_at_pixels(cells, grid)
     field = enhanced_orientation(ridges, cells, grid, p.orientation)
-    enhanced = ridges * mask
+    enhanced = np.asarray(cv2.copyTo(ridges, mask.view(np.uint8)), np.float32)
     note.record("enhanced", enhanced)
     note.record("mask", mask)
     if not isinstance(note, NoRecorder):  # made for the eye alone

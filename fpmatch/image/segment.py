@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from fpmatch.image.cells import blur_cells, cells_to_pixels, pixels_to_cells
+from fpmatch.image.cells import blur_cells, cells_to_pixels, products_to_cells
 from fpmatch.image.percentiles import percentiles
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def segment_enhanced(
         The segmentation mask; all False where there is no print.
     """
     p = parameters or SegmentationParameters()
-    certainty = blur_cells(pixels_to_cells(enhanced * enhanced, grid), p.smoothing_cells)
+    certainty = blur_cells(products_to_cells(enhanced, enhanced, grid), p.smoothing_cells)
     certain = certainty >= p.min_certainty
     return _of_contrast(image, certainty, certain, grid, p.min_relative_contrast_of_certain, p)
 
@@ -105,9 +105,9 @@ def _of_contrast(
     p: SegmentationParameters,
 ) -> NDArray[np.bool_]:
     """Return those of the cells `ridges` whose contrast is like that of the strong ones; tidied."""
-    contrast = pixels_to_cells(image.contrast * image.valid, grid)
-    valid = pixels_to_cells(image.valid.astype(np.float32), grid) > 0.5
-    ridges = ridges & valid
+    valid = image.valid.astype(np.float32)
+    contrast = products_to_cells(image.contrast, valid, grid)
+    ridges = ridges & (products_to_cells(valid, valid, grid) > 0.5)
     if not ridges.any():
         return ridges
     strong = ridges & (strength >= percentiles(strength[ridges], 50)[0])

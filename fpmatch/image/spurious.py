@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import cv2
@@ -63,20 +64,15 @@ def remove_spurs_and_islands(
     """
     p = parameters or SpuriousParameters()
     nodes = find_nodes(skeleton, max(p.max_island_px, p.max_spur_px))
-    kept = skeleton.copy()
-    for i in np.flatnonzero(nodes.crossing_number == 1):
-        steps, target = int(nodes.steps[i, 0]), int(nodes.target[i, 0])
-        path = nodes.paths[i, 0, :steps]
-        if target < 0:
-            continue
-        is_island = nodes.crossing_number[target] == 1
-        if is_island and steps <= p.max_island_px:
-            kept[tuple(path.T)] = False
-        elif not is_island and steps <= p.max_spur_px:
-            kept[tuple(path[:-1].T)] = False
-        else:
-            continue
-        kept[nodes.y[i], nodes.x[i]] = False
+    steps, target = nodes.steps[:, 0], nodes.target[:, 0]
+    island = nodes.crossing_number[target] == 1
+    short = steps <= np.where(island, p.max_island_px, p.max_spur_px)
+    doomed = np.flatnonzero((nodes.crossing_number == 1) & (target >= 0) & short)
+    length = (steps - ~island)[doomed, None]  # the node that a spur leads to stays
+    y, x = nodes.paths[doomed, 0][np.arange(nodes.paths.shape[2]) < length].T
+    kept = np.array(skeleton, bool)
+    kept[y, x] = False
+    kept[nodes.y[doomed], nodes.x[doomed]] = False
     return kept
 
 
@@ -104,11 +100,11 @@ def directions(nodes: SkeletonNodes, length_px: int) -> NDArray[np.float32]:
     branch = branch / np.maximum(np.abs(branch), 1e-9)
     towards = branch[:, 0].copy()
     forks = np.flatnonzero(np.count_nonzero(nodes.steps, axis=1) >= 3)
-    for i in forks:
-        u = branch[i, :3]
-        closeness = (u * np.conj(np.roll(u, -1))).real
-        k = int(np.argmax(closeness))
-        towards[i] = u[k] + u[(k + 1) % 3] - u[(k + 2) % 3]
+    u = branch[forks, :3]
+    closeness = (u * np.conj(np.roll(u, -1, axis=1))).real
+    pair = closeness.argmax(axis=1)[:, None] + np.arange(3)
+    near, next_, third = np.take_along_axis(u, pair % 3, axis=1).T
+    towards[forks] = near + next_ - third
     angle = np.mod(np.angle(towards), 2 * np.pi)
     return np.asarray(angle, np.float32)
 
@@ -141,22 +137,36 @@ def keep_genuine(
         True where the node is kept.
     """
     p = parameters or SpuriousParameters()
-    known = np.isin(nodes.crossing_number, (1, 3))
-    keep: NDArray[np.bool_] = known & _inside(nodes, mask, p) & ~_bridged(nodes, p)
+    known = (nodes.crossing_number == 1) | (nodes.crossing_number == 3)
+    keep: NDArray[np.bool_] = known & ~_bridged(nodes, p)
     here = np.flatnonzero(keep)
+    here = here[_inside(nodes.x[here], nodes.y[here], mask, p)]
+    keep[:] = False
     keep[here] = ~_crowded(nodes, angle, here, p)
     return keep
 
 
 def _inside(
-    nodes: SkeletonNodes, mask: NDArray[np.bool_], p: SpuriousParameters
+    x: NDArray[np.int32], y: NDArray[np.int32], mask: NDArray[np.bool_], p: SpuriousParameters
 ) -> NDArray[np.bool_]:
-    """Tell which nodes keep their distance from the mask's border and from the image's."""
+    """Tell which pixels keep their distance from the mask's border and from the image's."""
     height, width = mask.shape
-    distance = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 3)
-    edge = np.minimum.reduce([nodes.x, nodes.y, width - 1 - nodes.x, height - 1 - nodes.y])
-    far = distance[nodes.y, nodes.x] >= p.min_mask_distance_px
+    edge = np.minimum.reduce([x, y, width - 1 - x, height - 1 - y])
+    dy, dx = _nearer(p.min_mask_distance_px)
+    rows = np.clip(y[:, None] + dy, 0, height - 1)
+    columns = np.clip(x[:, None] + dx, 0, width - 1)
+    far = mask[rows, columns].all(axis=1)
     return np.asarray(far & (edge >= p.min_border_distance_px), bool)
+
+
+@cache
+def _nearer(distance_px: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the offsets (dy, dx) of all pixels nearer than a distance, as OpenCV measures it."""
+    reach = int(np.ceil(distance_px))
+    others = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    others[reach, reach] = 0
+    dy, dx = np.nonzero(cv2.distanceTransform(others, cv2.DIST_L2, 3) < distance_px)
+    return dy - reach, dx - reach
 
 
 def _bridged(nodes: SkeletonNodes, p: SpuriousParameters) -> NDArray[np.bool_]:

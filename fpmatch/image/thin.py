@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
@@ -12,6 +12,8 @@ from fpmatch.image import _thin_kernel as kernel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+WORD_BITS: Final = 64
 
 
 def thin(binary: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -39,13 +41,33 @@ def thin(binary: NDArray[np.bool_]) -> NDArray[np.bool_]:
     >>> np.flatnonzero(thin(bar).any(axis=1)).tolist()
     [4]
     """
-    image = np.pad(np.ascontiguousarray(binary, bool), 1).astype(np.uint8)
+    image = bordered(binary)
     if kernel.COMPILED:
-        pixels = np.flatnonzero(image).astype(np.int32)
-        kernel.thin_listed(image, pixels, np.empty_like(pixels), guo_hall_table(), simple_table())
+        thin_with_kernel(image)
     else:
         thin_with_numpy(image)
     return image[1:-1, 1:-1].astype(bool)
+
+
+def bordered(binary: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Return a binary image as 0 and 1, with a border of zeros one pixel wide."""
+    height, width = binary.shape
+    image = np.zeros((height + 2, width + 2), np.uint8)
+    image[1:-1, 1:-1] = np.asarray(binary, bool)
+    return image
+
+
+def thin_with_kernel(image: NDArray[np.uint8]) -> None:
+    """Thin `image` (0/1, zero border) in place: the compiled path."""
+    height, width = image.shape
+    packed = np.packbits(image, axis=1, bitorder="little")
+    words = np.zeros((height, -(-width // WORD_BITS) + 2), np.uint64)
+    inner = words.view(np.uint8)[:, 8 : 8 + packed.shape[1]]
+    inner[:] = packed
+    kernel.thin_words(words, np.zeros_like(words), np.zeros(height, np.int32))
+    image[:] = np.unpackbits(inner, axis=1, count=width, bitorder="little")
+    pixels = np.flatnonzero(image.view(np.bool_)).astype(np.int32)
+    kernel.delete_unneeded(image, pixels, simple_table())
 
 
 def thin_with_numpy(image: NDArray[np.uint8]) -> None:

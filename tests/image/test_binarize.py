@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from types import ModuleType
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_images import Binary, drawn, parts, plane_wave, strips_and_extremes
+from made_images import Binary, binaries, blobs, drawn, parts, plane_wave, strips_and_extremes
 
-from fpmatch.image.binarize import BinarizationParameters, binarize
+from fpmatch.image import _small_parts_kernel as kernel
+from fpmatch.image.binarize import (
+    BinarizationParameters,
+    binarize,
+    flip_with_kernel,
+    flip_with_opencv,
+)
 
 KEEP_ALL = BinarizationParameters(min_ridge_area_px=0, min_hole_area_px=0)
 
@@ -102,3 +111,40 @@ def test_ridges_lie_in_the_mask_and_only_small_parts_change(
     assert parts(lost) * max(ridge_area, 1) >= lost.sum()
     gained = ridges & (enhanced <= 0)
     assert gained.sum() == 0 or hole_area > 1
+
+
+@given(st.one_of(binaries, blobs), st.integers(0, 1), st.integers(0, 40), st.booleans())
+def test_the_kernel_its_twin_and_opencv_turn_over_the_same_parts(
+    interpreted: Callable[[str], ModuleType],
+    binary: Binary,
+    colour: int,
+    min_area: int,
+    corners: bool,
+) -> None:
+    oracle, *others = (binary.astype(np.uint8) for _ in range(3))
+    flip_with_opencv(oracle, colour, min_area, corners=corners)
+    for module, image in zip((kernel, interpreted("_small_parts_kernel")), others, strict=True):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(kernel, "flip_small_parts", module.flip_small_parts)
+            flip_with_kernel(image, colour, min_area, corners=corners)
+        assert np.array_equal(image, oracle)
+
+
+def test_a_spiral_and_a_comb_are_one_part_each() -> None:
+    comb = np.zeros((30, 41), np.uint8)
+    comb[:, ::2] = 1  # many parts until the last row joins them
+    comb[-1] = 1
+    spiral = np.zeros((41, 41), np.uint8)
+    y = x = 20
+    for length in range(1, 20):
+        for dy, dx in ((0, 1), (1, 0)):
+            sign = 1 if length % 2 else -1
+            for _ in range(2 * length):
+                spiral[y, x] = 1
+                y, x = min(max(y + sign * dy, 0), 40), min(max(x + sign * dx, 0), 40)
+    for picture in (comb, spiral):
+        kept, gone = picture.copy(), picture.copy()
+        flip_with_kernel(kept, 1, int(picture.sum()), corners=False)
+        flip_with_kernel(gone, 1, int(picture.sum()) + 1, corners=False)
+        assert np.array_equal(kept, picture)
+        assert not gone.any()

@@ -6,7 +6,14 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.image.cells import Cells, blur_cells, cells_to_pixels, pixels_to_cells
+from fpmatch.image import _cells_kernel as kernel
+from fpmatch.image.cells import (
+    Cells,
+    blur_cells,
+    cells_to_pixels,
+    pixels_to_cells,
+    products_to_cells,
+)
 from fpmatch.image.spectrum import SpectrumParameters, ridge_spectrum
 
 EIGHT = SpectrumParameters(step_px=8)
@@ -54,6 +61,25 @@ def test_cells_cover_an_image_of_any_size(
     at_pixels = cells_to_pixels(cells, grid)
     assert at_pixels.shape == shape
     assert cells.min() - 1e-5 <= at_pixels.min() <= at_pixels.max() <= cells.max() + 1e-5
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (7, 9), (8, 8), (17, 40), (48, 1)])
+@pytest.mark.parametrize("step", [1, 8, 16])
+@pytest.mark.parametrize("compiled", [True, False])
+def test_products_are_averaged_as_an_image_of_them_is(
+    monkeypatch: pytest.MonkeyPatch,
+    rng: np.random.Generator,
+    shape: tuple[int, int],
+    step: int,
+    compiled: bool,
+) -> None:
+    monkeypatch.setattr(kernel, "COMPILED", compiled and kernel.COMPILED)
+    a, b = rng.normal(0, 1, (2, *shape)).astype(np.float32)
+    a.setflags(write=False)
+    grid = Cells(step, shape)
+    expected = pixels_to_cells(a * b, grid)
+    for image in (a, np.asfortranarray(a)):
+        np.testing.assert_allclose(products_to_cells(image, b, grid), expected, atol=1e-5)
 
 
 @pytest.mark.parametrize("channels", [1, 3, 4, 5, 16])

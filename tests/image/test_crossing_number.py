@@ -221,7 +221,8 @@ def test_interpreted_the_kernel_finds_the_same(
 ) -> None:
     compiled = find_nodes(binary, limit)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(kernel, "trace_branches", interpreted_trace_kernel.trace_branches)
+        for name in ("list_nodes", "trace_branches"):
+            patch.setattr(kernel, name, getattr(interpreted_trace_kernel, name))
         interpreted = find_nodes(binary, limit)
-    for name in ("paths", "steps", "target"):
+    for name in ("x", "y", "crossing_number", "paths", "steps", "target"):
         assert np.array_equal(getattr(interpreted, name), getattr(compiled, name))

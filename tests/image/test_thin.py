@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -23,11 +24,13 @@ from made_images import (
 
 from fpmatch.image import _thin_kernel as kernel
 from fpmatch.image.thin import (
+    bordered,
     crossing_number_table,
     guo_hall_table,
     neighbour_code,
     simple_table,
     thin,
+    thin_with_kernel,
     thin_with_numpy,
 )
 
@@ -170,11 +173,6 @@ def test_a_picture_that_one_last_pass_does_not_finish() -> None:
     assert np.array_equal(thin(skeleton), skeleton)
 
 
-def thin_with_kernel(image: np.ndarray) -> None:
-    pixels = np.flatnonzero(image).astype(np.int32)
-    kernel.thin_listed(image, pixels, np.empty_like(pixels), guo_hall_table(), simple_table())
-
-
 def thin_pixel_by_pixel(image: np.ndarray) -> None:
     """Thin by Guo and Hall's conditions and a direct count of parts: the slow, obvious twin."""
     changed = True
@@ -250,6 +248,29 @@ def test_the_kernel_agrees_with_numpy_on_a_whole_image(
     thin_with_kernel(image)
     thin_with_numpy(other)
     assert np.array_equal(image, other)
+
+
+@needs_compiled
+@pytest.mark.parametrize("width", [62, 63, 64, 65, 126, 127, 128, 129, 130])
+def test_the_words_of_a_row_hang_together(width: int) -> None:
+    ridges = plane_wave(30, 9, (40, width)) > 0
+    image = bordered(ridges)
+    other = image.copy()
+    thin_with_kernel(image)
+    thin_with_numpy(other)
+    assert np.array_equal(image, other)
+
+
+@given(arrays(np.uint64, (7, 2)), st.integers(0, 2**64 - 1))
+def test_interpreted_the_kernel_leaves_the_same_words(
+    interpreted: Callable[[str], ModuleType], random: np.ndarray, mask: int
+) -> None:
+    words = np.zeros((9, 4), np.uint64)
+    words[1:-1, 1:-1] = random | np.roll(random, 1, axis=0) & np.uint64(mask)
+    plain = words.copy()
+    for module, image in ((kernel, words), (interpreted("_thin_kernel"), plain)):
+        module.thin_words(image, np.zeros_like(image), np.zeros(len(image), np.int32))
+    assert np.array_equal(words, plain)
 
 
 @given(arrays(np.bool_, (5, 6)))

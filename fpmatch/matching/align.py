@@ -25,10 +25,12 @@ class AlignmentParameters:
     seed_reach_px, seed_reach_per_px, seed_reach_limit_px : float
         Reach of the pairing under a seed's own transform: at the seed, its growth with distance
         from it, and its limit.
+    first_seeds : int
+        Seeds that are looked at first, and most often alone.
     candidates : int
         Seeds whose transforms are refined to the end.
     rigid_rounds, rigid_reach_px : int, float
-        Rounds of refitting the similarity transform, and the reach of their pairing.
+        Rounds of refitting the similarity transform, at least one, and the reach of their pairing.
     bend_rounds, bend_sigma_px : int, float
         Rounds of bending with the skin, and the width over which it is taken to bend alike.
     bend_reach_px, bend_reach_per_px, bend_reach_limit_px : float
@@ -40,6 +42,7 @@ class AlignmentParameters:
     seed_reach_px: float = 9.0
     seed_reach_per_px: float = 0.08
     seed_reach_limit_px: float = 22.0
+    first_seeds: int = 8
     candidates: int = 4
     rigid_rounds: int = 2
     rigid_reach_px: float = 16.0

@@ -32,6 +32,7 @@ cdef class LightTable:
         self, int[:, ::1] seeds, Py_ssize_t first, Py_ssize_t last
     ) noexcept nogil
     cpdef int choose(self, Py_ssize_t count) noexcept nogil
+    cpdef double begin(self) noexcept nogil
     cpdef double finish(self) noexcept nogil
     cpdef int bend(self) noexcept nogil
     cpdef int move(self) noexcept nogil

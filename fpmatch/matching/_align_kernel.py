@@ -235,13 +235,22 @@ class LightTable:
 
         It is the first round of `take`.
         """
-        i: cython.Py_ssize_t
-        total: cython.double
         n: cython.Py_ssize_t = self.chosen[k]
         self.c = self.transforms[n, 0]
         self.s = self.transforms[n, 1]
         self.x = self.transforms[n, 2]
         self.y = self.transforms[n, 3]
+        return self.begin()
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def begin(self) -> cython.double:
+        """Pair rigidly under the transform at hand; return the weight of the pairs."""
+        i: cython.Py_ssize_t
+        total: cython.double
         for i in range(self.size_a):
             self.reach[i] = self.rigid_reach
         self.move()

@@ -87,8 +87,10 @@ class Scales:
         ``partner[i]`` is the index in B of what minutia i of A is paired with, or -1; `bent` holds
         where it lies. The ridges are looked at only where the minutiae leave a doubt.
         """
+        total: cython.double
         self._gather(a, b, partner, bent, 0, c, s, x, y, likeness)
-        return self._look(a, b, partner, c, s, x, y)
+        total = self._total()
+        return self._look(a, b, partner, c, s, x, y) if total > self.gate else total
 
     @cython.ccall
     @cython.nogil
@@ -114,6 +116,7 @@ class Scales:
         Where nothing is paired by any, the table's `best_pairs` are 0, and so is the sum.
         """
         k: cython.Py_ssize_t
+        doubtful: cython.bint
         first: cython.Py_ssize_t = table.first_seeds if table.first_seeds < count else count
         self.found = 0
         for k in range(table.propose(seeds, first)):
@@ -121,13 +124,16 @@ class Scales:
             self._keep_better(a, b, table, likeness)
         if self.found == 0:
             return 0.0
-        if self.most > self.gate:
+        doubtful = self.most > self.gate
+        if doubtful:
             self.found = 0
             for k in range(table.propose_more(seeds, first, count)):
                 table.take(k)
                 self._keep_better(a, b, table, likeness)
         for k in range(ENTRIES):
             self.evidence[k] = self.best[k]
+        if not doubtful:
+            return self._total()
         return self._look(
             a, b, table.best_partner, table.best_c, table.best_s, table.best_x, table.best_y
         )
@@ -172,13 +178,11 @@ class Scales:
         x: cython.double,
         y: cython.double,
     ) -> cython.double:
-        """Return the weighted sum, once the ridges were looked at, if it passes the gate."""
-        total: cython.double = self._total()
-        if total > self.gate and self.lens.compare(a, b, partner, c, s, x, y) > 0:
+        """Look at the ridges; return the weighted sum."""
+        if self.lens.compare(a, b, partner, c, s, x, y) > 0:
             self.evidence[RIDGES] = self.lens.correlation
             self.evidence[CELLS] = self.lens.cells
-            total = self._total()
-        return total
+        return self._total()
 
     @cython.ccall
     @cython.nogil

@@ -133,7 +133,8 @@ def candidates(
     """Lay print A on print B in the ways that pairs of minutiae that look alike propose.
 
     Every seed proposes a transform; those with the most support are refitted and re-paired in
-    turn, at first as a similarity transform, then bending smoothly with the skin.
+    turn, at first as a similarity transform, then bending smoothly with the skin. Of those that
+    begin with the same pairs only the first is.
 
     Parameters
     ----------
@@ -155,6 +156,34 @@ def candidates(
     found = []
     for k in range(table.propose(seeds, len(seeds))):
         table.take(k)
+        if table.keep() > 0:
+            found.append(kept(table))
+    return found
+
+
+def sketches(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    seeds: NDArray[np.int32],
+    parameters: AlignmentParameters | None = None,
+) -> list[Alignment]:
+    """Lay print A on print B, rigidly and at once, in the ways that the first seeds propose.
+
+    Parameters
+    ----------
+    a, b, seeds, parameters
+        As for `candidates`.
+
+    Returns
+    -------
+    list of Alignment
+        Those under which anything is paired; the one of most support first.
+    """
+    p = parameters or AlignmentParameters()
+    table = light_table(a, b, p, len(seeds))
+    found = []
+    for k in range(table.propose(seeds, min(p.first_seeds, len(seeds)))):
+        table.sketch(k)
         if table.keep() > 0:
             found.append(kept(table))
     return found

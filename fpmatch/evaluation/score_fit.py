@@ -23,7 +23,7 @@ import numpy as np
 from fpmatch._version import __version__
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
-from fpmatch.matching.align import AlignmentParameters, candidates
+from fpmatch.matching.align import AlignmentParameters, candidates, sketches
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
@@ -63,7 +63,8 @@ class FitParameters:
     every_impostor : int
         Of so many impostor comparisons of a database one is taken.
     looked_at : float
-        Share of the impostor comparisons whose ridges are to be looked at.
+        Share of the impostor comparisons that a first look at the minutiae leaves a doubt of, so
+        that they are refined and their ridges looked at.
     turns : int
         How many times to choose and to fit.
     """
@@ -76,7 +77,7 @@ class FitParameters:
     longest_step: float = 2.0
     digits: int = 6
     every_impostor: int = 4
-    looked_at: float = 0.5
+    looked_at: float = 0.25
     turns: int = 4
 
 
@@ -92,6 +93,8 @@ class ScoreSample:
         Those of the comparisons that found something, of each way to lay the prints on one another,
         that of most support first; NaN where there are fewer. See
         `fpmatch.matching.score.FEATURES`.
+    first : ndarray of float64, shape (N, C, 6)
+        Those of a first look, see `fpmatch.matching.align.sketches`, at the minutiae alone.
     genuine : ndarray of bool, shape (N,)
         Whether both prints are of one finger.
     nothing : tuple of int
@@ -100,6 +103,7 @@ class ScoreSample:
 
     name: str
     features: NDArray[np.float64]
+    first: NDArray[np.float64]
     genuine: NDArray[np.bool_]
     nothing: tuple[int, int]
 
@@ -126,7 +130,8 @@ def sample_of(extracted: ExtractedSet, parameters: FitParameters | None = None) 
         for one in extracted.extractions
     ]
     on = scales(max((len(one) for one in prints if one), default=0), _no_weights())
-    rows, genuine, nothing, passed = [], [], [0, 0], 0
+    rows: list[NDArray[np.float64]] = []
+    genuine, nothing, passed = [], [0, 0], 0
     for i, j, same in zip(pairs.probe, pairs.reference, pairs.genuine, strict=True):
         passed += not same
         if not same and passed % p.every_impostor:
@@ -138,10 +143,12 @@ def sample_of(extracted: ExtractedSet, parameters: FitParameters | None = None) 
         else:
             rows.append(row)
             genuine.append(bool(same))
-    shape = (len(rows), AlignmentParameters().candidates, len(FEATURES))
+    shape = (len(rows), 2, AlignmentParameters().candidates, len(FEATURES))
+    features = np.array(rows).reshape(shape)
     return ScoreSample(
         extracted.dataset.name,
-        np.array(rows).reshape(shape),
+        features[:, 0],
+        features[:, 1],
         np.array(genuine, bool),
         (nothing[0], nothing[1]),
     )
@@ -157,17 +164,22 @@ def _no_weights() -> ScoreWeights:
 def _features(
     probe: PreparedTemplate, reference: PreparedTemplate, on: Scales
 ) -> NDArray[np.float64] | None:
-    """Return the features of two prints, their ridges looked at whatever the minutiae say."""
+    """Return the features of two prints, shape (2, C, 6), their ridges looked at in any case.
+
+    The second are those of the first look.
+    """
     a, b = sorted((probe, reference), key=lambda side: side.key)
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None
     likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    laid = candidates(a.points, b.points, most_alike(likeness))
-    if not laid:
+    seeds = most_alike(likeness)
+    laid = [lay(a.points, b.points, seeds) for lay in (candidates, sketches)]
+    if not all(laid):
         return None
-    found = np.full((AlignmentParameters().candidates, len(FEATURES)), np.nan)
-    for k, alignment in enumerate(laid):
-        found[k] = gather_evidence(a, b, alignment, likeness, on).features
+    found = np.full((2, AlignmentParameters().candidates, len(FEATURES)), np.nan)
+    for ways, row in zip(laid, found, strict=True):
+        for k, alignment in enumerate(ways):
+            row[k] = gather_evidence(a, b, alignment, likeness, on).features
     return found
 
 
@@ -204,7 +216,7 @@ def fit_weights(
     x = every[:, 0]
     for _ in range(p.turns):
         standard, bias = _fit(x, genuine, share, used, p)
-        x, of_minutiae = _chosen(every, standard, bias)
+        x = _chosen(every, standard, bias)[0]
     provenance: dict[str, Any] = {
         "sets": [one.name for one in samples],
         "genuine": int(genuine.sum()),
@@ -212,7 +224,8 @@ def fit_weights(
         "version": __version__,
         "command": command,
     }
-    gate = _rounded(np.quantile(of_minutiae[~genuine], [1.0 - p.looked_at]), p.digits)
+    at_first = _chosen(np.concatenate([one.first for one in samples]), standard, bias)[1]
+    gate = _rounded(np.quantile(at_first[~genuine], [1.0 - p.looked_at]), p.digits)
     return ScoreWeights(standard, bias, float(gate[0]), provenance)
 
 
@@ -315,9 +328,10 @@ def _sums(
     They are in the order of the similarities, which are those of ``log(1 + e^sum)``.
     """
     middle, spread, weight, _ = weights.standard
-    features, of_minutiae = _chosen(sample.features, weights.standard, weights.bias)
+    features, _ = _chosen(sample.features, weights.standard, weights.bias)
+    _, at_first = _chosen(sample.first, weights.standard, weights.bias)
     total = weights.bias + (features - middle) / spread @ weight
-    total = np.where(of_minutiae > weights.gate, total, of_minutiae)
+    total = np.where(at_first > weights.gate, total, at_first)
     least = float(total.min(initial=0.0)) - 1.0
     kinds = (total[sample.genuine], total[~sample.genuine])
     genuine, impostor = (

@@ -68,9 +68,13 @@ class LightTable:
         self.best_bent = np.empty((4, size_a))
         self.transforms = np.empty((seeds, 4))
         self.support = np.empty(seeds)
+        self.spent = np.zeros(seeds, np.int32)
         self.chosen = np.empty(seeds, np.int32)
+        self.sketched = np.empty((p.candidates, size_a), np.int32)
+        self.sketches = 0
         self.min_cosine = p.min_cosine
         self.candidates = p.candidates
+        self.first_seeds = p.first_seeds
         self.seed_near = p.seed_reach_px
         self.seed_spread = p.seed_reach_per_px
         self.seed_far = p.seed_reach_limit_px
@@ -201,7 +205,8 @@ class LightTable:
     def propose(self, seeds: cython.int[:, ::1], count: cython.Py_ssize_t) -> cython.int:
         """List the candidates that the first `count` seeds lead to; return their number."""
         self.best_pairs = 0
-        self.support_of_seeds(seeds, count)
+        self.sketches = 0
+        self.support_of_seeds(seeds, 0, count)
         return self.choose(count)
 
     @cython.ccall
@@ -209,21 +214,89 @@ class LightTable:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def take(self, k: cython.Py_ssize_t) -> cython.double:
-        """Refine the k-th candidate; return the weight of its pairs."""
-        self.c = self.transforms[self.chosen[k], 0]
-        self.s = self.transforms[self.chosen[k], 1]
-        self.x = self.transforms[self.chosen[k], 2]
-        self.y = self.transforms[self.chosen[k], 3]
-        return self.refine()
+    def propose_more(
+        self, seeds: cython.int[:, ::1], known: cython.Py_ssize_t, count: cython.Py_ssize_t
+    ) -> cython.int:
+        """List those that `count` seeds lead to where `known` have proposed; return their number.
+
+        What the table has kept stays.
+        """
+        self.sketches = 0
+        self.support_of_seeds(seeds, known, count)
+        return self.choose(count)
 
     @cython.ccall
     @cython.nogil
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def support_of_seeds(self, seeds: cython.int[:, ::1], count: cython.Py_ssize_t) -> cython.int:
-        """Let each seed, a pair of minutiae (i, j), propose a transform; refine it once; weigh it.
+    def sketch(self, k: cython.Py_ssize_t) -> cython.double:
+        """Pair under the k-th candidate's own transform, rigidly; return the weight of the pairs.
+
+        It is the first round of `take`.
+        """
+        n: cython.Py_ssize_t = self.chosen[k]
+        self.c = self.transforms[n, 0]
+        self.s = self.transforms[n, 1]
+        self.x = self.transforms[n, 2]
+        self.y = self.transforms[n, 3]
+        return self.begin()
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def begin(self) -> cython.double:
+        """Pair rigidly under the transform at hand; return the weight of the pairs."""
+        i: cython.Py_ssize_t
+        total: cython.double
+        for i in range(self.size_a):
+            self.reach[i] = self.rigid_reach
+        self.move()
+        total = self.pair(0)
+        for i in range(self.size_a):
+            self.laid[4, i] = self.laid[0, i]
+            self.laid[5, i] = self.laid[1, i]
+        return total
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def take(self, k: cython.Py_ssize_t) -> cython.double:
+        """Refine the k-th candidate; return the weight of its pairs.
+
+        Nothing is paired where it begins with the same pairs as one taken before it.
+        """
+        i: cython.Py_ssize_t
+        e: cython.Py_ssize_t
+        differing: cython.int
+        self.sketch(k)
+        for e in range(self.sketches):
+            differing = 0
+            for i in range(self.size_a):
+                differing += self.sketched[e, i] != self.partner[i]
+            if differing == 0:
+                self.pairs = 0
+                return 0.0
+        for i in range(self.size_a):
+            self.sketched[self.sketches, i] = self.partner[i]
+        self.sketches += 1
+        return self.finish()
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def support_of_seeds(
+        self, seeds: cython.int[:, ::1], first: cython.Py_ssize_t, last: cython.Py_ssize_t
+    ) -> cython.int:
+        """Let seeds, pairs of minutiae (i, j), propose a transform each; refine it once; weigh it.
+
+        These are those from number `first` up to, not including, `last`.
 
         The seed's own directions give the rotation, its positions the shift. Minutiae are paired
         within a reach that grows with the distance from the seed; the transform fitted to these
@@ -242,7 +315,7 @@ class LightTable:
         near: cython.double = self.seed_near
         spread: cython.double = self.seed_spread
         far: cython.double = self.seed_far
-        for k in range(count):
+        for k in range(first, last):
             p = seeds[k, 0]
             q = seeds[k, 1]
             self.c = a[2, p] * b[2, q] + a[3, p] * b[3, q]
@@ -280,16 +353,18 @@ class LightTable:
         found: cython.int = 0
         same: cython.int
         most: cython.double
+        for k in range(count):
+            self.spent[k] = 0
         while found < self.candidates:
             best = -1
             most = -1.0
             for k in range(count):
-                if self.support[k] > most:
+                if not self.spent[k] and self.support[k] > most:
                     most = self.support[k]
                     best = k
             if best < 0:
                 break
-            self.support[best] = -1.0  # taken
+            self.spent[best] = 1
             same = 0
             for k in range(found):
                 n = self.chosen[k]
@@ -310,17 +385,16 @@ class LightTable:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def refine(self) -> cython.double:
+    def finish(self) -> cython.double:
         """Refit and re-pair in turn, first rigidly, then bending with the skin; return the weight.
 
-        The transform at hand is where it begins.
+        The pairs at hand are those of the first rigid round.
         """
         i: cython.Py_ssize_t
         r: cython.int
         total: cython.double = 0.0
-        for i in range(self.size_a):
-            self.reach[i] = self.rigid_reach
-        for r in range(self.rigid_rounds):
+        self.fit()
+        for r in range(1, self.rigid_rounds):
             self.move()
             total = self.pair(0)
             self.fit()

@@ -10,6 +10,8 @@ cdef class Scales:
     cdef double[:, ::1] standard
     cdef int[::1] taken
     cdef RidgeLens lens
+    cdef double most
+    cdef int found
     cdef double bias, gate, margin, doubt_pairs, doubt_cells
 
     cpdef double weigh(
@@ -19,6 +21,9 @@ cdef class Scales:
     cpdef double lay(
         self, Print a, Print b, LightTable table, int[:, ::1] seeds, Py_ssize_t count,
         float[:, ::1] likeness,
+    ) noexcept nogil
+    cdef int _keep_better(
+        self, Print a, Print b, LightTable table, float[:, ::1] likeness
     ) noexcept nogil
     cdef double _look(
         self, Print a, Print b, int[::1] partner, double c, double s, double x, double y

@@ -57,6 +57,8 @@ class Scales:
         self.standard = weights.standard
         self.bias = weights.bias
         self.gate = weights.gate
+        self.most = 0.0
+        self.found = 0
         self.taken = np.empty(room, np.int32)
         self.lens = RidgeLens(ridges, room)
         self.margin = score.margin_px
@@ -85,8 +87,10 @@ class Scales:
         ``partner[i]`` is the index in B of what minutia i of A is paired with, or -1; `bent` holds
         where it lies. The ridges are looked at only where the minutiae leave a doubt.
         """
+        total: cython.double
         self._gather(a, b, partner, bent, 0, c, s, x, y, likeness)
-        return self._look(a, b, partner, c, s, x, y)
+        total = self._total()
+        return self._look(a, b, partner, c, s, x, y) if total > self.gate else total
 
     @cython.ccall
     @cython.nogil
@@ -104,34 +108,60 @@ class Scales:
     ) -> cython.double:
         """Lay A on B as the first `count` seeds say; return the weighted sum of the features.
 
-        Of all candidates the table keeps the one that the minutiae speak for the most. Where
-        nothing is paired by any, its `best_pairs` are 0, and so is the sum.
+        A few seeds are looked at first, their candidates laid rigidly. Where the minutiae do not
+        speak for any of these so much that it passes the gate, the best of them stands: so it is
+        with most prints of different fingers. Else the candidates of all seeds are refined, the
+        table keeps the one that the minutiae speak for the most, and the ridges are looked at.
+
+        Where nothing is paired by any, the table's `best_pairs` are 0, and so is the sum.
         """
         k: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        total: cython.double
-        most: cython.double = 0.0
-        found: cython.Py_ssize_t = table.propose(seeds, count)
-        for k in range(found):
-            table.take(k)
-            if table.pairs == 0:
-                continue
-            self._gather(
-                a, b, table.partner, table.laid, 4, table.c, table.s, table.x, table.y, likeness
-            )
-            total = self._total()
-            if table.best_pairs == 0 or total > most:
-                most = total
-                table.keep()
-                for e in range(ENTRIES):
-                    self.best[e] = self.evidence[e]
-        if table.best_pairs == 0:
+        doubtful: cython.bint
+        first: cython.Py_ssize_t = table.first_seeds if table.first_seeds < count else count
+        self.found = 0
+        for k in range(table.propose(seeds, first)):
+            table.sketch(k)
+            self._keep_better(a, b, table, likeness)
+        if self.found == 0:
             return 0.0
-        for e in range(ENTRIES):
-            self.evidence[e] = self.best[e]
+        doubtful = self.most > self.gate
+        if doubtful:
+            self.found = 0
+            for k in range(table.propose_more(seeds, first, count)):
+                table.take(k)
+                self._keep_better(a, b, table, likeness)
+        for k in range(ENTRIES):
+            self.evidence[k] = self.best[k]
+        if not doubtful:
+            return self._total()
         return self._look(
             a, b, table.best_partner, table.best_c, table.best_s, table.best_x, table.best_y
         )
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _keep_better(
+        self, a: Print, b: Print, table: LightTable, likeness: cython.float[:, ::1]
+    ) -> cython.int:
+        """Let the table keep the alignment at hand where the minutiae speak for none more."""
+        e: cython.Py_ssize_t
+        total: cython.double
+        if table.pairs == 0:
+            return 0
+        self._gather(
+            a, b, table.partner, table.laid, 4, table.c, table.s, table.x, table.y, likeness
+        )
+        total = self._total()
+        if self.found == 0 or total > self.most:
+            self.most = total
+            table.keep()
+            for e in range(ENTRIES):
+                self.best[e] = self.evidence[e]
+        self.found += 1
+        return self.found
 
     @cython.cfunc
     @cython.nogil
@@ -148,13 +178,11 @@ class Scales:
         x: cython.double,
         y: cython.double,
     ) -> cython.double:
-        """Return the weighted sum, once the ridges were looked at, if it passes the gate."""
-        total: cython.double = self._total()
-        if total > self.gate and self.lens.compare(a, b, partner, c, s, x, y) > 0:
+        """Look at the ridges; return the weighted sum."""
+        if self.lens.compare(a, b, partner, c, s, x, y) > 0:
             self.evidence[RIDGES] = self.lens.correlation
             self.evidence[CELLS] = self.lens.cells
-            total = self._total()
-        return total
+        return self._total()
 
     @cython.ccall
     @cython.nogil

@@ -25,10 +25,12 @@ class AlignmentParameters:
     seed_reach_px, seed_reach_per_px, seed_reach_limit_px : float
         Reach of the pairing under a seed's own transform: at the seed, its growth with distance
         from it, and its limit.
+    first_seeds : int
+        Seeds that are looked at first, and most often alone.
     candidates : int
         Seeds whose transforms are refined to the end.
     rigid_rounds, rigid_reach_px : int, float
-        Rounds of refitting the similarity transform, and the reach of their pairing.
+        Rounds of refitting the similarity transform, at least one, and the reach of their pairing.
     bend_rounds, bend_sigma_px : int, float
         Rounds of bending with the skin, and the width over which it is taken to bend alike.
     bend_reach_px, bend_reach_per_px, bend_reach_limit_px : float
@@ -40,6 +42,7 @@ class AlignmentParameters:
     seed_reach_px: float = 9.0
     seed_reach_per_px: float = 0.08
     seed_reach_limit_px: float = 22.0
+    first_seeds: int = 8
     candidates: int = 4
     rigid_rounds: int = 2
     rigid_reach_px: float = 16.0
@@ -130,7 +133,8 @@ def candidates(
     """Lay print A on print B in the ways that pairs of minutiae that look alike propose.
 
     Every seed proposes a transform; those with the most support are refitted and re-paired in
-    turn, at first as a similarity transform, then bending smoothly with the skin.
+    turn, at first as a similarity transform, then bending smoothly with the skin. Of those that
+    begin with the same pairs only the first is.
 
     Parameters
     ----------
@@ -152,6 +156,34 @@ def candidates(
     found = []
     for k in range(table.propose(seeds, len(seeds))):
         table.take(k)
+        if table.keep() > 0:
+            found.append(kept(table))
+    return found
+
+
+def sketches(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    seeds: NDArray[np.int32],
+    parameters: AlignmentParameters | None = None,
+) -> list[Alignment]:
+    """Lay print A on print B, rigidly and at once, in the ways that the first seeds propose.
+
+    Parameters
+    ----------
+    a, b, seeds, parameters
+        As for `candidates`.
+
+    Returns
+    -------
+    list of Alignment
+        Those under which anything is paired; the one of most support first.
+    """
+    p = parameters or AlignmentParameters()
+    table = light_table(a, b, p, len(seeds))
+    found = []
+    for k in range(table.propose(seeds, min(p.first_seeds, len(seeds)))):
+        table.sketch(k)
         if table.keep() > 0:
             found.append(kept(table))
     return found

@@ -11,9 +11,9 @@ features are
 - the correlation of the ridges, and the logarithm of the area where they could be compared.
 
 Each is standardised, so that 0 lies midway between genuine and impostor prints, then weighed. Where
-the minutiae leave no doubt, or a print does not show its ridges, the ridges count as those of
-strangers do. The sum is a logarithm of a ratio, and ``log(1 + e^sum)``, which is positive, the
-similarity.
+the minutiae leave no doubt at first sight, or a print does not show its ridges, the ridges count as
+those of strangers do. The sum is a logarithm of a ratio, and ``log(1 + e^sum)``, which is positive,
+the similarity.
 """
 
 from __future__ import annotations
@@ -133,7 +133,8 @@ class ScoreWeights:
     bias : float
         What is added to the sum.
     gate : float
-        Sum above which the ridges are looked at, they counting as those of strangers up to there.
+        Sum under a rigid alignment above which prints are refined, and their ridges looked at;
+        up to there the ridges count as those of strangers.
     provenance : mapping
         From what they were learned.
     """

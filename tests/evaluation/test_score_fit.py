@@ -37,7 +37,7 @@ def sample(seed: int, count: int = 4000, apart: float = 2.0, lost: int = 0) -> S
     x = rng.normal(size=(2 * count + lost, N))
     genuine = np.arange(2 * count + lost) >= count
     x[count : 2 * count, 0] += apart
-    return ScoreSample(f"set {seed}", x[:, None], genuine, (0, 0))
+    return ScoreSample(f"set {seed}", x[:, None], x[:, None], genuine, (0, 0))
 
 
 def raw_weights(samples: list[ScoreSample], parameters: FitParameters) -> np.ndarray:

@@ -306,7 +306,7 @@ def test_seeds_agree_with_their_twin(seed: int) -> None:
     chosen = np.column_stack([rng.integers(0, 14, 5), rng.integers(0, 14, 5)]).astype(np.int32)
     reach = Reach(9.0, 0.08, 22.0)
     table = table_of(a, b)
-    table.support_of_seeds(chosen, 5)
+    table.support_of_seeds(chosen, 0, 5)
     for k in range(5):
         transform, weight = seed_twin(a, b, chosen[k], reach)
         assert table.support[k] == pytest.approx(weight, abs=1e-9)
@@ -319,7 +319,8 @@ def refined(
     """Return the weight of the pairs after refining a transform, and the table."""
     table = table_of(a, b, replace(PARAMETERS, bend_rounds=bend_rounds), module)
     set_transform(table, start)
-    return table.refine(), table
+    table.begin()
+    return table.finish(), table
 
 
 @given(seeds, st.integers(0, 3))

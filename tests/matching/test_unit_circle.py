@@ -24,7 +24,7 @@ from matching_prints import (
 )
 from matching_weights import ALWAYS, NEVER, some_weights, weighing
 
-from fpmatch.matching.align import at_rest, candidates
+from fpmatch.matching.align import at_rest, candidates, sketches
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.matchers.unit_circle import MATCHER, lay
@@ -139,13 +139,15 @@ def test_pairs_are_one_to_one_in_range_and_in_order(a: Template, b: Template) ->
 def test_the_minutiae_choose_the_alignment(
     seed: int, field: RidgeField | None, gate: float
 ) -> None:
+    """Of those that are refined, or, where none passes the gate, of those of the first look."""
     weights = some_weights(gate)
     sides = (MATCHER.prepare(side) for side in two_impressions(seed, field))
     a, b = sorted(sides, key=lambda side: side.key)
     likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
     blind = scales(len(b), some_weights(NEVER))
+    ways = candidates if gate == ALWAYS else sketches
     alignment = max(
-        candidates(a.points, b.points, most_alike(likeness)),
+        ways(a.points, b.points, most_alike(likeness)),
         key=lambda found: gather_evidence(a, b, found, likeness, blind).total,
     )
     laid = lay(a, b, scales(len(b), weights))

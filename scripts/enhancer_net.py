@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 class LearningParameters:
     """Set how the network learns; lengths in pixels at 500 dpi."""
 
-    steps: int = 10000
+    steps: int = 14000
     batch: int = 10
     patch_px: int = 160
     on_print: float = 0.85  # share of the patches whose middle lies on the print
@@ -39,7 +39,7 @@ class LearningParameters:
     warm_up_steps: int = 300
     decay: float = 1e-4
     averaged: float = 0.998  # share of the running mean of the weights that a step keeps
-    channels: tuple[int, int, int] = (24, 40, 56)
+    channels: tuple[int, int, int] = (32, 48, 64)
 
 
 class RidgeNet(nn.Module):

@@ -116,11 +116,12 @@ def light_table(
 
 def kept(table: kernel.LightTable) -> Alignment:
     """Return the alignment that a table has kept."""
+    n = table.size_a
     return Alignment(
         np.array([table.best_c, table.best_s, table.best_x, table.best_y]),
-        np.array(table.best_partner),
-        np.array(table.best_weight),
-        np.array(table.best_bent),
+        np.array(table.best_partner[:n]),
+        np.array(table.best_weight[:n]),
+        np.array(table.best_bent[:, :n]),
     )
 
 

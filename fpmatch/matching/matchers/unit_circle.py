@@ -12,13 +12,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.align import at_rest, kept, light_table
+from fpmatch.matching._one_to_one_kernel import fit_pairs
+from fpmatch.matching.align import at_rest, kept
 from fpmatch.matching.explain import explain, main_reason, rival_of
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.one_to_many import MIN_MINUTIAE, similarities
+from fpmatch.matching.one_to_one import Bench, bench_for
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.score import evidence_on, gather_evidence, scales
+from fpmatch.matching.score import evidence_on, gather_evidence
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -58,10 +60,18 @@ class UnitCircleMatcher:
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return _nothing(_too_few(probe, reference))
-        laid = lay(a, b)
-        if laid is None:
+        if a.key == b.key:
+            alignment, evidence = _laid_on_itself(a, b)
+            partner, weight = alignment.partner, alignment.weight
+            return _comparison(a, b, partner, weight, evidence, 0.0, swapped=swapped)
+        bench = bench_for(max(len(a), len(b)))
+        total = bench.lay(a, b)
+        if total is None:
             return _nothing("no neighbourhood of one print is like one of the other")
-        return _comparison(a, b, *laid, swapped=swapped)
+        table, evidence = bench.table, evidence_on(bench.scales, total)
+        turn = -math.atan2(table.best_s, table.best_c)  # y points down
+        partner, weight = table.best_partner, table.best_weight
+        return _comparison(a, b, partner, weight, evidence, turn, swapped=swapped)
 
     def explain(self, probe: PreparedTemplate, reference: PreparedTemplate) -> str:
         """Say why two prints do not match; looks for competing transforms too, unlike `compare`.
@@ -145,70 +155,67 @@ def lay(
     tuple of Alignment and Evidence, or None
         None where nothing of them is alike.
     """
+    if a.key == b.key:
+        return _laid_on_itself(a, b, on)
+    bench = Bench(max(len(a), len(b)), on)
+    total = bench.lay(a, b)
+    return None if total is None else (kept(bench.table), evidence_on(bench.scales, total))
+
+
+def _laid_on_itself(
+    a: PreparedTemplate, b: PreparedTemplate, on: Scales | None = None
+) -> tuple[Alignment, Evidence]:
+    """Lay a print on another of the same content, for neither of which can come first.
+
+    Only lying still is its own inverse.
+    """
     likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    used = scales(len(b)) if on is None else on
-    if a.key == b.key:  # neither comes first, and only lying still is its own inverse
-        alignment = at_rest(a.points)
-        return alignment, gather_evidence(a, b, alignment, likeness, used)
-    seeds = most_alike(likeness)
-    table = light_table(a.points, b.points, seeds=len(seeds))
-    total = used.lay(a.for_kernels(), b.for_kernels(), table, seeds, len(seeds), likeness)
-    return (kept(table), evidence_on(used, total)) if table.best_pairs else None
+    alignment = at_rest(a.points)
+    return alignment, gather_evidence(a, b, alignment, likeness, on)
 
 
 def _comparison(
     a: PreparedTemplate,
     b: PreparedTemplate,
-    alignment: Alignment,
+    partner: NDArray[np.int32],
+    weight: NDArray[np.float64],
     evidence: Evidence,
+    turn: float,
     *,
     swapped: bool,
 ) -> Comparison:
-    """Return the result in the user's order and in pixels of the two input images."""
-    ia = np.flatnonzero(alignment.partner >= 0)
-    ib = alignment.partner[ia]
-    pa, pb = _in_input_pixels(a, ia), _in_input_pixels(b, ib)
-    turned = Similarity(a.zoom / b.zoom, -math.atan2(*alignment.transform[1::-1]))  # y points down
-    transform = _fit(pa, pb, turned, alignment.weight[ia])
-    pairs = np.column_stack([a.index[ia], b.index[ib]])
-    if swapped:
-        transform = transform.inverse()
-        pairs, pa, pb = pairs[:, ::-1], pb, pa
-        pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
-    residual = transform.apply(pa) - pb
+    """Return the result in the user's order and in pixels of the two input images.
+
+    Where the positions cannot tell, the scale is that of the resolutions, and the rotation, whose
+    axis y points down, is `turn`, which directions had a part in.
+    """
+    pairs, fitted = np.empty((evidence.pairs, 2), np.int32), np.empty(5)
+    fit_pairs(
+        a.points,
+        b.points,
+        a.zoom,
+        b.zoom,
+        a.index,
+        b.index,
+        partner,
+        weight,
+        turn,
+        MIN_PAIRS_FOR_SCALE,
+        MAX_STRETCH,
+        swapped,
+        pairs,
+        fitted,
+    )
+    *transform, rms = fitted.tolist()
     return Comparison(
         similarity=evidence.similarity,
-        transform=transform,
-        pairs=np.ascontiguousarray(pairs, np.int32),
-        rms_px=float(np.sqrt((residual**2).sum(axis=1).mean())),
+        transform=Similarity(*transform),
+        pairs=pairs,
+        rms_px=rms,
         agreement=evidence.agreement,
         overlap=evidence.overlap,
         reason=main_reason(evidence),
     )
-
-
-def _in_input_pixels(print_: PreparedTemplate, index: NDArray[np.integer]) -> NDArray[np.float64]:
-    """Return positions of minutiae, shape (K, 2), x right and y down, in pixels of the image."""
-    x, y = print_.points[:2, index] / print_.zoom
-    return np.column_stack([x, -y])
-
-
-def _fit(
-    source: NDArray[np.float64],
-    target: NDArray[np.float64],
-    turned: Similarity,
-    weights: NDArray[np.float64],
-) -> Similarity:
-    """Fit the transform; where the positions cannot tell, scale and rotation are those of `turned`.
-
-    Those are the scale of the resolutions and the rotation that directions had a part in.
-    """
-    if len(source) >= MIN_PAIRS_FOR_SCALE:
-        free = Similarity.fit(source, target, weights)
-        if 1 / MAX_STRETCH <= free.scale / turned.scale <= MAX_STRETCH:
-            return free
-    tx, ty = np.average(target - turned.apply(source), axis=0, weights=weights).tolist()
-    return Similarity(turned.scale, turned.rotation, tx, ty)
 
 
 def _nothing(reason: str) -> Comparison:

@@ -1,0 +1,190 @@
+"""Kernel: two prints compared, and what the pairs found say in the pixels of the two images.
+
+It takes the steps of `_one_to_many_kernel`, which keeps nothing but the similarity. Interpreted,
+the class and the function run as they stand.
+"""
+
+import cython
+import numpy as np
+
+if cython.compiled:
+    from cython.cimports.fpmatch.matching._align_kernel import LightTable
+    from cython.cimports.fpmatch.matching._evidence_kernel import Scales
+    from cython.cimports.fpmatch.matching._local_kernel import (
+        NeighbourIndex,
+        divide_by_size,
+        most_alike,
+    )
+    from cython.cimports.fpmatch.matching._print_kernel import Print
+    from cython.cimports.libc.math import atan2, cos, sin, sqrt
+else:
+    from math import atan2, cos, sin, sqrt
+
+    from fpmatch.matching._align_kernel import LightTable
+    from fpmatch.matching._evidence_kernel import Scales
+    from fpmatch.matching._local_kernel import NeighbourIndex, divide_by_size, most_alike
+    from fpmatch.matching._print_kernel import Print
+
+COMPILED = cython.compiled
+
+
+@cython.final
+@cython.cclass
+class OneToOne:
+    """The room in which prints of up to so many minutiae are laid on one another, two at a time.
+
+    `local` is an `fpmatch.matching.local.LocalParameters`.
+    """
+
+    table: LightTable
+    scales: Scales
+    likeness: cython.float[:, ::1]
+    seeds: cython.int[:, ::1]
+    value: cython.float[::1]
+    min_cosine: cython.double
+    fewest_neighbours: cython.int
+
+    def __init__(self, table, scales, room, local) -> None:
+        self.table = table
+        self.scales = scales
+        self.likeness = np.empty((room, room), np.float32)
+        self.seeds = np.empty((local.seeds, 2), np.int32)
+        self.value = np.empty(local.seeds, np.float32)
+        self.min_cosine = local.min_cosine
+        self.fewest_neighbours = local.fewest_neighbours
+
+    @cython.ccall
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    def lay(self, neighbours: NeighbourIndex, a: Print, b: Print) -> cython.double:
+        """Lay A, whose neighbours are indexed, on B; return the weighted sum of the features.
+
+        Where nothing of them is alike, the table's `best_pairs` are 0, and so is the sum.
+        """
+        count: cython.int
+        neighbours.to_prints_after(b.count, b.frame, b.size, self.min_cosine, self.likeness)
+        divide_by_size(self.likeness, a.count, a.size, b.count, b.size, self.fewest_neighbours)
+        count = most_alike(self.likeness, a.size, b.size, self.seeds, self.value)
+        self.table.put_a(a.points, a.size)
+        self.table.put_b(b.points, b.size)
+        return self.scales.lay(a, b, self.table, self.seeds, count, self.likeness)
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+def fit_pairs(
+    a: cython.double[:, ::1],
+    b: cython.double[:, ::1],
+    zoom_a: cython.double,
+    zoom_b: cython.double,
+    index_a: cython.const[cython.int][::1],
+    index_b: cython.const[cython.int][::1],
+    partner: cython.int[::1],
+    weight: cython.double[::1],
+    turn: cython.double,
+    fewest: cython.int,
+    most_stretch: cython.double,
+    swapped: cython.bint,
+    pairs: cython.int[:, ::1],
+    fitted: cython.double[::1],
+) -> cython.int:
+    """Fit the transform of the pairs in pixels, y pointing down; return the number of pairs.
+
+    `a` and `b` are the minutiae (4, N) of two prints, at so many pixels at 500 dpi a pixel, and
+    `index_a` and `index_b` their numbers. ``partner[i]`` is what minutia i of A is paired with, or
+    -1. The least-squares transform of the weighted pairs is taken where there are `fewest` at least
+    and its scale is that of the resolutions but for a factor of `most_stretch`; else that scale and
+    the rotation `turn` stand. To ``fitted[:4]`` go scale, rotation and shift, to ``fitted[4]`` the
+    root of the mean square distance; from B to A where `swapped`. `pairs` are then sorted so, too.
+    """
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    n: cython.int = 0
+    w: cython.double
+    mass: cython.double = 0.0
+    pmx: cython.double = 0.0
+    pmy: cython.double = 0.0
+    qmx: cython.double = 0.0
+    qmy: cython.double = 0.0
+    px: cython.double
+    py: cython.double
+    qx: cython.double
+    qy: cython.double
+    cosine: cython.double = 0.0
+    sine: cython.double = 0.0
+    spread: cython.double = 0.0
+    scale: cython.double = zoom_a / zoom_b
+    free: cython.double
+    total: cython.double = 0.0
+    for i in range(a.shape[1]):
+        j = partner[i]
+        if j < 0:
+            continue
+        w = weight[i]
+        mass += w
+        pmx += w * (a[0, i] / zoom_a)
+        pmy -= w * (a[1, i] / zoom_a)
+        qmx += w * (b[0, j] / zoom_b)
+        qmy -= w * (b[1, j] / zoom_b)
+        if swapped:
+            k = n
+            while k > 0 and pairs[k - 1, 0] > index_b[j]:
+                pairs[k, 0] = pairs[k - 1, 0]
+                pairs[k, 1] = pairs[k - 1, 1]
+                k -= 1
+            pairs[k, 0] = index_b[j]
+            pairs[k, 1] = index_a[i]
+        else:
+            pairs[n, 0] = index_a[i]
+            pairs[n, 1] = index_b[j]
+        n += 1
+    pmx /= mass
+    pmy /= mass
+    qmx /= mass
+    qmy /= mass
+    if n >= fewest:
+        for i in range(a.shape[1]):
+            j = partner[i]
+            if j < 0:
+                continue
+            w = weight[i]
+            px = a[0, i] / zoom_a - pmx
+            py = -a[1, i] / zoom_a - pmy
+            qx = b[0, j] / zoom_b - qmx
+            qy = -b[1, j] / zoom_b - qmy
+            cosine += w * (px * qx + py * qy)
+            sine += w * (px * qy - py * qx)
+            spread += w * (px * px + py * py)
+        free = sqrt(cosine * cosine + sine * sine)
+        free = free / spread if spread > 0.0 and free > 0.0 else 1.0
+        if 1.0 / most_stretch <= free / scale <= most_stretch:
+            turn = atan2(sine, cosine)
+            scale = free
+    cosine = scale * cos(turn)
+    sine = scale * sin(turn)
+    px = qmx - cosine * pmx + sine * pmy
+    py = qmy - sine * pmx - cosine * pmy
+    fitted[0] = scale
+    fitted[1] = turn
+    fitted[2] = px
+    fitted[3] = py
+    for i in range(a.shape[1]):
+        j = partner[i]
+        if j < 0:
+            continue
+        qx = cosine * a[0, i] / zoom_a + sine * a[1, i] / zoom_a + px - b[0, j] / zoom_b
+        qy = sine * a[0, i] / zoom_a - cosine * a[1, i] / zoom_a + py + b[1, j] / zoom_b
+        total += qx * qx + qy * qy
+    fitted[4] = sqrt(total / n)
+    if swapped:
+        fitted[0] = 1.0 / scale
+        fitted[1] = -turn
+        cosine /= scale * scale
+        sine /= scale * scale
+        fitted[2] = -cosine * px - sine * py
+        fitted[3] = sine * px - cosine * py
+        fitted[4] /= scale
+    return n

@@ -1,0 +1,145 @@
+"""Two prints compared: room that is used again changes nothing, and the fit has a plain twin."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import COMPILED, jittered, seeds, spread_points, template_of
+from matching_weights import some_weights, weighing
+
+from fpmatch.matching import _one_to_one_kernel
+from fpmatch.matching.matchers.unit_circle import MATCHER, lay
+from fpmatch.matching.one_to_one import Bench, bench_for
+from fpmatch.matching.prepare import PreparedTemplate
+from fpmatch.pointset.similarity import Similarity
+
+EXAMPLES = 50 if COMPILED else 10
+
+
+def impressions(seed: int, size: int) -> tuple[PreparedTemplate, PreparedTemplate]:
+    """Return two impressions of one finger, in the order of their content."""
+    rng = np.random.default_rng(seed)
+    points = spread_points(rng, size)
+    sides = (template_of(points), template_of(jittered(rng, points, 1.5, 0.05)))
+    a, b = sorted((MATCHER.prepare(side) for side in sides), key=lambda side: side.key)
+    return a, b
+
+
+def test_a_bench_used_before_gives_the_same() -> None:
+    """Whatever lay on it, larger or smaller."""
+    pairs = [impressions(seed, size) for seed, size in enumerate((12, 30, 5, 20))]
+    used = Bench(64)
+    for a, b in [*pairs, *reversed(pairs)]:
+        alone = lay(a, b)
+        total = used.lay(a, b)
+        assert (total is None) is (alone is None)
+        if alone is not None:
+            assert total == alone[1].total
+            assert np.asarray(used.table.best_partner)[: len(a)].tolist() == [*alone[0].partner]
+
+
+def test_a_thread_has_one_bench_until_a_larger_print_comes_or_other_weights() -> None:
+    first = bench_for(10)
+    assert bench_for(20) is first
+    larger = bench_for(first.room + 1)
+    assert larger.room > first.room
+    assert bench_for(10) is larger
+    with weighing(some_weights()):
+        assert bench_for(10) is not larger
+
+
+def test_threads_compare_as_one_does() -> None:
+    pairs = [impressions(seed, 15) for seed in range(8)] * 4
+    expected = [MATCHER.compare(a, b).similarity for a, b in pairs]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda pair: MATCHER.compare(*pair).similarity, pairs))
+    assert found == expected
+
+
+Fit = tuple[Similarity, list[list[int]], float]
+
+
+def fit_of(module: ModuleType, given_: dict[str, Any], *, swapped: bool) -> Fit:
+    n = int((given_["partner"] >= 0).sum())
+    pairs, fitted = np.empty((n, 2), np.int32), np.empty(5)
+    assert module.fit_pairs(*given_.values(), swapped, pairs, fitted) == n
+    *transform, rms = fitted.tolist()
+    return Similarity(*transform), pairs.tolist(), rms
+
+
+def fit_twin(given_: dict[str, Any], *, swapped: bool) -> Fit:
+    a, b, zoom_a, zoom_b, index_a, index_b, partner, weight, turn, fewest, stretch = given_.values()
+    i = np.flatnonzero(partner >= 0)
+    j, w = partner[i], weight[i]
+    p, q = (a[:2, i] / zoom_a * [[1], [-1]]).T, (b[:2, j] / zoom_b * [[1], [-1]]).T
+    turned = Similarity(zoom_a / zoom_b, turn)
+    free = Similarity.fit(p, q, w)
+    if len(i) >= fewest and 1 / stretch <= free.scale / turned.scale <= stretch:
+        transform = free
+    else:
+        shift = np.average(q - turned.apply(p), axis=0, weights=w)
+        transform = Similarity(turned.scale, turned.rotation, *shift.tolist())
+    pairs = np.column_stack([index_a[i], index_b[j]])
+    if swapped:
+        transform, p, q = transform.inverse(), q, p
+        pairs = pairs[np.argsort(pairs[:, 1]), ::-1]
+    off = transform.apply(p) - q
+    return transform, pairs.tolist(), float(np.sqrt((off**2).sum(axis=1).mean()))
+
+
+def pairs_to_fit(seed: int, paired: int) -> dict[str, Any]:
+    """Return pairs under a transform of some scale, among minutiae of which not all are paired."""
+    rng = np.random.default_rng(seed)
+    a = rng.uniform(20, 300, (4, 14))
+    stretch, angle = rng.choice([0.97, 1.1, 1.4]), rng.uniform(-3, 3)
+    order = rng.permutation(14)
+    b = np.empty((4, 14))
+    moved = stretch * np.exp(1j * angle) * (a[0] + 1j * a[1]) + rng.normal(0, 2, 14)
+    b[:, order] = np.stack([moved.real, moved.imag, a[2], a[3]])
+    partner = np.full(14, -1, np.int32)
+    chosen = rng.choice(14, paired, replace=False)
+    partner[chosen] = order[chosen]
+    return {
+        "a": a,
+        "b": b,
+        "zoom_a": 1.0,
+        "zoom_b": rng.choice([1.0, 500 / 569]),
+        "index_a": np.sort(rng.choice(50, 14, replace=False)).astype(np.int32),
+        "index_b": np.sort(rng.choice(50, 14, replace=False)).astype(np.int32),
+        "partner": partner,
+        "weight": rng.uniform(0.1, 1, 14),
+        "turn": -angle,
+        "fewest": 6,
+        "stretch": 1.25,
+    }
+
+
+@given(seeds, st.integers(1, 14), st.booleans())
+@settings(max_examples=EXAMPLES)
+def test_the_fit_agrees_with_its_twin(seed: int, paired: int, swapped: bool) -> None:
+    found = pairs_to_fit(seed, paired)
+    transform, pairs, rms = fit_of(_one_to_one_kernel, found, swapped=swapped)
+    expected, expected_pairs, expected_rms = fit_twin(found, swapped=swapped)
+    assert pairs == expected_pairs
+    assert rms == pytest.approx(expected_rms, abs=1e-9)
+    assert transform.matrix == pytest.approx(expected.matrix, rel=1e-9, abs=1e-8)
+
+
+@given(seeds, st.integers(1, 14), st.booleans())
+@settings(max_examples=EXAMPLES)
+def test_compiled_and_interpreted_agree(
+    interpreted: Callable[[str], ModuleType], seed: int, paired: int, swapped: bool
+) -> None:
+    found = pairs_to_fit(seed, paired)
+    transform, pairs, rms = fit_of(_one_to_one_kernel, found, swapped=swapped)
+    same, same_pairs, same_rms = fit_of(interpreted("_one_to_one_kernel"), found, swapped=swapped)
+    assert pairs == same_pairs
+    assert rms == pytest.approx(same_rms, rel=1e-12, abs=1e-12)
+    assert transform.matrix == pytest.approx(same.matrix, rel=1e-12)

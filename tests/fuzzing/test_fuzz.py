@@ -25,13 +25,13 @@ SCRIPT = Path(__file__).parents[2] / "scripts" / "fuzz"
     [
         ("raises", "ZeroDivisionError in planted_targets.py:"),
         ("dies", "the process died (exit status -9)"),
-        ("hangs", "took more than 0.5 s"),
+        ("hangs", "took more than 0.2 s"),
         ("wordy", "an error that is not one line"),
     ],
 )
 def test_a_planted_bug_is_found_and_its_input_kept(tmp_path: Path, name: str, reason: str) -> None:
     into = tmp_path / "found"
-    count = run(name, planted, [], 0, into, seconds=1.0, hang_seconds=0.5, most_failures=1)
+    count = run(name, planted, [], 0, into, seconds=1.0, hang_seconds=0.2, most_failures=1)
     ((path, words),) = count.failures
     assert words.startswith(reason)
     assert path.parent == into

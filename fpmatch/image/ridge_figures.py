@@ -194,15 +194,13 @@ def _spectral_figures(
     grey: NDArray[np.float32], looked_at: NDArray[np.bool_], p: FigureParameters
 ) -> tuple[float, float, float, float, float]:
     """Return period, concentration, detail, and the peak with its share, of a print's spectrum."""
-    from scipy import fft  # noqa: PLC0415 (takes longer than all else that `verify` imports)
-
     if np.count_nonzero(looked_at) * MM_PER_PX**2 < p.min_ridges_mm2 / 2:
         return _NO_SPECTRUM
     weight = cv2.GaussianBlur(looked_at.astype(np.float32), (0, 0), p.edge_sigma_px)
     window = (grey - cv2.GaussianBlur(grey, (0, 0), p.background_sigma_px)) * weight
     margin = round(4 * p.edge_sigma_px)
-    shape = tuple(fft.next_fast_len(side + margin, real=True) for side in window.shape)
-    wave = fft.rfft2(window, shape)
+    shape = tuple(cv2.getOptimalDFTSize(side + margin) for side in window.shape)
+    wave = np.fft.rfft2(window, shape)
     power = wave.real**2 + wave.imag**2
     power[:, 1:] *= 2.0  # the other half of the plane
     ring, size = _rings(shape[0], shape[1])
@@ -237,7 +235,7 @@ def _spectral_figures(
 
 @lru_cache(maxsize=8)
 def _rings(rows: int, columns: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return the ring of each wave of `scipy.fft.rfft2`, flat, and how many waves each has."""
+    """Return the ring of each wave of `numpy.fft.rfft2`, flat, and how many waves each has."""
     y, x = np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(columns)
     ring = np.minimum(_RINGS_PER_CYCLE * np.hypot(y, x), _RINGS).astype(np.intp)
     weight = np.full(ring.shape, 2.0)

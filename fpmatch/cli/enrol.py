@@ -14,7 +14,7 @@ import click
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read_print
-from fpmatch.cli.words import count, first_of
+from fpmatch.cli.words import count, first_of, notes_as_json, say_notes
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -128,8 +128,7 @@ def _note(done: Enrolment, gallery: str) -> None:
             "nothing tells the resolution (--dpi does)",
             err=True,
         )
-    for note, paths in done.noted.items():
-        click.echo(f"fpmatch: note: {first_of(paths)}: {note}", err=True)
+    say_notes(done.noted)
     for failure in done.failures[:FAILURES_SHOWN]:
         click.echo(f"fpmatch: failed: {failure.source}: {failure.reason}", err=True)
     if len(done.failures) > FAILURES_SHOWN:
@@ -159,6 +158,7 @@ def _as_dict(name: str, done: Enrolment, summary: GallerySummary, seconds: float
         "failed": len(done.failures),
         "failures": [asdict(failure) for failure in done.failures],
         "dpi_assumed": len(done.assumed),
+        "notes": notes_as_json(done.noted),
         "seconds": round(seconds, 3),
         "impressions": summary.impressions,
         "subjects": summary.subjects,

@@ -10,12 +10,12 @@ import click
 
 from fpmatch.cli.enhance import enhance_option
 from fpmatch.cli.progress import ProgressBars
+from fpmatch.cli.reading import read
+from fpmatch.cli.words import first_of, notes_as_json, say_notes
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from fpmatch.evaluation.report import EvaluationReport
 
 _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
@@ -176,12 +176,11 @@ def evaluate(
             protocol=protocol,
             workers=workers,
             progress=bars.show,
-            extractor=extraction.extractor_of(enhance),
+            extractor=extraction.extractor_of(enhance, read),
         )
     if scores is not None:
         write_scores(scores, *reports)
-    for note in _notes(reports[0]):
-        click.echo(f"fpmatch: note: {note}", err=True)
+    _note(reports[0])
     draws = {"resamples": resamples, "seed": seed}
     analyses = [
         analyse(report, **draws, baseline=earlier, baseline_name=str(baseline))
@@ -192,6 +191,8 @@ def evaluate(
         page = write_page(report_folder, analyses, comparisons)
         click.echo(f"fpmatch: note: report: {page}", err=True)
     document, text = document_of(analyses, comparisons), text_of(analyses, comparisons)
+    document["dpi_assumed"] = len(reports[0].dpi_assumed)
+    document["notes"] = notes_as_json(reports[0].noted)
     if minutiae:
         measured = measure_minutiae(reports[0], truths)
         document["minutiae"] = measured.as_json()
@@ -207,14 +208,15 @@ def _chosen(names: tuple[str, ...]) -> list[str]:
     return list(dict.fromkeys(asked))
 
 
-def _notes(report: EvaluationReport) -> Iterator[str]:
-    """Yield what a reader of the rates should know about the prints."""
-    silent = [r.name for r in report.sets if r.extracted.dataset.dpi is None]
-    if silent:
-        yield (
-            f"no dpi in dataset.toml: {', '.join(silent)}; "
-            f"each file's own resolution holds, or {STANDARD_DPI:g} dpi"
+def _note(report: EvaluationReport) -> None:
+    """Say on stderr what a reader of the rates should know about the prints."""
+    if report.dpi_assumed:
+        click.echo(
+            f"fpmatch: note: {first_of(report.dpi_assumed)}: {STANDARD_DPI:g} dpi assumed; "
+            "nothing tells the resolution (dpi in dataset.toml does)",
+            err=True,
         )
+    say_notes(report.noted)
     for row in report.sets:
         for _, reason in row.failures:
-            yield f"no template: {reason}"
+            click.echo(f"fpmatch: note: no template: {reason}", err=True)

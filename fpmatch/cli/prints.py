@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
+
+import click
 
 from fpmatch.cli.enhance import WAYS
 from fpmatch.cli.reading import read_print
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
     from fpmatch.image.raw import RawSize
     from fpmatch.image.read import GreyImage
     from fpmatch.minutiae import Template
+
+
+WRONG_RESOLUTION: Final = "wrong resolution"  # what `fpmatch.image.print_quality` calls it
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +58,13 @@ class GivenPrint:
         if width * height > DEFAULT_LIMITS.max_megapixels * 1e6:
             raise ImageError(f"{self.path}: {width} x {height} pixels are too many to draw")
         return GreyImage(np.full((height, width), 255, np.uint8), self.template.dpi, str(self.path))
+
+
+def say_wrong_resolution(path: Path, quality: PrintQuality | None) -> None:
+    """Say on stderr where the ridges of an image tell that its resolution is another one."""
+    for reason in quality.reasons if quality is not None else ():
+        if reason.what == WRONG_RESOLUTION:
+            click.echo(f"fpmatch: note: {path}: {reason}", err=True)
 
 
 def open_print(

@@ -12,7 +12,7 @@ import click
 
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.reading import read_print
-from fpmatch.cli.words import count, first_of
+from fpmatch.cli.words import count, first_of, notes_as_json, say_notes
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI
 
@@ -155,6 +155,7 @@ def _note(done: Scoring) -> None:
             "tells the resolution (--dpi sets it)",
             err=True,
         )
+    say_notes(done.noted)
     for failure in done.failures[:FAILURES_SHOWN]:
         click.echo(f"fpmatch: failed: {failure.side}: {failure.name}: {failure.reason}", err=True)
     if len(done.failures) > FAILURES_SHOWN:
@@ -184,6 +185,7 @@ def _as_dict(done: Scoring) -> dict[str, Any]:
         "failed_pairs": done.failed_pairs,
         "failures": [asdict(failure) for failure in done.failures],
         "dpi_assumed": len(done.dpi_assumed),
+        "notes": notes_as_json(done.noted),
         "seconds": round(done.seconds, 3),
         "pairs_per_second": round(done.rate, 1),
     }

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from fpmatch.cli.pair import PairOptions, compare, pair_options, scale_between
+from fpmatch.cli.prints import say_wrong_resolution
 
 
 @click.command(
@@ -49,8 +50,10 @@ def verify(ctx: click.Context, /, overlay_file: Path | None, as_json: bool, **va
     from fpmatch.report import as_dict, as_text
 
     scale = scale_between(verification, options)
-    judged = as_json or not verification.match
-    quality = {"probe": probe.quality(), "reference": reference.quality()} if judged else {}
+    quality = {"probe": probe.quality(), "reference": reference.quality()}
+    if verification.match:  # else the report tells it
+        say_wrong_resolution(options.probe, quality["probe"])
+        say_wrong_resolution(options.reference, quality["reference"])
     if as_json:
         report = as_dict(verification, options.probe, options.reference, scale, quality)
         click.echo(json.dumps(report, indent=2, allow_nan=False))

@@ -1,11 +1,15 @@
-"""Numbers in sentences."""
+"""Numbers in sentences, and notes on prints."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
+
+import click
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
+
+NOTES_SHOWN: Final = 20
 
 
 def count(number: int, noun: str) -> str:
@@ -29,3 +33,22 @@ def first_of(things: Sequence[object]) -> str:
     """
     others = len(things) - 1
     return f"{things[0]} and {count(others, 'other')}" if others else str(things[0])
+
+
+def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
+    """Say on stderr what was noticed on reading prints: each note once, and the first of which."""
+    for note, prints in list(noted.items())[:NOTES_SHOWN]:
+        click.echo(f"fpmatch: note: {first_of(prints)}: {note}", err=True)
+    if len(noted) > NOTES_SHOWN:
+        click.echo(f"fpmatch: note: {len(noted) - NOTES_SHOWN} more of other kinds", err=True)
+
+
+def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
+    """Return the same for programs, with all the prints.
+
+    Examples
+    --------
+    >>> notes_as_json({"ridges white on black": ["a.tif"]})
+    [{'note': 'ridges white on black', 'prints': ['a.tif']}]
+    """
+    return [{"note": note, "prints": list(map(str, prints))} for note, prints in noted.items()]

@@ -12,16 +12,19 @@ import numpy as np
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.each_image import for_each_image
+from fpmatch.gallery.prints import ExtractedPrint
+from fpmatch.image.read import read_image
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
     from fpmatch.evaluation.dataset import Dataset
     from fpmatch.evaluation.each_image import ImageChunk
+    from fpmatch.image.read import GreyImage
     from fpmatch.minutiae import Template
 
-    Extractor = Callable[[Path, float | None], Template]
+    Extractor = Callable[[Path, float | None], Template | ExtractedPrint]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +39,17 @@ class Extraction:
         Why there is none; else "".
     cpu_ms : float
         CPU time that the attempt took, in milliseconds.
+    dpi_assumed : bool
+        Whether its resolution had to be assumed.
+    notes : tuple of str
+        What was noticed on reading it.
     """
 
     template: Template | None
     reason: str
     cpu_ms: float
+    dpi_assumed: bool = False
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +63,24 @@ class ExtractedSet:
     def failures(self) -> list[tuple[Path, str]]:
         """The images that gave no template, and why."""
         return [
-            (impression.path, extraction.reason)
-            for impression, extraction in zip(
-                self.dataset.impressions, self.extractions, strict=True
-            )
+            (path, extraction.reason)
+            for path, extraction in self._each()
             if extraction.template is None
         ]
+
+    @property
+    def assumed(self) -> list[Path]:
+        """The images whose resolution had to be assumed."""
+        return [path for path, extraction in self._each() if extraction.dpi_assumed]
+
+    @property
+    def notes(self) -> list[tuple[Path, tuple[str, ...]]]:
+        """The images that something was noticed on, and what."""
+        return [(path, extraction.notes) for path, extraction in self._each() if extraction.notes]
+
+    def _each(self) -> Iterator[tuple[Path, Extraction]]:
+        paths = (impression.path for impression in self.dataset.impressions)
+        return zip(paths, self.extractions, strict=True)
 
     @property
     def median_cpu_ms(self) -> float:
@@ -67,16 +88,23 @@ class ExtractedSet:
         return float(np.median([e.cpu_ms for e in self.extractions]))
 
 
-def extract_image(path: Path, dpi: float | None, enhance: str | None = None) -> Template:
+def extract_image(
+    path: Path,
+    dpi: float | None,
+    enhance: str | None = None,
+    reader: Callable[[Path], GreyImage] = read_image,
+) -> ExtractedPrint:
     """Extract a template from an image file by `fpmatch.image.extract`, by default in its way."""
     from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract  # noqa: PLC0415
 
-    return extract(path, dpi=dpi, enhance=enhance or DEFAULT_ENHANCEMENT)
+    image = reader(path)
+    template = extract(image, dpi=dpi, enhance=enhance or DEFAULT_ENHANCEMENT)
+    return ExtractedPrint(template, dpi is None and image.dpi is None, image.notes)
 
 
-def extractor_of(enhance: str) -> Extractor:
+def extractor_of(enhance: str, reader: Callable[[Path], GreyImage] = read_image) -> Extractor:
     """Return what extracts a template from an image file with ridges found in the way named."""
-    return partial(extract_image, enhance=enhance)
+    return partial(extract_image, enhance=enhance, reader=reader)
 
 
 def extract_datasets(
@@ -93,8 +121,9 @@ def extract_datasets(
     datasets : sequence of Dataset
         The databases.
     extractor : callable
-        Makes a template from a path and a resolution (None: the file's own); a function at the
-        top of a module. By default `extract_image`.
+        Makes a template from a path and a resolution (None: the file's own), alone or in an
+        `ExtractedPrint` with what was noticed; a function at the top of a module. By default
+        `extract_image`.
     workers : int, optional
         Processes to use (default: one a core).
     progress : callable
@@ -117,11 +146,15 @@ def _extract_chunk(extractor: Extractor, chunk: ImageChunk) -> list[Extraction]:
 
 def _extract_one(extractor: Extractor, path: Path, dpi: float | None) -> Extraction:
     start = time.process_time()
-    template: Template | None = None
+    found: ExtractedPrint | None = None
     try:
-        template = extractor(path, dpi)
-        reason = "" if len(template.minutiae) else f"{path}: no minutiae found"
+        made = extractor(path, dpi)
+        found = made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
+        reason = "" if len(found.template.minutiae) else f"{path}: no minutiae found"
     except FpmatchError as error:
         reason = str(error)
     cpu_ms = 1000.0 * (time.process_time() - start)
-    return Extraction(None if reason else template, reason, cpu_ms)
+    if found is None:
+        return Extraction(None, reason, cpu_ms)
+    template = None if reason else found.template
+    return Extraction(template, reason, cpu_ms, found.dpi_assumed, found.notes)

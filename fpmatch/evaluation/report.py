@@ -9,6 +9,7 @@ import numpy as np
 
 from fpmatch.evaluation.identification import Identification, identify_all
 from fpmatch.evaluation.rates import Rates, error_rates
+from fpmatch.gallery.prints import by_note
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -104,6 +105,16 @@ class EvaluationReport:
         if any(one is None for one in found):
             return None
         return float(np.mean(np.concatenate([one.rank for one in found if one]) == 1))
+
+    @property
+    def dpi_assumed(self) -> tuple[Path, ...]:
+        """Images whose resolution had to be assumed."""
+        return tuple(path for row in self.sets for path in row.extracted.assumed)
+
+    @property
+    def noted(self) -> dict[str, tuple[Path, ...]]:
+        """What was noticed on reading the images, each once, and on which."""
+        return by_note(note for row in self.sets for note in row.extracted.notes)
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -17,6 +17,7 @@ from fpmatch.evaluation.scoring_rows import RowWriter, check_format
 from fpmatch.evaluation.scoring_run import Comparing, collect
 from fpmatch.evaluation.scoring_sides import open_side
 from fpmatch.evaluation.scoring_store import Store
+from fpmatch.gallery.prints import by_note
 from fpmatch.matching.calibration import MAX_SCORE, calibrated_matchers, load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 SAVE_EVERY_S: Final = 0.5
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
-_FORMAT: Final = "1"  # of what an unfinished run keeps
+_FORMAT: Final = "2"  # of what an unfinished run keeps
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +67,9 @@ class Scoring:
         Names of the prints whose resolution was assumed.
     seconds : float
         Wall time of the comparisons, without extraction.
+    noted : dict of str to tuple of str
+        What was noticed on reading prints (that white ridges were turned into dark ones, say),
+        and the names of which; of prints that a run before has read too.
     """
 
     output: Path
@@ -78,6 +82,7 @@ class Scoring:
     failures: tuple[ImageFailure, ...]
     dpi_assumed: tuple[str, ...]
     seconds: float
+    noted: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def rate(self) -> float:
@@ -173,13 +178,15 @@ def score(
     if _same(*sides.values()):
         key[PROBES] = REFERENCES
         needed[REFERENCES] = sorted({*plan.references, *plan.probes})
+    stored = dict.fromkeys(key.values())
     with engine or here() as place, Store(target, run) as store:
-        for name in dict.fromkeys(key.values()):
+        for name in stored:
             collect(store, name, sides[name], needed[name], place, progress)
         failed = {side: store.failures(key[side]) for side in sides}
-        assumed = {
-            f"{sides[k].place}: {sides[k].names[n]}" for k in key.values() for n in store.assumed(k)
-        }
+        assumed = {_called(sides[k], n) for k in stored for n in store.assumed(k)}
+        noted = by_note(
+            (_called(sides[k], n), notes) for k in stored for n, notes in store.notes(k).items()
+        )
         comparing = Comparing(
             store=store,
             plan=plan,
@@ -208,12 +215,18 @@ def score(
         failed_pairs=end.failed,
         failures=tuple(
             ImageFailure(side, sides[side].names[number], reason)
-            for side in dict.fromkeys(key.values())
+            for side in stored
             for number, reason in failed[side].items()
         ),
         dpi_assumed=tuple(sorted(assumed)),
         seconds=time.perf_counter() - begun,
+        noted=noted,
     )
+
+
+def _called(side: Side, number: int) -> str:
+    """Return what a print of a side is called in notes."""
+    return f"{side.place}: {side.names[number]}"
 
 
 def _opened(side: AnySide, dpi: float | None) -> Side:

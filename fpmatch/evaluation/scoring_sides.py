@@ -46,11 +46,14 @@ class Item:
         Why there is none; else "".
     dpi_assumed : bool
         Whether its resolution had to be assumed.
+    notes : tuple of str
+        What was noticed on reading it.
     """
 
     data: bytes | None
     reason: str = ""
     dpi_assumed: bool = False
+    notes: tuple[str, ...] = ()
 
 
 class Side(Protocol):
@@ -197,7 +200,7 @@ def _extract(file: PrintFile, found: GreyImage | TemplateRecord) -> Item:
         extracted = extract_print(file, reader=lambda _: found)
     except FpmatchError as error:
         return _failed(file, error)
-    return Item(pack(extracted.template), dpi_assumed=extracted.dpi_assumed)
+    return Item(pack(extracted.template), "", extracted.dpi_assumed, extracted.notes)
 
 
 def _failed(file: PrintFile, error: FpmatchError) -> Item:

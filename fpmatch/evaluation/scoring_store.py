@@ -37,7 +37,7 @@ CREATE TABLE IF NOT EXISTS run (what TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS position (chunks INT, pairs INT, rows INT, bytes INT, failed INT);
 CREATE TABLE IF NOT EXISTS item (
     side TEXT, number INT, data BLOB, reason TEXT NOT NULL, dpi_assumed INT NOT NULL,
-    PRIMARY KEY (side, number)
+    notes TEXT NOT NULL, PRIMARY KEY (side, number)
 ) WITHOUT ROWID;
 """
 
@@ -159,12 +159,13 @@ class Store:
 
     def add_items(self, side: str, items: Iterable[tuple[int, Item]]) -> Generator[int, None, None]:
         """Keep prints of a side with their numbers; yield the number of each."""
-        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?)"
+        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?)"
         committed = time.monotonic()
         try:
             for number, item in items:
                 with self.writing():
-                    row = (side, number, item.data, item.reason, item.dpi_assumed)
+                    notes = json.dumps(item.notes) if item.notes else ""
+                    row = (side, number, item.data, item.reason, item.dpi_assumed, notes)
                     self._database.execute(query, row)
                     if time.monotonic() - committed >= _COMMIT_EVERY_S:
                         self._database.commit()
@@ -198,6 +199,12 @@ class Store:
         query = "SELECT number FROM item WHERE side = ? AND dpi_assumed ORDER BY number"
         with self.writing():
             return [number for (number,) in self._database.execute(query, [side])]
+
+    def notes(self, side: str) -> dict[int, list[str]]:
+        """Return what was noticed on reading prints of a side, by number."""
+        query = "SELECT number, notes FROM item WHERE side = ? AND notes != '' ORDER BY number"
+        with self.writing():
+            return {n: json.loads(notes) for n, notes in self._database.execute(query, [side])}
 
     def put_in_place(self, finished: Path) -> None:
         """Make a file of the folder the output."""

@@ -13,7 +13,7 @@ from fpmatch.gallery.duplicates import Claim
 from fpmatch.gallery.entry import Failure, NewEntry
 from fpmatch.gallery.extraction import ExtractedJob, Job, extract_jobs
 from fpmatch.gallery.names import NamePattern, as_text
-from fpmatch.gallery.prints import extract_print
+from fpmatch.gallery.prints import by_note, extract_print
 from fpmatch.output import reason
 
 if TYPE_CHECKING:
@@ -104,8 +104,8 @@ def enrol(
         for chunk in results:
             run.take(chunk)
     run.take([])
-    noted = {note: tuple(paths) for note, paths in run.noted.items()}
-    return Enrolment(run.enrolled, run.known, tuple(run.failures), tuple(run.assumed), noted)
+    failures, assumed = tuple(run.failures), tuple(run.assumed)
+    return Enrolment(run.enrolled, run.known, failures, assumed, by_note(run.noted))
 
 
 @dataclass(slots=True)
@@ -120,7 +120,7 @@ class _Run:
     known: int = 0
     failures: list[Failure] = field(default_factory=list)
     assumed: list[Path] = field(default_factory=list)
-    noted: dict[str, list[Path]] = field(default_factory=dict)
+    noted: list[tuple[Path, tuple[str, ...]]] = field(default_factory=list)
     unsaved: list[Failure] = field(default_factory=list)
 
     def new(self, prints: Sequence[PrintFile]) -> Iterator[list[Job]]:
@@ -176,8 +176,8 @@ class _Run:
             new.append(NewEntry(job.label, source, job.content, extracted.template))
             if extracted.dpi_assumed:
                 self.assumed.append(job.file.path)
-            for note in extracted.notes:
-                self.noted.setdefault(note, []).append(job.file.path)
+            if extracted.notes:
+                self.noted.append((job.file.path, extracted.notes))
         if new or self.unsaved:
             failures, self.unsaved = self.unsaved, []
             objections = self.gallery.add(new, failures)

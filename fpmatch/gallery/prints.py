@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.files import is_template_file
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
 
+
+Named = TypeVar("Named")
 
 _COMMON_SUFFIXES: Final = (".json", ".csv")
 _HEAD_BYTES: Final = 4096
@@ -145,6 +147,31 @@ def extract_print(
     if not len(template.minutiae):
         raise ImageError(f"{file.path}: no minutiae found")
     return ExtractedPrint(template, dpi_assumed=assumed, notes=found.notes)
+
+
+def by_note(prints: Iterable[tuple[Named, Iterable[str]]]) -> dict[str, tuple[Named, ...]]:
+    """Gather the notes on prints: each once, with the prints that it was made on.
+
+    Parameters
+    ----------
+    prints : iterable of (name, iterable of str)
+        What a print is called, and what was noticed on reading it.
+
+    Returns
+    -------
+    dict of str to tuple
+        By note, in the order in which they first appear.
+
+    Examples
+    --------
+    >>> by_note([("a.tif", ["odd", "torn"]), ("b.tif", []), ("c.tif", ["odd"])])
+    {'odd': ('a.tif', 'c.tif'), 'torn': ('a.tif',)}
+    """
+    found: dict[str, list[Named]] = {}
+    for name, notes in prints:
+        for note in notes:
+            found.setdefault(note, []).append(name)
+    return {note: tuple(names) for note, names in found.items()}
 
 
 def _extract(image: GreyImage, file: PrintFile, min_quality: int) -> Template:

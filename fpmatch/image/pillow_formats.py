@@ -42,6 +42,7 @@ SIGNATURES: Final = (
     (b"\x00\x00\x00\x0cjP  ", "JPEG2000"),
     (b"\xff\x4f\xff\x51", "JPEG2000"),
 )
+FIRST_OF_SEVERAL: Final = "the first of its pictures is read, of several"
 TIFF_BITS_PER_SAMPLE: Final = 258
 TIFF_COMPRESSION: Final = 259
 TIFF_PHOTOMETRIC: Final = 262
@@ -85,6 +86,8 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> Pictur
         ):
             limits.check(*picture.size)
             dpi, notes = tagged_dpi(picture, data[:_HEAD_BYTES])
+            if getattr(picture, "is_animated", False):
+                notes += (FIRST_OF_SEVERAL,)
             samples = _samples(picture)
     except FpmatchError:
         raise

@@ -18,6 +18,7 @@ import numpy as np
 
 from fpmatch.errors import FpmatchError
 from fpmatch.image.ridge_figures import MM_PER_PX
+from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,6 +50,13 @@ class QualityLimits:
         Energy of what is finer than ridges.
     min_concentration : float
         Share of the energy about one period below which it is not one of ridges.
+    far_periods_px : tuple of float
+        Beyond which the strongest period is not one of people's ridges.
+    min_peak_shares : tuple of float
+        Share of the energy about a strongest period too short, and too long, below which it is not
+        one of ridges.
+    blur_lengthens : float
+        Factor by which blur may lengthen the strongest period.
     """
 
     min_image_mm2: float = 100.0
@@ -58,6 +66,9 @@ class QualityLimits:
     periods_px: tuple[float, float] = (6.75, 12.0)
     min_detail: float = 0.003
     min_concentration: float = 0.6
+    far_periods_px: tuple[float, float] = (6.0, 12.3)
+    min_peak_shares: tuple[float, float] = (0.5, 0.6)
+    blur_lengthens: float = 1.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,6 +237,33 @@ def judge(
 
 
 def _reasons(f: RidgeFigures, dpi: float, limit: QualityLimits) -> list[Reason]:
+    blurred = f.detail < limit.min_detail and f.concentration >= limit.min_concentration / 2
+    if _is_far_off(f, limit, blurred=blurred):  # then no length or area is what it seems
+        return [*_about_ink(f, limit), _wrong_resolution(f.peak_px, dpi)]
+    found = _about_area(f, limit) + _about_ink(f, limit)
+    if blurred:
+        found.append(
+            Reason("blurred", "edges of ridges are soft (hold still, focus, clean the sensor)")
+        )
+    shortest, longest = limit.periods_px
+    odd = f.period_px < shortest or (f.period_px > longest and not blurred)  # blur lengthens it
+    if odd and f.concentration >= limit.min_concentration:
+        found.append(_wrong_resolution(f.period_px, dpi))
+    return found
+
+
+def _is_far_off(f: RidgeFigures, limit: QualityLimits, *, blurred: bool) -> bool:
+    """Tell whether ridges lie as far apart, or as near, as no finger has them."""
+    shortest, longest = limit.far_periods_px
+    if blurred:
+        longest *= limit.blur_lengthens
+    if_short, if_long = limit.min_peak_shares
+    return (f.peak_px < shortest and f.peak_share >= if_short) or (
+        f.peak_px > longest and f.peak_share >= if_long
+    )
+
+
+def _about_area(f: RidgeFigures, limit: QualityLimits) -> list[Reason]:
     found = []
     if f.ridges_mm2 <= 0:
         found.append(Reason("no ridges", "no fingerprint is found in the image"))
@@ -245,25 +283,23 @@ def _reasons(f: RidgeFigures, dpi: float, limit: QualityLimits) -> list[Reason]:
                 f"ridges on {f.ridges_mm2:.0f} mm² only (lay the whole fingertip on the sensor)",
             )
         )
-    if f.dark_share < limit.min_dark:
-        found.append(Reason("too dry", "ridges are thin and broken (moisten the finger, press on)"))
-    if f.dark_share > limit.max_dark:
-        found.append(Reason("too wet", "ridges run together (dry the finger, press less)"))
-    blurred = f.detail < limit.min_detail and f.concentration >= limit.min_concentration / 2
-    if blurred:
-        found.append(
-            Reason("blurred", "edges of ridges are soft (hold still, focus, clean the sensor)")
-        )
-    shortest, longest = limit.periods_px
-    odd = f.period_px < shortest or (f.period_px > longest and not blurred)  # blur lengthens it
-    if odd and f.concentration >= limit.min_concentration:
-        likely = dpi * f.period_px / USUAL_PERIOD_PX
-        found.append(
-            Reason(
-                "wrong resolution",
-                f"ridges lie {f.period_px * MM_PER_PX:.2f} mm apart at {dpi:g} dpi, of fingers "
-                f"{shortest * MM_PER_PX:.2f} to {longest * MM_PER_PX:.2f} "
-                f"(set the right one, about {likely:.0f} dpi)",
-            )
-        )
     return found
+
+
+def _about_ink(f: RidgeFigures, limit: QualityLimits) -> list[Reason]:
+    if f.dark_share < limit.min_dark:
+        return [Reason("too dry", "ridges are thin and broken (moisten the finger, press on)")]
+    if f.dark_share > limit.max_dark:
+        return [Reason("too wet", "ridges run together (dry the finger, press less)")]
+    return []
+
+
+def _wrong_resolution(period_px: float, dpi: float) -> Reason:
+    """Return the reason for ridges that lie `period_px` apart, in pixels at 500 dpi."""
+    usual = USUAL_PERIOD_PX * MM_PER_PX
+    return Reason(
+        "wrong resolution",
+        f"ridges lie {period_px * dpi / STANDARD_DPI:.1f} px apart, {period_px * MM_PER_PX:.2f} mm "
+        f"at {dpi:g} dpi, and {usual:.2f} of most fingers: the resolution is probably not "
+        f"{dpi:g} dpi but about {round(dpi * period_px / USUAL_PERIOD_PX, -1):.0f} dpi (set it)",
+    )

@@ -22,6 +22,7 @@ MEASURED_STAGES: Final = ("input", "normalised", "enhanced", "mask", "minutiae")
 """The stages, as a recorder gets them, that figures are measured on."""
 _RINGS_PER_CYCLE: Final = 200  # of frequency: rings of 0.005 cycles a pixel
 _RINGS: Final = _RINGS_PER_CYCLE // 2
+_NO_SPECTRUM: Final = (math.nan, math.nan, math.nan, math.nan, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,8 @@ class FigureParameters:
         Where there is noise alone.
     about_peak : float
         Factor about the strongest period within which the energy is that of the ridges.
+    any_periods_px : tuple of float
+        From the shortest to the longest that is looked for where the resolution may be wrong.
     """
 
     grain_sigma_px: float = 0.8
@@ -65,6 +68,7 @@ class FigureParameters:
     coarse_periods_px: tuple[float, float] = (6.0, 15.0)
     noise_periods_px: tuple[float, float] = (2.0, 2.17)
     about_peak: float = 1.33
+    any_periods_px: tuple[float, float] = (2.6, 28.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +94,10 @@ class RidgeFigures:
     detail : float
         Energy of what is finer than ridges over that of the ridges: hardly any where the image is
         blurred.
+    peak_px, peak_share : float
+        The strongest period among far more than ridges of people have, in pixels at 500 dpi, and
+        the share of all energy, noise and all, that lies about it: the distance from ridge to
+        ridge also where the resolution is not the one that is told.
     """
 
     image_mm2: float
@@ -101,6 +109,8 @@ class RidgeFigures:
     period_px: float
     concentration: float
     detail: float
+    peak_px: float = math.nan
+    peak_share: float = 0.0
 
 
 def measure_ridges(
@@ -182,17 +192,15 @@ def _of_contrast(grey: NDArray[np.float32], p: FigureParameters) -> NDArray[np.b
 
 def _spectral_figures(
     grey: NDArray[np.float32], looked_at: NDArray[np.bool_], p: FigureParameters
-) -> tuple[float, float, float]:
-    """Return period, concentration and detail, of the spectrum in rings of one frequency each."""
-    from scipy import fft  # noqa: PLC0415 (takes longer than all else that `verify` imports)
-
+) -> tuple[float, float, float, float, float]:
+    """Return period, concentration, detail, and the peak with its share, of a print's spectrum."""
     if np.count_nonzero(looked_at) * MM_PER_PX**2 < p.min_ridges_mm2 / 2:
-        return math.nan, math.nan, math.nan
+        return _NO_SPECTRUM
     weight = cv2.GaussianBlur(looked_at.astype(np.float32), (0, 0), p.edge_sigma_px)
     window = (grey - cv2.GaussianBlur(grey, (0, 0), p.background_sigma_px)) * weight
     margin = round(4 * p.edge_sigma_px)
-    shape = tuple(fft.next_fast_len(side + margin, real=True) for side in window.shape)
-    wave = fft.rfft2(window, shape)
+    shape = tuple(cv2.getOptimalDFTSize(side + margin) for side in window.shape)
+    wave = np.fft.rfft2(window, shape)
     power = wave.real**2 + wave.imag**2
     power[:, 1:] *= 2.0  # the other half of the plane
     ring, size = _rings(shape[0], shape[1])
@@ -208,18 +216,26 @@ def _spectral_figures(
     total, ridge_energy = float(signal.sum()), float(signal[ridges].sum())
     coarse = float(signal[within(p.coarse_periods_px)].sum())
     if not min(ridge_energy, coarse) > 0:
-        return math.nan, math.nan, math.nan
+        return _NO_SPECTRUM
     mean = float((frequency * signal)[ridges].sum()) / ridge_energy
     smooth = np.convolve(signal, np.ones(3), "same")
-    peak = float(frequency[ridges][smooth[ridges].argmax()])
-    about = within((1 / (peak * p.about_peak), p.about_peak / peak))
+
+    def about_peak(looked_for: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        peak = float(frequency[looked_for][smooth[looked_for].argmax()])
+        return within((1 / (peak * p.about_peak), p.about_peak / peak))
+
     fine = float(signal[within(p.fine_periods_px)].sum())
-    return 1 / mean, float(signal[about].sum()) / total, fine / coarse
+    concentration = float(signal[about_peak(ridges)].sum()) / total
+    peak = about_peak(within(p.any_periods_px))
+    peak_energy = float(signal[peak].sum())
+    peak_px = peak_energy / float((frequency * signal)[peak].sum())
+    # Of all the energy: what is left of mere noise without its floor may have a peak too.
+    return 1 / mean, concentration, fine / coarse, peak_px, peak_energy / float(energy.sum())
 
 
 @lru_cache(maxsize=8)
 def _rings(rows: int, columns: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return the ring of each wave of `scipy.fft.rfft2`, flat, and how many waves each has."""
+    """Return the ring of each wave of `numpy.fft.rfft2`, flat, and how many waves each has."""
     y, x = np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(columns)
     ring = np.minimum(_RINGS_PER_CYCLE * np.hypot(y, x), _RINGS).astype(np.intp)
     weight = np.full(ring.shape, 2.0)

@@ -10,6 +10,7 @@ import pytest
 
 from fpmatch import load_template
 from fpmatch.cli.enhance import WAYS
+from fpmatch.cli.reading import read
 from fpmatch.evaluation import extraction
 from fpmatch.image import extract as extraction_of_one
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
@@ -85,9 +86,9 @@ def test_evaluate_extracts_in_the_way_that_it_is_told(
 
 
 def test_an_extractor_can_be_named_for_other_processes() -> None:
-    extractor = pickle.loads(pickle.dumps(extraction.extractor_of("filters")))
+    extractor = pickle.loads(pickle.dumps(extraction.extractor_of("filters", read)))
     assert extractor.func is extraction.extract_image
-    assert extractor.keywords == {"enhance": "filters"}
+    assert extractor.keywords == {"enhance": "filters", "reader": read}
 
 
 @pytest.mark.parametrize("command", ["verify", "overlay", "extract", "stages", "evaluate"])

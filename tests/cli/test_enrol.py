@@ -50,6 +50,7 @@ def test_enrol_and_again(run, tmp_path, folder):
         "failed": 0,
         "failures": [],
         "dpi_assumed": 0,
+        "notes": [],
         "impressions": 3,
         "subjects": 3,
     }
@@ -81,11 +82,13 @@ def test_what_was_noticed_on_reading_is_said_once(run, tmp_path, prints):
         dark = Image.open(prints / f"{number}_1.png")
         padded = ImageOps.invert(ImageOps.expand(dark, 60, 255))
         padded.save(folder / f"{number}_1.png", dpi=(500, 500))
-    result = run("enrol", tmp_path / "prints.db", folder, "--workers", 1)
+    result = run("enrol", tmp_path / "prints.db", folder, "--workers", 1, "--json")
     assert result.exit_code == 0
     assert result.stderr.splitlines() == [
         f"fpmatch: note: {folder}/1_1.png and 1 other: {INVERTED}"
     ]
+    told = [f"{folder}/1_1.png", f"{folder}/2_1.png"]
+    assert json.loads(result.stdout)["notes"] == [{"note": INVERTED, "prints": told}]
 
 
 def test_options_reach_the_work(run, tmp_path, folder):

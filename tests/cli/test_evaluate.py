@@ -27,7 +27,7 @@ def known_answers(monkeypatch):
     monkeypatch.syspath_prepend(str(EVALUATION_TESTS))
     fake_bench = importlib.import_module("fake_bench")
     monkeypatch.setattr(run, "get_matcher", lambda name: fake_bench.MATCHER)
-    monkeypatch.setattr(extraction, "extractor_of", lambda enhance: fake_bench.extractor)
+    monkeypatch.setattr(extraction, "extractor_of", lambda *_: fake_bench.extractor)
 
 
 @pytest.fixture
@@ -62,7 +62,8 @@ def test_table_on_stdout_and_failures_on_stderr(fpmatch, database):
 def test_json_is_one_object_with_fractions(fpmatch, database):
     result = fpmatch(database, "--json", "--workers", 1)
     document = json.loads(result.stdout)
-    assert list(document) == ["sets", "mean", "pooled", "intervals"]
+    assert list(document) == ["sets", "mean", "pooled", "intervals", "dpi_assumed", "notes"]
+    assert (document["dpi_assumed"], document["notes"]) == (0, [])
     low, high = document["intervals"]["pooled"]["eer"]
     assert low <= document["pooled"]["eer"] <= high
     assert document["sets"][0]["name"] == "Five fingers"
@@ -218,10 +219,23 @@ def test_no_bar_where_stderr_is_no_terminal(fpmatch, database):
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_unknown_resolution_is_said_once(fpmatch, database):
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_was_noticed_on_reading_is_said_once(fpmatch, database, monkeypatch, workers):
+    fake_bench = importlib.import_module("fake_bench")
+    monkeypatch.setattr(extraction, "extractor_of", lambda *_: fake_bench.noting_extractor)
     (database / "dataset.toml").unlink()
-    notes = fpmatch(database, "--workers", 1).stderr.splitlines()
-    assert sum("no dpi in dataset.toml: prints; " in note for note in notes) == 1
+    notes = fpmatch(database, "--workers", workers).stderr.splitlines()
+    assert notes == [
+        f"fpmatch: note: {database}/1_1.tif and 18 others: 500 dpi assumed; nothing tells the "
+        "resolution (dpi in dataset.toml does)",
+        f"fpmatch: note: {database}/2_1.tif and 3 others: its ridges are green",
+        f"fpmatch: note: no template: {database}/3_3.tif: broken",
+    ]
+    document = json.loads(fpmatch(database, "--workers", workers, "--json").stdout)
+    assert document["dpi_assumed"] == 19
+    ((note, prints),) = [(one["note"], one["prints"]) for one in document["notes"]]
+    assert note == "its ridges are green"
+    assert prints == [str(database / f"2_{number}.tif") for number in range(1, 5)]
 
 
 @pytest.fixture
@@ -253,7 +267,15 @@ def test_minutiae_adds_tables_and_json(fpmatch, database):
     assert false.startswith("false ones within 12 px, 22.5° ")
     assert transforms.startswith("transforms ")
     document = json.loads(fpmatch(database, "--minutiae", "--json", "--workers", 1).stdout)
-    assert list(document) == ["sets", "mean", "pooled", "intervals", "minutiae"]
+    assert list(document) == [
+        "sets",
+        "mean",
+        "pooled",
+        "intervals",
+        "dpi_assumed",
+        "notes",
+        "minutiae",
+    ]
     assert document["minutiae"]["pooled"]["extracted"] == 19
     assert document["minutiae"]["pooled"]["true"] == 20
 

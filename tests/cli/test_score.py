@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image, ImageOps
 
 from fpmatch.evaluation import scoring
+from fpmatch.image.polarity import INVERTED
 
 
 @pytest.fixture
@@ -64,6 +66,21 @@ def test_failures_are_rows_lines_and_status_1(
     document = json.loads(result.stdout)
     assert (document["pairs"], document["failed_pairs"], document["rows"]) == (4, 3, 4)
     assert [f["name"] for f in document["failures"]] == ["text.png", "truncated.png"]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_was_noticed_on_reading_is_said_once(
+    run: Any, pair: Path, fingers: Any, tmp_path: Path, workers: int
+) -> None:
+    for name in ("2_1", "2_2"):
+        padded = ImageOps.invert(ImageOps.expand(Image.fromarray(fingers[1]), 60, 255))
+        padded.save(pair / f"{name}.png", dpi=(500, 500))
+    output = tmp_path / "scores.csv"
+    words = ("score", "--references", pair, "--probes", pair, "-o", output, "--workers", workers)
+    result = run(*words, "--json")
+    assert result.stderr == f"fpmatch: note: {pair}: 2_1.png and 1 other: {INVERTED}\n"
+    told = [f"{pair}: 2_1.png", f"{pair}: 2_2.png"]
+    assert json.loads(result.stdout)["notes"] == [{"note": INVERTED, "prints": told}]
 
 
 def test_a_calibration_of_one_s_own(run: Any, pair: Path, tmp_path: Path) -> None:

@@ -81,6 +81,16 @@ def test_the_quality_of_images_is_part_of_why_not(run: Any, prints: Path) -> Non
     assert [reason["what"] for reason in found["quality"]["reference"]["reasons"]] == ["no ridges"]
 
 
+def test_a_resolution_that_the_ridges_belie_is_said_of_a_match_too(run: Any, prints: Path) -> None:
+    path = prints / "1_1.png"
+    result = run("verify", path, path, "--dpi", 750)
+    assert result.exit_code == 0
+    first, second = result.stderr.splitlines()
+    assert first == second
+    assert first.startswith(f"fpmatch: note: {path}: wrong resolution: ridges lie ")
+    assert "probably not 750 dpi but about " in first
+
+
 def test_the_words_of_a_match(run: Any, prints: Path) -> None:
     result = run("verify", prints / "1_1.png", prints / "1_1.png")
     assert result.exit_code == 0

@@ -67,6 +67,15 @@ def test_a_print_that_fails_is_rows_with_its_reason(output):
     assert (failure.side, failure.name) == ("probes", "probe_1")
 
 
+def test_what_was_noticed_is_told_once_of_both_sides(output):
+    told = {"it is far off": ("reference: reference_4", "probe: probe_2")}
+    assert run(output).noted == told
+    side = Line([7.0, 40.0, 41.0])
+    assert score(side, side, output, matcher=Near()).noted == {
+        "it is far off": ("line: line_1", "line: line_2")
+    }
+
+
 def test_bands_of_references(output):
     run(output, pairs=AllPairs(3, 5, band=2, pairs_per_chunk=4))
     order = [(r["probe"][-1], r["reference"][-1]) for r in rows(output)]
@@ -132,7 +141,7 @@ def test_parquet_holds_the_same(output, monkeypatch):
 def test_killed_at_ten_random_moments(tmp_path, suffix):
     done = subprocess.run(
         [sys.executable, FOLDER / "scoring_kills.py", tmp_path, suffix, "10"],
-        env={**os.environ, "PYTHONPATH": str(FOLDER)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(FOLDER), *sys.path])},
         capture_output=True,
         text=True,
         check=False,
@@ -169,7 +178,9 @@ def go_on(output, **options):
 
 def test_an_unfinished_run_goes_on(output, unfinished, tmp_path):
     assert not output.exists()
-    assert go_on(output).resumed == 6
+    done = go_on(output)
+    assert done.resumed == 6
+    assert done.noted == {"it is far off": ("reference: reference_4", "probe: probe_2")}
     go_on(tmp_path / "whole.csv")
     assert output.read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert not unfinished.exists()

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import io
+import json
 import random
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from fuzz_loop import damaged, run
+from fuzz_loop import damaged, run, with_right_sums
 from fuzz_targets import all_targets
+from PIL import Image
 from planted_targets import GOOD, planted
 
 from fpmatch.formats.registry import CODECS
@@ -22,13 +25,13 @@ SCRIPT = Path(__file__).parents[2] / "scripts" / "fuzz"
     [
         ("raises", "ZeroDivisionError in planted_targets.py:"),
         ("dies", "the process died (exit status -9)"),
-        ("hangs", "took more than 0.5 s"),
+        ("hangs", "took more than 0.2 s"),
         ("wordy", "an error that is not one line"),
     ],
 )
 def test_a_planted_bug_is_found_and_its_input_kept(tmp_path: Path, name: str, reason: str) -> None:
     into = tmp_path / "found"
-    count = run(name, planted, [], 1.0, 0, into, hang_seconds=0.5, most_failures=1)
+    count = run(name, planted, [], 0, into, seconds=1.0, hang_seconds=0.2, most_failures=1)
     ((path, words),) = count.failures
     assert words.startswith(reason)
     assert path.parent == into
@@ -37,10 +40,28 @@ def test_a_planted_bug_is_found_and_its_input_kept(tmp_path: Path, name: str, re
 
 
 def test_a_sound_reader_has_no_failures(tmp_path: Path) -> None:
-    count = run("sound", planted, [b"more"], 0.3, 0, tmp_path)
+    count = run("sound", planted, [b"more"], 0, tmp_path, seconds=0.3)
     assert count.failures == []
     assert count.inputs > count.refused > 0
     assert not list(tmp_path.iterdir())
+
+
+def test_so_many_damaged_files_and_no_more(tmp_path: Path) -> None:
+    count = run("sound", planted, [b"more"], 0, tmp_path, files=25)
+    assert (count.damaged, count.inputs) == (25, 27)
+    assert count.seconds > 0
+
+
+def test_a_damaged_png_may_have_right_sums() -> None:
+    stream = io.BytesIO()
+    Image.linear_gradient("L").save(stream, "PNG")
+    png = bytearray(stream.getvalue())
+    whole = bytes(png)
+    png[23] ^= 1
+    assert with_right_sums(png[:40])[23] != whole[23]
+    assert Image.open(io.BytesIO(with_right_sums(png))).size != (256, 256)
+    png[23] ^= 1
+    assert bytes(with_right_sums(png)) == whole
 
 
 def test_the_same_seed_gives_the_same_inputs() -> None:
@@ -75,3 +96,22 @@ def test_the_script_ends_clean_and_counts(tmp_path: Path) -> None:
     assert second.startswith("an2 ")
     assert "inputs, 0 failures, " in last
     assert not (tmp_path / "out").exists()
+
+
+def test_the_script_counts_files_and_writes_the_counts(tmp_path: Path) -> None:
+    report = tmp_path / "report.json"
+    words = ["--files", "30", "--target", "image-raw", "--target", "image-gif", "--json", report]
+    done = subprocess.run(
+        [sys.executable, SCRIPT, *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    document = json.loads(report.read_text())
+    assert document["failures"] == 0
+    assert [(one["name"], one["damaged"]) for one in document["targets"]] == [
+        ("image-raw", 30),
+        ("image-gif", 30),
+    ]

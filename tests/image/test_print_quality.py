@@ -112,6 +112,27 @@ def test_the_likely_resolution_is_told() -> None:
     assert likely == pytest.approx(350, rel=0.15)
 
 
+@pytest.mark.parametrize("dpi", [200, 250, 1000])
+def test_a_resolution_far_off_is_all_that_is_said_and_about_right(dpi: float) -> None:
+    size = round(OPTICAL.width * dpi / 500), round(OPTICAL.height * dpi / 500)
+    found = assess(pressed(sensor=replace(OPTICAL, width=size[0], height=size[1], dpi=dpi)), 500)
+    assert said(found) == {"wrong resolution"}
+    (reason,) = found.quality.reasons
+    assert "probably not 500 dpi" in reason.why
+    assert float(reason.why.split("about ")[1].split(" dpi")[0]) == pytest.approx(dpi, rel=0.15)
+
+
+@pytest.mark.parametrize("sigma_px", [0.0, 0.7, 1.5, 3.0])
+def test_neither_noise_nor_blots_have_a_resolution(
+    sigma_px: float, rng: np.random.Generator
+) -> None:
+    noise = rng.normal(0, 1, (200, 300))
+    if sigma_px:
+        noise = cv2.GaussianBlur(noise, (0, 0), sigma_px)
+    grey = np.clip(128 + 60 * noise / noise.std(), 0, 255).astype(np.uint8)
+    assert "wrong resolution" not in said(assess(grey, 500))
+
+
 def test_the_template_is_that_of_extract() -> None:
     assert assess(pressed(), 500).template == extract(pressed(), 500)
 
@@ -134,6 +155,8 @@ def test_noise_is_no_print(shape: tuple[int, int], rng: np.random.Generator) -> 
         period_px=st.floats(3, 30) | st.just(math.nan),
         concentration=st.floats(0, 1) | st.just(math.nan),
         detail=st.floats(0, 1e3) | st.just(math.nan),
+        peak_px=st.floats(2, 40) | st.just(math.nan),
+        peak_share=st.floats(0, 1),
     )
 )
 def test_any_figures_give_a_score_of_0_to_100(figures: RidgeFigures) -> None:

@@ -17,6 +17,7 @@ from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.grey import ALL_TRANSPARENT, ON_BLACK, ON_WHITE
 from fpmatch.image.limits import DEFAULT_LIMITS, ImageLimits
 from fpmatch.image.picture import Picture
+from fpmatch.image.pillow_formats import FIRST_OF_SEVERAL
 from fpmatch.image.polarity import INVERTED
 from fpmatch.image.raw import RawSize
 from fpmatch.image.read import read_image
@@ -142,6 +143,17 @@ def test_transparency_is_said(tmp_path: Path) -> None:
         image = read_image(path)
         assert np.array_equal(image.pixels, expected)
         assert image.notes == notes
+
+
+@pytest.mark.parametrize("kind", ["TIFF", "GIF", "PNG", "WEBP"])
+def test_that_others_are_left_is_said(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "several"
+    pictures = [Image.fromarray(rings(64, 80) // (k + 1)) for k in range(3)]
+    pictures[0].save(path, kind, save_all=True, append_images=pictures[1:], lossless=True)
+    assert FIRST_OF_SEVERAL in read_image(path).notes
+    assert np.ptp(read_image(path).pixels) > 150
+    pictures[0].save(path, kind)
+    assert FIRST_OF_SEVERAL not in read_image(path).notes
 
 
 def test_white_ridges_are_turned_and_that_is_said(tmp_path: Path, whorl: NDArray[np.uint8]) -> None:

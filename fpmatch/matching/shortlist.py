@@ -65,14 +65,14 @@ class ShortlistParameters:
 
     cell_px: float = 8.0
     cells_from_middle: int = 15
-    reach: float = 0.8
-    max_turn_deg: float = 25.0
-    flow_rings: tuple[tuple[int, float, float], ...] = ((4, 28.0, 45.0), (8, 60.0, 22.5))
-    flow_turn_deg: float = 15.0
-    most_pairs: int = 48
-    near_px: float = 12.0
+    reach: float = 0.7
+    max_turn_deg: float = 20.0
+    flow_rings: tuple[tuple[int, float, float], ...] = ((4, 24.0, 45.0), (8, 42.0, 22.5))
+    flow_turn_deg: float = 12.0
+    most_pairs: int = 16
+    near_px: float = 10.0
     spread: float = 0.06
-    pair_turn_deg: float = 20.0
+    pair_turn_deg: float = 15.0
 
     @property
     def most_turn(self) -> int:

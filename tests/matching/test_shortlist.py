@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -22,12 +23,12 @@ from matching_prints import (
 )
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching._shortlist_kernel import BINS, SECTORS
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
 from fpmatch.matching.rounding import ORIENTATIONS
 from fpmatch.matching.shortlist import (
+    BINS,
     MOST_MINUTIAE,
     TURNS,
     CodedPrints,
@@ -36,15 +37,18 @@ from fpmatch.matching.shortlist import (
 )
 from fpmatch.minutiae import Template
 
-EXAMPLES = 25 if COMPILED else 3
-PRINT_SIZE = 30 if COMPILED else 10
+EXAMPLES = 10 if COMPILED else 3
+PRINT_SIZE = 14 if COMPILED else 8
+SECTORS = 16  # of a neighbour's direction, as the kernel has them
 UNKNOWN = -1
 
 
+@cache
 def turns_of(print_: PreparedTemplate) -> list[int]:
     return [int(k) for k in direction_codes(print_.points[2:].T.astype(np.float32))]
 
 
+@cache
 def orientation_at(print_: PreparedTemplate, i: int, place: tuple[float, float]) -> float:
     """Return the ridge orientation at a place of a minutia's frame, in bins, or `UNKNOWN`."""
     x, y, c, s = print_.points[:, i].tolist()
@@ -64,30 +68,27 @@ def agreeing_neighbours(
     a: PreparedTemplate, i: int, b: PreparedTemplate, j: int, p: ShortlistParameters
 ) -> int:
     """Return how many neighbours of j have a cell near which i has one."""
-    frame = a.neighbourhoods.frame[i, :, : a.neighbourhoods.count[i]].astype(np.float64)
-    turns, found = turns_of(b), 0
-    for k in range(b.neighbourhoods.count[j]):
-        m = int(b.neighbourhoods.neighbour[j, k])
-        x, y, c, s = b.points[:, j].tolist()
-        dx, dy = (b.points[:2, m] - b.points[:2, j]).tolist()
-        u = math.floor((c * dx + s * dy) / p.cell_px)
-        v = math.floor((c * dy - s * dx) / p.cell_px)
-        if not all(-p.cells_from_middle <= at < p.cells_from_middle for at in (u, v)):
-            continue
-        sector = (turns[m] - turns[j]) % TURNS * SECTORS // TURNS
-        angle = (sector + 0.5) * 2 * np.pi / SECTORS
-        near = np.hypot(frame[0] - (u + 0.5) * p.cell_px, frame[1] - (v + 0.5) * p.cell_px)
-        alike = frame[2] * math.cos(angle) + frame[3] * math.sin(angle)
-        within = near <= p.reach / np.sqrt(frame[4])
-        found += bool((within & (alike >= math.cos(math.radians(p.max_turn_deg)))).any())
-    return found
+    frame = a.neighbourhoods.frame[i, :, : a.neighbourhoods.count[i], None].astype(np.float64)
+    m = b.neighbourhoods.neighbour[j, : b.neighbourhoods.count[j]]
+    turns = np.array(turns_of(b))
+    c, s = b.points[2:, j].tolist()
+    dx, dy = b.points[:2, m] - b.points[:2, j : j + 1]
+    u = np.floor((c * dx + s * dy) / p.cell_px)
+    v = np.floor((c * dy - s * dx) / p.cell_px)
+    known = (np.stack([u, v]) >= -p.cells_from_middle) & (np.stack([u, v]) < p.cells_from_middle)
+    angle = ((turns[m] - turns[j]) % TURNS * SECTORS // TURNS + 0.5) * 2 * np.pi / SECTORS
+    near = np.hypot(frame[0] - (u + 0.5) * p.cell_px, frame[1] - (v + 0.5) * p.cell_px)
+    alike = frame[2] * np.cos(angle) + frame[3] * np.sin(angle)
+    within = near <= p.reach / np.sqrt(frame[4])
+    within &= alike >= math.cos(math.radians(p.max_turn_deg))
+    return int((within.any(axis=0) & known.all(axis=0)).sum())
 
 
 def agreeing_flow(
     a: PreparedTemplate, i: int, b: PreparedTemplate, j: int, p: ShortlistParameters
 ) -> int:
     found = 0
-    for place in p.places.T.tolist():
+    for place in map(tuple, p.places.T.tolist()):
         one, other = orientation_at(a, i, place), orientation_at(b, j, place)
         if UNKNOWN in {one, other}:
             continue
@@ -102,6 +103,8 @@ def plain_weight(a: PreparedTemplate, b: PreparedTemplate, p: ShortlistParameter
     pairs = []
     for j, i in product(range(len(b)), range(len(a))):
         n = agreeing_neighbours(a, i, b, j, p)
+        if n < 2:
+            continue
         f = agreeing_flow(a, i, b, j, p) if all(known) else 6
         if n >= 4 or (n == 3 and f >= 5) or (n >= 2 and f >= 9):
             pairs.append((min(4 * n + f - 15, 18), j, i))

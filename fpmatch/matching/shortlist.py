@@ -249,7 +249,7 @@ def sieve(probe: PreparedTemplate, parameters: ShortlistParameters) -> kernel.Si
         np.ascontiguousarray(n.frame[best]),
         xy,
         turn,
-        _flow_around(probe, xy, turn, p),
+        _flow_around(probe, best, turn, p),
         (1.0 / p.cell_px, p.cells_from_middle),
         p.reach,
         math.cos(math.radians(p.max_turn_deg)),
@@ -260,16 +260,15 @@ def sieve(probe: PreparedTemplate, parameters: ShortlistParameters) -> kernel.Si
 
 def _flow_around(
     probe: PreparedTemplate,
-    xy: NDArray[np.float32],
+    best: NDArray[np.intp],
     turn: NDArray[np.uint8],
     p: ShortlistParameters,
 ) -> NDArray[np.float64]:
     """Return the ridge orientation around minutiae, in bins; -1 where it is not known."""
     region = probe.region
-    c, s = np.cos(turn * (2 * np.pi / TURNS)), np.sin(turn * (2 * np.pi / TURNS))
+    x, y, c, s = probe.points[:, best, None]
     u, v = p.places
-    x = xy[:, :1] + c[:, None] * u - s[:, None] * v
-    y = xy[:, 1:] + s[:, None] * u + c[:, None] * v
+    x, y = x + c * u - s * v, y + s * u + c * v
     column = np.floor(x / region.step).astype(np.int64) - region.first_column
     row = np.floor(-y / region.step).astype(np.int64) - region.first_row
     rows, columns = region.code.shape

@@ -21,7 +21,7 @@ from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.identify import Candidate, Identification
+    from fpmatch.gallery.identify import Candidate, Identification, Shortlist
     from fpmatch.image.raw import RawSize
 
 _STAGES: Final = {"prepare": "preparing prints"}
@@ -35,6 +35,21 @@ class _Found:
     result: Identification
     entries: list[Entry]
     seconds: float
+
+
+class _ShortlistSize(click.ParamType):
+    """A number from 1 on, `auto` or `off`."""
+
+    name = "shortlist"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Shortlist:
+        if isinstance(value, int) or value in {"auto", "off"}:
+            return value  # type: ignore[no-any-return]
+        if not value.isdecimal() or int(value) < 1:
+            self.fail(f"{value!r} is not a number from 1 on, auto or off", param, ctx)
+        return int(value)
 
 
 @click.command(
@@ -86,6 +101,16 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     type=click.Path(path_type=Path),
     help="Scores as `fpmatch calibrate` has fitted them to prints of your own.",
 )
+@click.option(
+    "--shortlist",
+    metavar="N|auto|off",
+    type=_ShortlistSize(),
+    default="auto",
+    show_default=True,
+    help="Compare the probe with the N prints that a first, coarse look at all of them favours; "
+    "auto: with all of up to 10,000 prints, and of more with 4 in 100, among which are 99 % of the "
+    "prints that comparing all would find; off: with all.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @click.option(
     "--workers",
@@ -105,6 +130,7 @@ def identify(
     raw: tuple[RawSize, ...],
     matcher: str,
     calibration: Path | None,
+    shortlist: Shortlist,
     as_json: bool,
     workers: int | None,
 ) -> None:
@@ -144,6 +170,7 @@ def identify(
                 threshold=threshold,
                 transforms=transforms,
                 calibration=curve,
+                shortlist=shortlist,
             )
             seconds = time.perf_counter() - start
             entries = [opened.entry(candidate.number) for candidate in result.candidates]
@@ -158,7 +185,8 @@ def identify(
         document = {
             "gallery": name,
             "matcher": matcher,
-            "compared": len(search),
+            "enrolled": len(search),
+            "compared": done[0].result.compared,
             "probes": [_as_dict(found) for found in done],
             "failures": [str(failure) for failure in failures],
         }
@@ -184,6 +212,8 @@ def _in_words(found: _Found) -> str:
 
     result = found.result
     compared = f"{count(result.compared, 'print')} compared in {found.seconds:.2f} s"
+    if result.shortlisted:
+        compared += f", the shortlist of {result.enrolled}"
     if not result.candidates:
         return f"{found.probe}: {compared}, no candidate"
     lines = [

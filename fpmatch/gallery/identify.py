@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -17,6 +17,18 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison
     from fpmatch.minutiae import Template
+
+Shortlist = int | Literal["auto", "off"]
+"""How many prints a probe is compared with: so many, as many as `shortlist_size` says, or all."""
+
+EXHAUSTIVE_UP_TO: Final = 10_000
+"""The most prints all of which a probe is compared with, where nothing else is asked for."""
+
+SHORTLIST_SHARE: Final = 0.04
+"""Of more prints, the share that it is compared with."""
+
+LEAST_SHORTLIST: Final = 500
+"""The fewest of more prints that it is compared with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +69,10 @@ class Identification:
 
     Parameters
     ----------
+    enrolled : int
+        How many prints were searched.
     compared : int
-        How many prints the probe was compared with.
+        How many of them the probe was compared with: fewer where a shortlist was made.
     candidates : tuple of Candidate
         The most similar, best first; of equals, the one enrolled first.
     matcher : str
@@ -67,10 +81,16 @@ class Identification:
         Lowest FMR that the calibration data measure; a lower one is extrapolated.
     """
 
+    enrolled: int
     compared: int
     candidates: tuple[Candidate, ...]
     matcher: str
     fmr_reach: float
+
+    @property
+    def shortlisted(self) -> bool:
+        """Whether the probe was compared with a shortlist alone."""
+        return self.compared < self.enrolled
 
 
 def identify(
@@ -81,6 +101,7 @@ def identify(
     threshold: float = 0.0,
     transforms: bool = False,
     calibration: Calibration | None = None,
+    shortlist: Shortlist = "auto",
 ) -> Identification:
     """Find the enrolled prints that are most similar to a probe.
 
@@ -98,6 +119,11 @@ def identify(
         Whether to find the transforms of the candidates, too.
     calibration : Calibration, optional
         Turns similarities into scores (default: the one that comes with the package).
+    shortlist : int, "auto" or "off"
+        How many prints to compare the probe with, those that most speaks for by a first, coarse
+        look at all of them; or all ("off"); or all of a small gallery and a share of a large one,
+        see `shortlist_size` ("auto"). In benchmarks/large_galleries.py 99 % of the prints that are
+        found by comparing all are in the shortlist.
 
     Returns
     -------
@@ -107,7 +133,8 @@ def identify(
     Raises
     ------
     MatcherError
-        If the matcher has no calibration, or `threshold` or `count` is out of range.
+        If the matcher has no calibration, `threshold`, `count` or `shortlist` is out of range, or
+        a number is asked of a matcher that has no shortlists.
 
     Examples
     --------
@@ -131,20 +158,23 @@ def identify(
     if not 0 <= threshold <= MAX_SCORE:
         raise MatcherError(f"a threshold lies from 0 to {MAX_SCORE:g}, not {threshold:g}")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration
+    size = shortlist_size(search, shortlist)
     prepared = search.matcher.prepare(probe)
-    similarities = search.similarities(prepared)
-    best = _best(similarities, search.numbers, count)
+    which = None if size is None else search.shortlist(prepared, max(size, count))
+    similarities = search.similarities(prepared, which)
+    places = np.arange(len(search)) if which is None else which
+    best = _best(similarities, search.numbers[places], count)
     candidates = []
     for rank, k in enumerate(best.tolist(), start=1):
         score = chosen.score(similarities[k])
         if score < threshold:
             break
         fmr = score_to_fmr(score)
-        found = search.matcher.compare(prepared, search.references[k]) if transforms else None
+        found = search.matcher.compare(prepared, search.references[places[k]]) if transforms else None
         candidates.append(
             Candidate(
                 rank=rank,
-                number=int(search.numbers[k]),
+                number=int(search.numbers[places[k]]),
                 similarity=float(similarities[k]),
                 score=score,
                 fmr=fmr,
@@ -153,7 +183,43 @@ def identify(
             )
         )
     reach = score_to_fmr(chosen.reach)
-    return Identification(len(search), tuple(candidates), search.matcher.name, reach)
+    name = search.matcher.name
+    return Identification(len(search), len(similarities), tuple(candidates), name, reach)
+
+
+def shortlist_size(search: Search, shortlist: Shortlist = "auto") -> int | None:
+    """Say how many prints a probe is compared with.
+
+    Parameters
+    ----------
+    search : Search
+        From `open_search`.
+    shortlist : int, "auto" or "off"
+        What is asked for; "auto" are all of up to `EXHAUSTIVE_UP_TO` prints, and of more
+        `SHORTLIST_SHARE`, but `LEAST_SHORTLIST` at least.
+
+    Returns
+    -------
+    int or None
+        None for all.
+
+    Raises
+    ------
+    MatcherError
+        If it is out of range, or the matcher has no shortlists.
+    """
+    total = len(search)
+    if shortlist == "off":
+        return None
+    if shortlist == "auto":
+        if total <= EXHAUSTIVE_UP_TO or not search.has_shortlists:
+            return None
+        return max(LEAST_SHORTLIST, round(SHORTLIST_SHARE * total))
+    if isinstance(shortlist, str) or shortlist < 1:
+        raise MatcherError(f"a shortlist is a number from 1 on, auto or off, not {shortlist}")
+    if not search.has_shortlists:
+        raise MatcherError(f"the matcher {search.matcher.name} has no shortlists")
+    return shortlist if shortlist < total else None
 
 
 def _best(

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.errors import MatcherError
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.shortlist import CodedPrints
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,7 +32,7 @@ class References(Protocol):
         """Return how many they are."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Search:
     """Hold the prints of a gallery, prepared for a matcher.
 
@@ -49,13 +53,65 @@ class Search:
     def __len__(self) -> int:
         return len(self.numbers)
 
-    def similarities(self, probe: Any) -> NDArray[np.float64]:
-        """Return the similarity of a prepared probe to each print, as `compare` finds it."""
-        if hasattr(self.matcher, "similarities"):
-            found: NDArray[np.float64] = self.matcher.similarities(probe, self.references)
+    @cached_property
+    def coded(self) -> CodedPrints | None:
+        """The codes that shortlists are made from; None where the matcher has none."""
+        return CodedPrints.of(self.references) if self.has_shortlists else None
+
+    @property
+    def has_shortlists(self) -> bool:
+        """Whether the matcher's prints can be coded."""
+        return isinstance(self.references, PreparedMany)
+
+    def shortlist(self, probe: Any, count: int) -> NDArray[np.intp]:
+        """Choose the prints that may be of the probe's finger, by their codes.
+
+        Parameters
+        ----------
+        probe : object
+            The probe, as the matcher's `prepare` made it.
+        count : int
+            How many.
+
+        Returns
+        -------
+        ndarray of intp
+            Their places, ascending.
+
+        Raises
+        ------
+        MatcherError
+            If the matcher's prints have no codes.
+        """
+        if self.coded is None:
+            raise MatcherError(f"the matcher {self.matcher.name} has no shortlists")
+        return self.coded.shortlist(probe, count)
+
+    def similarities(
+        self, probe: Any, which: NDArray[np.intp] | None = None
+    ) -> NDArray[np.float64]:
+        """Compare a probe with the prints.
+
+        Parameters
+        ----------
+        probe : object
+            The probe, as the matcher's `prepare` made it.
+        which : ndarray of intp, optional
+            Places of those to compare with (default: all).
+
+        Returns
+        -------
+        ndarray of float64
+            The similarity to each, as the matcher's `compare` finds it.
+        """
+        if hasattr(self.matcher, "similarities") and isinstance(self.references, PreparedMany):
+            compared = self.references if which is None else self.references.taken(which)
+            found: NDArray[np.float64] = self.matcher.similarities(probe, compared)
             return found
-        compared = (self.references[k] for k in range(len(self)))
-        return np.array([self.matcher.compare(probe, r).similarity for r in compared])
+        places = range(len(self)) if which is None else which.tolist()
+        return np.array(
+            [self.matcher.compare(probe, self.references[k]).similarity for k in places]
+        )
 
 
 def open_search(

@@ -214,6 +214,28 @@ class PreparedMany:
             key=content_key(points, quality, region),
         )
 
+    def taken(self, which: NDArray[np.integer]) -> PreparedMany:
+        """Return some of the prints.
+
+        Parameters
+        ----------
+        which : ndarray of int, shape (K,)
+            Their numbers, in any order.
+
+        Returns
+        -------
+        PreparedMany
+            A copy of these, in this order.
+        """
+        columns: dict[str, Any] = {name: getattr(self, name)[which] for name in _OF_PRINTS}
+        for starts, names in _OWNED.items():
+            begin = getattr(self, starts)[which]
+            length = getattr(self, starts)[which + 1] - begin
+            columns[starts] = np.concatenate([[0], np.cumsum(length)])
+            entry = np.repeat(begin - columns[starts][:-1], length) + np.arange(length.sum())
+            columns |= {name: getattr(self, name)[entry] for name in names}
+        return PreparedMany(**columns)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the prints to a file that appears whole or not at all.
 
@@ -306,6 +328,14 @@ class PreparedMany:
 
 
 _STARTS: Final = ("minutiae_start", "ring_start", "cell_start")
+_OWNED: Final = {
+    "minutiae_start": (
+        *("xy", "direction", "quality", "index", "count", "degree", "neighbour", "root_weight"),
+    ),
+    "ring_start": ("ring", "circle", "ring_weight"),
+    "cell_start": ("cell", "ridges"),
+}
+_OF_PRINTS: Final = ("shape", "step", "zoom", "has_flow", "has_ridges", "inside")
 _SIZE: Final = NeighbourhoodParameters().size
 _SHAPES: Final = {
     "minutiae_start": ("<i8", ()),

@@ -95,6 +95,7 @@ def identify_print(
     return {
         "gallery": name,
         "matcher": matcher,
+        "enrolled": found.enrolled,
         "compared": found.compared,
         "probe": given.name,
         "notes": list(given.notes),

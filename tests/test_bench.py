@@ -55,6 +55,18 @@ def test_a_number_stands_as_it_is() -> None:
     assert (figure["value"], figure["ours"], figure["ok"]) == (88.0, "88 MB", True)
 
 
+def test_what_the_machine_gains_by_two_processes_stands_beside() -> None:
+    name = "two cores, enrol"
+    group = [timed(name, "ours", 5.0), timed(name, "yardstick", 8.0)]
+    for benchmark, gain in zip(group, (1.9, 2.1), strict=True):
+        benchmark["extra_info"] = {"two processes": gain}
+    (figure,) = measured_figures(group)
+    assert figure["value"] == pytest.approx(1.6)
+    assert figure["yardstick"] == (
+        "one core: 8 s (two processes of plain arithmetic: 2 times as fast; 80%)"
+    )
+
+
 def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure() -> None:
     sources = "\n".join(path.read_text(encoding="utf-8") for path in SPEED.glob("bench_*.py"))
     marks = r'^@(?:cpu|cpu_of_processes|wall)\("([^"]+)"\)'

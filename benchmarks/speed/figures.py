@@ -87,7 +87,7 @@ def measured_figures(benchmarks: Sequence[Mapping[str, Any]]) -> list[dict[str, 
                 "name": figure.name,
                 "value": value,
                 "unit": figure.unit,
-                "yardstick": f"{figure.yardstick}: {yardstick}",
+                "yardstick": f"{figure.yardstick}: {yardstick}{_limit(group, value)}",
                 "target": f"{'>=' if at_least else '<='} {figure.target:g}",
                 "ok": value >= figure.target if at_least else value <= figure.target,
                 "ours": ours,
@@ -114,6 +114,15 @@ def _measure(figure: Figure, group: Sequence[Mapping[str, Any]]) -> tuple[str, s
     ratio = ours / (figure.parts * yardstick)
     value = 1 / ratio if figure.unit == TIMES_AS_FAST else ratio
     return in_words(ours), in_words(yardstick), round(value, 3)
+
+
+def _limit(group: Sequence[Mapping[str, Any]], value: float) -> str:
+    """Return, in words, what the machine gains by a second process, where that was measured."""
+    gains = [b["extra_info"]["two processes"] for b in group if "two processes" in b["extra_info"]]
+    if not gains:
+        return ""
+    gain = median(gains)
+    return f" (two processes of plain arithmetic: {gain:.3g} times as fast; {value / gain:.0%})"
 
 
 def in_words(seconds: float) -> str:

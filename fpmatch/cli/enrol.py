@@ -24,6 +24,13 @@ if TYPE_CHECKING:
 
 FAILURES_SHOWN: Final = 20
 _STAGES: Final = {"enrol": "enrolling"}
+_WORKERS_NEED: Final = (
+    "fpmatch.cli.reading",
+    "fpmatch.gallery.extraction",
+    "fpmatch.gallery.prints",
+    "fpmatch.image.extract",
+    "threadpoolctl",
+)
 
 
 @click.command(
@@ -89,6 +96,9 @@ def enrol(
     templates. The gallery is made where it is missing. Each file is enrolled once, whatever its
     name: a run that was interrupted goes on when it is started again, and two may enrol at once.
     """
+    from fpmatch.engine.local import get_ready
+
+    get_ready(workers, *_WORKERS_NEED)
     from fpmatch.engine.engine import cores
     from fpmatch.gallery import enrol as work
     from fpmatch.gallery.gallery import open_gallery

@@ -19,6 +19,14 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.report import EvaluationReport
 
 _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
+_WORKERS_NEED = (
+    "fpmatch.cli",
+    "fpmatch.evaluation.comparison",
+    "fpmatch.evaluation.extraction",
+    "fpmatch.image.extract",
+    "fpmatch.matching.matchers.unit_circle",
+    "threadpoolctl",
+)
 
 
 @click.command(
@@ -151,13 +159,15 @@ def evaluate(
     may hold a dataset.toml that gives name, dpi and sensor. Printed are the rates per database,
     their mean, those of all scores pooled, and how sure they are.
     """
+    from fpmatch.engine.local import get_ready
+
+    get_ready(workers, *_WORKERS_NEED)
     from fpmatch.evaluation import extraction, run
     from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
     from fpmatch.evaluation.dataset_names import named_apart
     from fpmatch.evaluation.minutiae_report import measure_minutiae
     from fpmatch.evaluation.minutiae_table import format_minutiae
     from fpmatch.evaluation.minutiae_truth import load_truth
-    from fpmatch.evaluation.page.write import prepare_page, write_page
     from fpmatch.evaluation.scores_file import write_scores
     from fpmatch.evaluation.scores_reader import read_scores
     from fpmatch.output import check_writable
@@ -165,6 +175,8 @@ def evaluate(
     if scores is not None:
         check_writable(scores)
     if report_folder is not None:
+        from fpmatch.evaluation.page.write import prepare_page, write_page
+
         prepare_page(report_folder)
     earlier = None if baseline is None else read_scores(baseline)
     datasets = named_apart(run.load_datasets(folders, protocol))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections import deque
 from concurrent.futures import ProcessPoolExecutor
@@ -25,6 +26,9 @@ Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
 Result = TypeVar("Result")
 
+# A fork server forks each worker from a process that has imported what it needs and run nothing.
+_START_METHOD: Final = "forkserver" if sys.platform == "linux" else "spawn"
+_BLAS_THREADS: Final = "OPENBLAS_NUM_THREADS"
 CHUNKS_IN_FLIGHT: Final = 4  # a worker: what it works on, and what waits for it or to be taken
 _BROKEN: Final = (
     "a worker process ended before its work was done: out of memory, or started by a script "
@@ -37,6 +41,36 @@ def available_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def get_ready(workers: int | None, *modules: str) -> None:
+    """Let modules that workers will need be imported beside what this process does meanwhile.
+
+    It is for a program's main thread, not for libraries: the process that workers are forked from
+    is made once in the life of a program. Where they are not forked, nothing is done.
+
+    Parameters
+    ----------
+    workers : int or None
+        Processes that will be used (None: one a core); for one nothing is done.
+    *modules : str
+        Names of modules.
+    """
+    if _START_METHOD != "forkserver" or (workers or available_cores()) == 1:
+        return
+    from multiprocessing import forkserver  # noqa: PLC0415
+
+    multiprocessing.get_context(_START_METHOD).set_forkserver_preload(list(modules))
+    kept = os.environ.get(_BLAS_THREADS)
+    os.environ[_BLAS_THREADS] = "1"  # no threads where processes are forked from
+    on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # so it starts, and stays silent
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.signal(signal.SIGINT, on_interrupt)
+        del os.environ[_BLAS_THREADS]
+        if kept is not None:
+            os.environ[_BLAS_THREADS] = kept
 
 
 class Local:
@@ -90,7 +124,7 @@ class Cores(Local):
         """Hand out chunks a few at a time, and their results in order."""
         executor = ProcessPoolExecutor(
             max_workers=self._workers,
-            mp_context=multiprocessing.get_context("spawn"),
+            mp_context=multiprocessing.get_context(_START_METHOD),
             initializer=_start_worker,
             initargs=(work, shared),
         )

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 
-PAIRS_PER_CHUNK: Final = 200
+PAIRS_PER_CHUNK: Final = 100
 
 # What is kept of each comparison; lengths in pixels of the reference, CPU time in microseconds.
 OUTCOME: Final = np.dtype(

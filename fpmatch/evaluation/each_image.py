@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     ImageChunk = list[tuple[Path, float | None]]
 
-IMAGES_PER_CHUNK: Final = 4
+IMAGES_PER_CHUNK: Final = 2
 
 Shared = TypeVar("Shared")
 Result = TypeVar("Result")

@@ -170,7 +170,9 @@ def identify(
         if score < threshold:
             break
         fmr = score_to_fmr(score)
-        found = search.matcher.compare(prepared, search.references[places[k]]) if transforms else None
+        found = (
+            search.matcher.compare(prepared, search.references[places[k]]) if transforms else None
+        )
         candidates.append(
             Candidate(
                 rank=rank,

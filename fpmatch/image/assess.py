@@ -40,7 +40,7 @@ class AssessedPrint:
 class QualityRecorder(NoRecorder):
     """Keep of an extraction what quality is measured on, and measure when asked.
 
-    As a kind of `NoRecorder` it makes no stage that is for the eye alone.
+    It is a kind of `NoRecorder`, for which no stage is made for the eye alone.
 
     Examples
     --------

@@ -93,7 +93,7 @@ def extract(
     note.record("input", grey)
 
     box = foreground_box(grey, p.foreground)
-    if not isinstance(note, NoRecorder):
+    if recorder is not None:
         note = PlacedRecorder(note, box, (grey.shape[0], grey.shape[1]))
     normalized = normalize(grey[box.slices], p.normalization)
     note.record("normalised", normalized.pixels)

@@ -22,7 +22,10 @@ class Recorder(Protocol):
 
 
 class NoRecorder:
-    """Ignore every stage; the default."""
+    """Ignore every stage; the default.
+
+    For a recorder of a kind of this class no stage is made for the eye alone.
+    """
 
     def record(self, stage: str, array: NDArray[Any]) -> None:
         """Do nothing."""
@@ -55,6 +58,12 @@ class PlacedRecorder:
             around = math.nan if stage in MAY_BE_UNKNOWN else 0.0
             array = self.box.placed(array, self.shape, around=around)
         self.recorder.record(stage, array)
+
+
+def wants_every_stage(recorder: Recorder) -> bool:
+    """Tell whether stages that are made for the eye alone are to be made for this recorder."""
+    receiver = recorder.recorder if isinstance(recorder, PlacedRecorder) else recorder
+    return not isinstance(receiver, NoRecorder)
 
 
 class StageRecorder:

@@ -22,7 +22,7 @@ from fpmatch.image.orientation import (
     orientation_at_pixels,
     ridge_orientation,
 )
-from fpmatch.image.recorder import NoRecorder
+from fpmatch.image.recorder import wants_every_stage
 from fpmatch.image.ridge_network import enhance_by_network
 from fpmatch.image.segment import mask_at_pixels, segment, segment_enhanced
 from fpmatch.image.spectrum import ridge_spectrum
@@ -95,7 +95,7 @@ def learned_flow(
     enhanced = np.asarray(cv2.copyTo(ridges, mask.view(np.uint8)), np.float32)
     note.record("enhanced", enhanced)
     note.record("mask", mask)
-    if not isinstance(note, NoRecorder):  # made for the eye alone
+    if wants_every_stage(note):
         orientation = orientation_at_pixels(field.orientation, grid)
         note.record("orientation", np.where(mask, orientation, np.nan))
         note.record("coherence", cells_to_pixels(field.coherence, grid))

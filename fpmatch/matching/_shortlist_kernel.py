@@ -394,9 +394,7 @@ class Sieve:
                 f4 = ALL
                 f8 = 0
             # what weighs anything: four neighbours; three and five orientations; two and nine
-            any_ &= (
-                (n4 | n8) | (n1 & n2 & (f8 | (f4 & (f1 | f2)))) | (n2 & f8 & (f1 | f2 | f4))
-            )
+            any_ &= (n4 | n8) | (n1 & n2 & (f8 | (f4 & (f1 | f2)))) | (n2 & f8 & (f1 | f2 | f4))
             while any_:
                 lowest = any_ & ((any_ ^ ALL) + 1)
                 any_ ^= lowest

@@ -27,6 +27,7 @@ from made_images import (
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.minutiae_truth import load_truth
+from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import ExtractionParameters, extract, resample
 from fpmatch.image.read import GreyImage, read_image
 from fpmatch.image.recorder import StageRecorder
@@ -561,3 +562,16 @@ def test_every_picture_that_is_recorded_is_as_large_as_the_image(way: str) -> No
     assert template.field is not None
     assert template.field.mask.shape == (32, 39)
     assert template.field.mask[y // 16, x // 16].mean() > 0.9
+
+
+@both_ways
+def test_quality_is_that_of_the_print_wherever_it_lies_on_the_page(way: str) -> None:
+    pixels = read_image(SAMPLES / "101_1.tif").pixels
+    scores = []
+    for top, left in ((48, 48), (160, 96)):
+        page = np.full((pixels.shape[0] + 240, pixels.shape[1] + 180), int(pixels[0, 0]), np.uint8)
+        page[top : top + pixels.shape[0], left : left + pixels.shape[1]] = pixels
+        recorder = QualityRecorder()
+        extract(page, 500, enhance=way, recorder=recorder)
+        scores.append(recorder.quality(500.0).score)
+    assert scores[0] == scores[1] > 50

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fpmatch.image.foreground import Box
-from fpmatch.image.recorder import NoRecorder, PlacedRecorder, StageRecorder
+from fpmatch.image.recorder import NoRecorder, PlacedRecorder, StageRecorder, wants_every_stage
 
 
 def test_stages_are_kept_in_their_order() -> None:
@@ -55,3 +55,10 @@ def test_pictures_of_a_box_are_placed_and_all_else_is_handed_on() -> None:
     shapes = {stage: array.shape for stage, array in recorder.stages.items()}
     assert shapes == {"picture": (30, 40), "columns": (9, 5), "whole": (30, 40)}
     assert recorder.stages["picture"].sum() == recorder.stages["picture"][16:20, 32:38].sum() == 24
+
+
+def test_only_who_looks_wants_every_stage() -> None:
+    box = Box(0, 16, 0, 16)
+    for recorder, wanted in ((StageRecorder(), True), (NoRecorder(), False)):
+        assert wants_every_stage(recorder) is wanted
+        assert wants_every_stage(PlacedRecorder(recorder, box, (32, 32))) is wanted

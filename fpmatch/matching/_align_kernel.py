@@ -594,7 +594,8 @@ class LightTable:
         best: cython.double
         total: cython.double = 0.0
         found: cython.Py_ssize_t = 0
-        scale: cython.double = 1.0 / (1.0 - self.min_cosine)
+        least: cython.double = self.min_cosine
+        scale: cython.double = 1.0 / (1.0 - least)
         for j in range(self.size_b):
             self.rival[j] = -1
             self.rival_weight[j] = 0.0
@@ -616,12 +617,11 @@ class LightTable:
                 j = self.item[e]
                 d2 = (self.b[0, j] - x) * (self.b[0, j] - x)
                 d2 += (self.b[1, j] - y) * (self.b[1, j] - y)
-                if d2 >= r2:
-                    continue
                 cosine = self.laid[2, i] * self.b[2, j] + self.laid[3, i] * self.b[3, j]
-                if cosine <= self.min_cosine:
+                # both told at once, for that one of them fails nearly always, but either often not
+                if not (cython.cast(cython.int, d2 < r2) & cython.cast(cython.int, cosine > least)):
                     continue
-                value = (1.0 - 0.5 * d2 / r2) * (cosine - self.min_cosine) * scale
+                value = (1.0 - 0.5 * d2 / r2) * (cosine - least) * scale
                 if value > best:
                     best = value
                     best_j = j

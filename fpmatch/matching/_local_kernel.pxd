@@ -4,7 +4,7 @@ cdef class NeighbourIndex:
     cdef readonly double per_px
     cdef readonly double[:, ::1] entry
     cdef readonly int[::1] owner, start, item
-    cdef double[::1] best, total, root_weight
+    cdef double[::1] best, root_weight
 
     cdef Py_ssize_t _line(self, double place) noexcept nogil
     cpdef int to_prints_before(

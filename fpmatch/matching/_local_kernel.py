@@ -100,7 +100,6 @@ class NeighbourIndex:
         self.half = half
         self.per_px = 1.0 / side
         self.best = np.zeros(self.minutiae * max(self.size, other_size))
-        self.total = np.zeros(self.minutiae)
         self.root_weight = np.asarray(frame)[:, 5].T.astype(np.float64).ravel()
         entry = np.empty((self.minutiae * self.size, 6))
         owner = np.empty(self.minutiae * self.size, np.int32)
@@ -196,6 +195,10 @@ class NeighbourIndex:
         weight: cython.double
         near: cython.double
         turn: cython.double
+        t0: cython.double
+        t1: cython.double
+        t2: cython.double
+        t3: cython.double
         # a quarter, as either factor of a likeness is doubled below
         scale: cython.double = 0.25 / (1.0 - min_cosine)
         n: cython.Py_ssize_t = self.minutiae
@@ -203,7 +206,6 @@ class NeighbourIndex:
         owner: cython.int[::1] = self.owner
         item: cython.int[::1] = self.item
         best: cython.double[::1] = self.best
-        total: cython.double[::1] = self.total
         for i in range(minutiae):
             for k in range(count[i]):
                 u = cython.cast(cython.double, frame[i, 0, k])
@@ -225,15 +227,32 @@ class NeighbourIndex:
                     near = near * turn * entry[e, 5]
                     j = k * n + owner[e]
                     best[j] = near if near > best[j] else best[j]
-            for j in range(n):
-                total[j] = 0.0
-            for k in range(count[i]):
-                weight = cython.cast(cython.double, frame[i, 5, k])
-                for j in range(n):
-                    total[j] += best[k * n + j] * weight
+            j = 0
+            while j + 4 <= n:  # four at a time, whose sums stay in registers
+                t0 = t1 = t2 = t3 = 0.0
+                for k in range(count[i]):
+                    weight = cython.cast(cython.double, frame[i, 5, k])
+                    e = k * n + j
+                    t0 += best[e] * weight
+                    t1 += best[e + 1] * weight
+                    t2 += best[e + 2] * weight
+                    t3 += best[e + 3] * weight
+                    best[e] = 0.0
+                    best[e + 1] = 0.0
+                    best[e + 2] = 0.0
+                    best[e + 3] = 0.0
+                likeness[i, j] = cython.cast(cython.float, t0)
+                likeness[i, j + 1] = cython.cast(cython.float, t1)
+                likeness[i, j + 2] = cython.cast(cython.float, t2)
+                likeness[i, j + 3] = cython.cast(cython.float, t3)
+                j += 4
+            while j < n:
+                t0 = 0.0
+                for k in range(count[i]):
+                    t0 += best[k * n + j] * cython.cast(cython.double, frame[i, 5, k])
                     best[k * n + j] = 0.0
-            for j in range(n):
-                likeness[i, j] = cython.cast(cython.float, total[j])
+                likeness[i, j] = cython.cast(cython.float, t0)
+                j += 1
         return 0
 
     @cython.ccall
@@ -267,6 +286,10 @@ class NeighbourIndex:
         weight: cython.double
         near: cython.double
         turn: cython.double
+        t0: cython.double
+        t1: cython.double
+        t2: cython.double
+        t3: cython.double
         # a quarter, as either factor of a likeness is doubled below
         scale: cython.double = 0.25 / (1.0 - min_cosine)
         n: cython.Py_ssize_t = self.minutiae
@@ -274,7 +297,6 @@ class NeighbourIndex:
         item: cython.int[::1] = self.item
         root_weight: cython.double[::1] = self.root_weight
         best: cython.double[::1] = self.best
-        total: cython.double[::1] = self.total
         for j in range(minutiae):
             for m in range(count[j]):
                 u = cython.cast(cython.double, frame[j, 0, m])
@@ -295,14 +317,31 @@ class NeighbourIndex:
                     turn = turn + fabs(turn)
                     near = near * turn * weight
                     best[e] = near if near > best[e] else best[e]
-            for i in range(n):
-                total[i] = 0.0
-            for k in range(self.size):
-                for i in range(n):
-                    total[i] += best[k * n + i] * root_weight[k * n + i]
+            i = 0
+            while i + 4 <= n:  # four at a time, whose sums stay in registers
+                t0 = t1 = t2 = t3 = 0.0
+                for k in range(self.size):
+                    e = k * n + i
+                    t0 += best[e] * root_weight[e]
+                    t1 += best[e + 1] * root_weight[e + 1]
+                    t2 += best[e + 2] * root_weight[e + 2]
+                    t3 += best[e + 3] * root_weight[e + 3]
+                    best[e] = 0.0
+                    best[e + 1] = 0.0
+                    best[e + 2] = 0.0
+                    best[e + 3] = 0.0
+                likeness[i, j] = cython.cast(cython.float, t0)
+                likeness[i + 1, j] = cython.cast(cython.float, t1)
+                likeness[i + 2, j] = cython.cast(cython.float, t2)
+                likeness[i + 3, j] = cython.cast(cython.float, t3)
+                i += 4
+            while i < n:
+                t0 = 0.0
+                for k in range(self.size):
+                    t0 += best[k * n + i] * root_weight[k * n + i]
                     best[k * n + i] = 0.0
-            for i in range(n):
-                likeness[i, j] = cython.cast(cython.float, total[i])
+                likeness[i, j] = cython.cast(cython.float, t0)
+                i += 1
         return 0
 
 

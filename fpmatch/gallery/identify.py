@@ -24,7 +24,7 @@ Shortlist = int | Literal["auto", "off"]
 EXHAUSTIVE_UP_TO: Final = 10_000
 """The most prints all of which a probe is compared with, where nothing else is asked for."""
 
-SHORTLIST_SHARE: Final = 0.04
+SHORTLIST_SHARE: Final = 0.02
 """Of more prints, the share that it is compared with."""
 
 LEAST_SHORTLIST: Final = 500
@@ -170,7 +170,9 @@ def identify(
         if score < threshold:
             break
         fmr = score_to_fmr(score)
-        found = search.matcher.compare(prepared, search.references[places[k]]) if transforms else None
+        found = (
+            search.matcher.compare(prepared, search.references[places[k]]) if transforms else None
+        )
         candidates.append(
             Candidate(
                 rank=rank,

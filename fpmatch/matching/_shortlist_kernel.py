@@ -37,12 +37,12 @@ MOST_WEIGHT = cython.declare(cython.int, 31)
 @cython.wraparound(False)
 @cython.exceptval(check=False)
 def code_neighbours(
-    start: cython.longlong[::1],
-    xy: cython.float[:, ::1],
-    direction: cython.float[:, ::1],
-    turn: cython.uchar[::1],
-    count: cython.uchar[::1],
-    neighbour: cython.uchar[:, ::1],
+    start: cython.const[cython.longlong][::1],
+    xy: cython.const[cython.float][:, ::1],
+    direction: cython.const[cython.float][:, ::1],
+    turn: cython.const[cython.uchar][::1],
+    count: cython.const[cython.uchar][::1],
+    neighbour: cython.const[cython.uchar][:, ::1],
     per_px: cython.double,
     half: cython.int,
     word: cython.ushort[:, ::1],
@@ -94,15 +94,15 @@ def code_neighbours(
 @cython.cdivision(True)
 @cython.exceptval(check=False)
 def code_flow(
-    start: cython.longlong[::1],
-    xy: cython.float[:, ::1],
-    direction: cython.float[:, ::1],
-    turn: cython.uchar[::1],
-    cell: cython.uchar[::1],
-    cell_start: cython.longlong[::1],
-    shape: cython.int[:, ::1],
-    step: cython.double[::1],
-    has_flow: cython.uchar[::1],
+    start: cython.const[cython.longlong][::1],
+    xy: cython.const[cython.float][:, ::1],
+    direction: cython.const[cython.float][:, ::1],
+    turn: cython.const[cython.uchar][::1],
+    cell: cython.const[cython.uchar][::1],
+    cell_start: cython.const[cython.longlong][::1],
+    shape: cython.const[cython.int][:, ::1],
+    step: cython.const[cython.double][::1],
+    has_flow: cython.const[cython.uchar][::1],
     places: cython.double[:, ::1],
     word: cython.uchar[:, ::1],
 ) -> cython.int:
@@ -294,12 +294,12 @@ class Sieve:
     def weigh(
         self,
         first: cython.Py_ssize_t,
-        start: cython.longlong[::1],
-        xy: cython.float[:, ::1],
-        turn: cython.uchar[::1],
-        around: cython.ushort[:, ::1],
-        along: cython.uchar[:, ::1],
-        has_flow: cython.uchar[::1],
+        start: cython.const[cython.longlong][::1],
+        xy: cython.const[cython.float][:, ::1],
+        turn: cython.const[cython.uchar][::1],
+        around: cython.const[cython.ushort][:, ::1],
+        along: cython.const[cython.uchar][:, ::1],
+        has_flow: cython.const[cython.uchar][::1],
         score: cython.int[::1],
     ) -> cython.int:
         """Fill `score` for as many prints, from the print `first` on."""
@@ -322,8 +322,8 @@ class Sieve:
         self,
         first: cython.longlong,
         last: cython.longlong,
-        around: cython.ushort[:, ::1],
-        along: cython.uchar[:, ::1],
+        around: cython.const[cython.ushort][:, ::1],
+        along: cython.const[cython.uchar][:, ::1],
         has_flow: cython.bint,
     ) -> cython.int:
         """Gather the pairs of minutiae that agree in enough; return their number.
@@ -394,9 +394,7 @@ class Sieve:
                 f4 = ALL
                 f8 = 0
             # what weighs anything: four neighbours; three and five orientations; two and nine
-            any_ &= (
-                (n4 | n8) | (n1 & n2 & (f8 | (f4 & (f1 | f2)))) | (n2 & f8 & (f1 | f2 | f4))
-            )
+            any_ &= (n4 | n8) | (n1 & n2 & (f8 | (f4 & (f1 | f2)))) | (n2 & f8 & (f1 | f2 | f4))
             while any_:
                 lowest = any_ & ((any_ ^ ALL) + 1)
                 any_ ^= lowest
@@ -524,8 +522,8 @@ class Sieve:
         self,
         pairs: cython.int,
         first: cython.longlong,
-        xy: cython.float[:, ::1],
-        turn: cython.uchar[::1],
+        xy: cython.const[cython.float][:, ::1],
+        turn: cython.const[cython.uchar][::1],
     ) -> cython.int:
         """Return the greatest weight of pairs that the transform of one of them explains.
 

@@ -68,14 +68,14 @@ def code_neighbours(
     sector: cython.int
     for t in range(start.shape[0] - 1):
         for i in range(start[t], start[t + 1]):
-            c = direction[i, 0]
-            s = direction[i, 1]
+            c = cython.cast(cython.double, direction[i, 0])
+            s = cython.cast(cython.double, direction[i, 1])
             for k in range(WORDS):
                 word[i, k] = none
             for k in range(count[i]):
                 j = start[t] + neighbour[i, k]
-                dx = cython.cast(cython.double, xy[j, 0]) - xy[i, 0]
-                dy = cython.cast(cython.double, xy[j, 1]) - xy[i, 1]
+                dx = cython.cast(cython.double, xy[j, 0]) - cython.cast(cython.double, xy[i, 0])
+                dy = cython.cast(cython.double, xy[j, 1]) - cython.cast(cython.double, xy[i, 1])
                 u = (c * dx + s * dy) * per_px + half
                 v = (c * dy - s * dx) * per_px + half
                 if 0.0 <= u < side and 0.0 <= v < side:
@@ -122,8 +122,8 @@ def code_flow(
     code: cython.int
     for t in range(start.shape[0] - 1):
         for i in range(start[t], start[t + 1]):
-            c = direction[i, 0]
-            s = direction[i, 1]
+            c = cython.cast(cython.double, direction[i, 0])
+            s = cython.cast(cython.double, direction[i, 1])
             for k in range(WORDS):
                 word[i, k] = cython.cast(cython.uchar, WORDS * BINS)
                 if not has_flow[t]:
@@ -398,7 +398,7 @@ class Sieve:
             while any_:
                 lowest = any_ & ((any_ ^ ALL) + 1)
                 any_ ^= lowest
-                place = self.which[((lowest * WHICH) & ALL) >> 58]
+                place = cython.cast(cython.Py_ssize_t, self.which[((lowest * WHICH) & ALL) >> 58])
                 weight = cython.cast(cython.int, (n1 >> place) & 1)
                 weight += 2 * cython.cast(cython.int, (n2 >> place) & 1)
                 weight += 4 * cython.cast(cython.int, (n4 >> place) & 1)
@@ -534,6 +534,7 @@ class Sieve:
         best: cython.int = 0
         total: cython.int
         last: cython.int
+        own: cython.int
         apart: cython.int
         used: cython.ulonglong
         c: cython.double
@@ -569,10 +570,11 @@ class Sieve:
                 reach = self.near + self.spread * sqrt(dx * dx + dy * dy)
                 if ex * ex + ey * ey > reach * reach:
                     continue
-                if self.other[g] == last or (used >> self.own[g]) & 1:
+                own = cython.cast(cython.int, self.own[g])
+                if self.other[g] == last or (used >> own) & 1:
                     continue
                 last = self.other[g]
-                used |= (ONE << self.own[g]) & ALL
+                used |= (ONE << own) & ALL
                 total += self.weight[g]
             best = total if total > best else best
         return best

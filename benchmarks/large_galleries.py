@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from disturbed_prints import sample_templates
+from one_to_many import MOVE_PX, SHARE_KEPT, TURN_RAD
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
@@ -46,8 +47,6 @@ COUNTS = (10_000, 100_000, 1_000_000)
 DIFFERENT = 5_000  # prints that are prepared; of more, each stands for several
 PROBES = 5
 COMPARED = 500  # prints at once, in turn
-MOVE_PX, TURN_RAD = 3.0, 0.1
-SHARE_KEPT = 0.75  # of the minutiae of a print in a copy of it
 COPIES = 2  # of each sample print
 IMPRESSIONS = 4  # of each finger among them
 RECOMBINED = 1_000  # prints beside those of a database, where mates are looked for

@@ -47,8 +47,8 @@ COUNTS = (10_000, 100_000, 1_000_000)
 DIFFERENT = 5_000  # prints that are prepared; of more, each stands for several
 PROBES = 5
 COMPARED = 500  # prints at once, in turn
-COPIES = 2  # of each sample print
-IMPRESSIONS = 4  # of each finger among them
+IMPRESSIONS = 4  # of each finger among the sample prints, of which the first is copied
+COPIES = 8
 RECOMBINED = 1_000  # prints beside those of a database, where mates are looked for
 MAX_SHARE_OF_TIME = 0.1
 MIN_RECALL = 0.99
@@ -182,10 +182,10 @@ def found(kind: Kind, more: PreparedMany) -> dict[str, float | str]:
 def kinds(folders: Sequence[Path]) -> list[Kind]:
     """Return the prints that are looked for."""
     rng = np.random.default_rng(7)
-    samples = sample_templates()
+    samples = sample_templates()[::IMPRESSIONS]
     copies = [(k, t) for k, t in enumerate(samples) for _ in range(COPIES)]
     worn = [replace(t, minutiae=moved(t, rng, SHARE_KEPT)) for _, t in copies]
-    made = [Kind("copies of the sample prints", worn, [k // IMPRESSIONS for k, _ in copies])]
+    made = [Kind("copies of the sample prints", worn, [k for k, _ in copies])]
     for found_set in extract_datasets(load_datasets(folders)) if folders else []:
         pairs = zip(found_set.dataset.impressions, found_set.extractions, strict=True)
         kept = [(i.finger, e.template) for i, e in pairs if e.template is not None]

@@ -37,7 +37,7 @@ class _Found:
     seconds: float
 
 
-class _ShortlistSize(click.ParamType):
+class _ShortlistSize(click.ParamType[Any]):
     """A number from 1 on, `auto` or `off`."""
 
     name = "shortlist"

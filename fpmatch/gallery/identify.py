@@ -217,7 +217,7 @@ def shortlist_size(search: Search, shortlist: Shortlist = "auto") -> int | None:
         if total <= EXHAUSTIVE_UP_TO or not search.has_shortlists:
             return None
         return max(LEAST_SHORTLIST, round(SHORTLIST_SHARE * total))
-    if isinstance(shortlist, str) or shortlist < 1:
+    if not str(shortlist).isdecimal() or shortlist < 1:
         raise MatcherError(f"a shortlist is a number from 1 on, auto or off, not {shortlist}")
     if not search.has_shortlists:
         raise MatcherError(f"the matcher {search.matcher.name} has no shortlists")

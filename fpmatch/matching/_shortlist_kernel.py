@@ -161,7 +161,9 @@ class Sieve:
     orientation may differ.
     """
 
-    def __init__(self, count, frame, xy, turn, flow, cells, reach, cosine, bins, parameters):
+    def __init__(
+        self, count, frame, xy, turn, flow, cells, reach, cosine, bins, parameters
+    ) -> None:
         per_px, half = cells
         self.minutiae = count.shape[0]
         self.xy = xy

@@ -37,7 +37,7 @@ class _Found:
     seconds: float
 
 
-class _ShortlistSize(click.ParamType):
+class _ShortlistSize(click.ParamType[Any]):
     """A number from 1 on, `auto` or `off`."""
 
     name = "shortlist"
@@ -108,8 +108,8 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     default="auto",
     show_default=True,
     help="Compare the probe with the N prints that a first, coarse look at all of them favours; "
-    "auto: with all of up to 10,000 prints, and of more with 4 in 100, among which are 99 % of the "
-    "prints that comparing all would find; off: with all.",
+    "auto: with all of up to 20,000 prints, of more with 2 in 100, but 2,000 at least, among which "
+    "are about 99 in 100 of the prints that comparing all would find; off: with all.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @click.option(

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 Shortlist = int | Literal["auto", "off"]
 """How many prints a probe is compared with: so many, as many as `shortlist_size` says, or all."""
 
-EXHAUSTIVE_UP_TO: Final = 10_000
+EXHAUSTIVE_UP_TO: Final = 20_000
 """The most prints all of which a probe is compared with, where nothing else is asked for."""
 
-SHORTLIST_SHARE: Final = 0.04
+SHORTLIST_SHARE: Final = 0.02
 """Of more prints, the share that it is compared with."""
 
-LEAST_SHORTLIST: Final = 500
+LEAST_SHORTLIST: Final = 2_000
 """The fewest of more prints that it is compared with."""
 
 
@@ -122,8 +122,8 @@ def identify(
     shortlist : int, "auto" or "off"
         How many prints to compare the probe with, those that most speaks for by a first, coarse
         look at all of them; or all ("off"); or all of a small gallery and a share of a large one,
-        see `shortlist_size` ("auto"). In benchmarks/large_galleries.py 99 % of the prints that are
-        found by comparing all are in the shortlist.
+        see `shortlist_size` ("auto"). About 99 in 100 of the prints that comparing all of a large
+        gallery finds are in the shortlist; docs/searching.md says where the others are lost.
 
     Returns
     -------
@@ -217,7 +217,7 @@ def shortlist_size(search: Search, shortlist: Shortlist = "auto") -> int | None:
         if total <= EXHAUSTIVE_UP_TO or not search.has_shortlists:
             return None
         return max(LEAST_SHORTLIST, round(SHORTLIST_SHARE * total))
-    if isinstance(shortlist, str) or shortlist < 1:
+    if not str(shortlist).isdecimal() or shortlist < 1:
         raise MatcherError(f"a shortlist is a number from 1 on, auto or off, not {shortlist}")
     if not search.has_shortlists:
         raise MatcherError(f"the matcher {search.matcher.name} has no shortlists")

@@ -56,7 +56,8 @@ class Search:
     @cached_property
     def coded(self) -> CodedPrints | None:
         """The codes that shortlists are made from; None where the matcher has none."""
-        return CodedPrints.of(self.references) if self.has_shortlists else None
+        prints = self.references
+        return CodedPrints.of(prints) if isinstance(prints, PreparedMany) else None
 
     @property
     def has_shortlists(self) -> bool:

@@ -37,12 +37,12 @@ MOST_WEIGHT = cython.declare(cython.int, 31)
 @cython.wraparound(False)
 @cython.exceptval(check=False)
 def code_neighbours(
-    start: cython.longlong[::1],
-    xy: cython.float[:, ::1],
-    direction: cython.float[:, ::1],
-    turn: cython.uchar[::1],
-    count: cython.uchar[::1],
-    neighbour: cython.uchar[:, ::1],
+    start: cython.const[cython.longlong][::1],
+    xy: cython.const[cython.float][:, ::1],
+    direction: cython.const[cython.float][:, ::1],
+    turn: cython.const[cython.uchar][::1],
+    count: cython.const[cython.uchar][::1],
+    neighbour: cython.const[cython.uchar][:, ::1],
     per_px: cython.double,
     half: cython.int,
     word: cython.ushort[:, ::1],
@@ -68,14 +68,14 @@ def code_neighbours(
     sector: cython.int
     for t in range(start.shape[0] - 1):
         for i in range(start[t], start[t + 1]):
-            c = direction[i, 0]
-            s = direction[i, 1]
+            c = cython.cast(cython.double, direction[i, 0])
+            s = cython.cast(cython.double, direction[i, 1])
             for k in range(WORDS):
                 word[i, k] = none
             for k in range(count[i]):
                 j = start[t] + neighbour[i, k]
-                dx = cython.cast(cython.double, xy[j, 0]) - xy[i, 0]
-                dy = cython.cast(cython.double, xy[j, 1]) - xy[i, 1]
+                dx = cython.cast(cython.double, xy[j, 0]) - cython.cast(cython.double, xy[i, 0])
+                dy = cython.cast(cython.double, xy[j, 1]) - cython.cast(cython.double, xy[i, 1])
                 u = (c * dx + s * dy) * per_px + half
                 v = (c * dy - s * dx) * per_px + half
                 if 0.0 <= u < side and 0.0 <= v < side:
@@ -94,15 +94,15 @@ def code_neighbours(
 @cython.cdivision(True)
 @cython.exceptval(check=False)
 def code_flow(
-    start: cython.longlong[::1],
-    xy: cython.float[:, ::1],
-    direction: cython.float[:, ::1],
-    turn: cython.uchar[::1],
-    cell: cython.uchar[::1],
-    cell_start: cython.longlong[::1],
-    shape: cython.int[:, ::1],
-    step: cython.double[::1],
-    has_flow: cython.uchar[::1],
+    start: cython.const[cython.longlong][::1],
+    xy: cython.const[cython.float][:, ::1],
+    direction: cython.const[cython.float][:, ::1],
+    turn: cython.const[cython.uchar][::1],
+    cell: cython.const[cython.uchar][::1],
+    cell_start: cython.const[cython.longlong][::1],
+    shape: cython.const[cython.int][:, ::1],
+    step: cython.const[cython.double][::1],
+    has_flow: cython.const[cython.uchar][::1],
     places: cython.double[:, ::1],
     word: cython.uchar[:, ::1],
 ) -> cython.int:
@@ -122,8 +122,8 @@ def code_flow(
     code: cython.int
     for t in range(start.shape[0] - 1):
         for i in range(start[t], start[t + 1]):
-            c = direction[i, 0]
-            s = direction[i, 1]
+            c = cython.cast(cython.double, direction[i, 0])
+            s = cython.cast(cython.double, direction[i, 1])
             for k in range(WORDS):
                 word[i, k] = cython.cast(cython.uchar, WORDS * BINS)
                 if not has_flow[t]:
@@ -161,7 +161,9 @@ class Sieve:
     orientation may differ.
     """
 
-    def __init__(self, count, frame, xy, turn, flow, cells, reach, cosine, bins, parameters):
+    def __init__(
+        self, count, frame, xy, turn, flow, cells, reach, cosine, bins, parameters
+    ) -> None:
         per_px, half = cells
         self.minutiae = count.shape[0]
         self.xy = xy
@@ -294,12 +296,12 @@ class Sieve:
     def weigh(
         self,
         first: cython.Py_ssize_t,
-        start: cython.longlong[::1],
-        xy: cython.float[:, ::1],
-        turn: cython.uchar[::1],
-        around: cython.ushort[:, ::1],
-        along: cython.uchar[:, ::1],
-        has_flow: cython.uchar[::1],
+        start: cython.const[cython.longlong][::1],
+        xy: cython.const[cython.float][:, ::1],
+        turn: cython.const[cython.uchar][::1],
+        around: cython.const[cython.ushort][:, ::1],
+        along: cython.const[cython.uchar][:, ::1],
+        has_flow: cython.const[cython.uchar][::1],
         score: cython.int[::1],
     ) -> cython.int:
         """Fill `score` for as many prints, from the print `first` on."""
@@ -322,8 +324,8 @@ class Sieve:
         self,
         first: cython.longlong,
         last: cython.longlong,
-        around: cython.ushort[:, ::1],
-        along: cython.uchar[:, ::1],
+        around: cython.const[cython.ushort][:, ::1],
+        along: cython.const[cython.uchar][:, ::1],
         has_flow: cython.bint,
     ) -> cython.int:
         """Gather the pairs of minutiae that agree in enough; return their number.
@@ -398,7 +400,7 @@ class Sieve:
             while any_:
                 lowest = any_ & ((any_ ^ ALL) + 1)
                 any_ ^= lowest
-                place = self.which[((lowest * WHICH) & ALL) >> 58]
+                place = cython.cast(cython.Py_ssize_t, self.which[((lowest * WHICH) & ALL) >> 58])
                 weight = cython.cast(cython.int, (n1 >> place) & 1)
                 weight += 2 * cython.cast(cython.int, (n2 >> place) & 1)
                 weight += 4 * cython.cast(cython.int, (n4 >> place) & 1)
@@ -522,8 +524,8 @@ class Sieve:
         self,
         pairs: cython.int,
         first: cython.longlong,
-        xy: cython.float[:, ::1],
-        turn: cython.uchar[::1],
+        xy: cython.const[cython.float][:, ::1],
+        turn: cython.const[cython.uchar][::1],
     ) -> cython.int:
         """Return the greatest weight of pairs that the transform of one of them explains.
 
@@ -534,6 +536,7 @@ class Sieve:
         best: cython.int = 0
         total: cython.int
         last: cython.int
+        own: cython.int
         apart: cython.int
         used: cython.ulonglong
         c: cython.double
@@ -569,10 +572,11 @@ class Sieve:
                 reach = self.near + self.spread * sqrt(dx * dx + dy * dy)
                 if ex * ex + ey * ey > reach * reach:
                     continue
-                if self.other[g] == last or (used >> self.own[g]) & 1:
+                own = cython.cast(cython.int, self.own[g])
+                if self.other[g] == last or (used >> own) & 1:
                     continue
                 last = self.other[g]
-                used |= (ONE << self.own[g]) & ALL
+                used |= (ONE << own) & ALL
                 total += self.weight[g]
             best = total if total > best else best
         return best

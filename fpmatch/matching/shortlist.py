@@ -70,7 +70,7 @@ class ShortlistParameters:
     flow_rings: tuple[tuple[int, float, float], ...] = ((4, 24.0, 45.0), (8, 42.0, 22.5))
     flow_turn_deg: float = 12.0
     most_pairs: int = 16
-    near_px: float = 10.0
+    near_px: float = 9.0
     spread: float = 0.06
     pair_turn_deg: float = 15.0
 

@@ -171,7 +171,8 @@ class Identified(BaseModel):
 
     gallery: str
     matcher: str
-    compared: int
+    enrolled: int = Field(description="prints that were searched")
+    compared: int = Field(description="prints compared: fewer where a shortlist was made")
     probe: str
     notes: list[str]
     seconds: float

@@ -59,6 +59,21 @@ def test_candidates_as_json(run, place, prints, tmp_path):
     assert {c["subject"] for c in probe["candidates"]} == {"1"}
 
 
+def test_a_shortlist_is_said(run, place, prints):
+    words = ("identify", place, prints / "1_1.png", "-k", 1, "--shortlist", 2, "--workers", 1)
+    result = run(*words)
+    assert (result.exit_code, result.stderr) == (0, "")
+    head, _, first, _ = result.stdout.splitlines()
+    assert head.startswith(f"{prints}/1_1.png: 2 prints compared in ")
+    assert head.endswith(" s, the shortlist of 3")
+    assert first.split()[-3] == "1_1"
+    document = json.loads(run(*words, "--json").stdout)
+    assert (document["enrolled"], document["compared"]) == (3, 2)
+    refused = run(*words[:-3], "0")
+    assert refused.exit_code == 2
+    assert "'0' is not a number from 1 on, auto or off" in refused.stderr
+
+
 def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
     open_gallery(tmp_path / "empty.db", create=True).close()
     probe = prints / "untagged.tif"

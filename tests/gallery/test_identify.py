@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from fpmatch.engine.engine import here
 from fpmatch.errors import GalleryError, MatcherError
+from fpmatch.gallery import identify as identify_module
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import identify
+from fpmatch.gallery.identify import LEAST_SHORTLIST, identify, shortlist_size
 from fpmatch.gallery.search import open_search
 from fpmatch.matching.calibration import Calibration
 from fpmatch.matching.verify import verify
+from fpmatch.minutiae import Minutiae, Template
 
 TEN_PER_TEN = Calibration(((0.0, 0.0), (100.0, 100.0)), tail_scale=1.0)
 
@@ -82,7 +86,13 @@ def test_an_empty_gallery_has_no_candidate(fill, fake):
     assert (result.compared, result.candidates) == (0, ())
 
 
-@pytest.mark.parametrize("wrong", [{"count": 0}, {"threshold": -1.0}, {"threshold": 101.0}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *({"count": 0}, {"threshold": -1.0}, {"threshold": 101.0}),
+        *({"shortlist": 0}, {"shortlist": "some"}, {"shortlist": 5}),
+    ],
+)
 def test_what_is_out_of_range_is_refused(fill, fake, wrong):
     search = open_search(fill([1]), fake.MATCHER)
     with pytest.raises(MatcherError):
@@ -112,3 +122,62 @@ def test_scores_are_those_of_verify_on_the_enrolled_templates(tmp_path, template
     assert (candidate.score, candidate.fmr) == (expected.score, expected.fmr)
     assert candidate.comparison.transform == expected.transform
     assert result.fmr_reach == expected.fmr_reach
+
+
+def scattered(seed):
+    """Return a template of 20 minutiae anywhere."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(20, 280, (2, 20))
+    return Template(Minutiae(x, y, rng.uniform(0, 6, 20)), 300, 300)
+
+
+@pytest.fixture
+def search(tmp_path):
+    """Return a search of 12 prints, whose numbers are those of their seeds."""
+    with open_gallery(tmp_path / "scattered.db", create=True) as gallery:
+        gallery.add(
+            [
+                NewEntry(Label(str(k)), f"{k}", k.to_bytes(32, "big"), scattered(k))
+                for k in range(1, 13)
+            ]
+        )
+        return open_search(gallery, engine=here())
+
+
+def test_a_shortlist_finds_what_comparing_all_finds(search):
+    whole = identify(search, scattered(7), count=1, transforms=True)
+    short = identify(search, scattered(7), count=1, transforms=True, shortlist=3)
+    assert (whole.enrolled, whole.compared, whole.shortlisted) == (12, 12, False)
+    assert (short.enrolled, short.compared, short.shortlisted) == (12, 3, True)
+    (one,), (other,) = whole.candidates, short.candidates
+    assert (one.number, one.score, one.expected_false) == (
+        *(other.number, other.score, other.expected_false),
+    )
+    assert one.comparison.pairs.tolist() == other.comparison.pairs.tolist()
+
+
+def test_a_shortlist_has_room_for_all_candidates(search):
+    assert len(identify(search, scattered(7), count=5, shortlist=2).candidates) == 5
+    everything = identify(search, scattered(7), shortlist=12)
+    assert not everything.shortlisted
+    assert everything == identify(search, scattered(7), shortlist="off")
+
+
+def test_a_small_gallery_is_compared_as_a_whole_and_a_large_one_is_not(search, monkeypatch):
+    assert shortlist_size(search) is None
+    monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 11)
+    assert shortlist_size(search) == LEAST_SHORTLIST
+    monkeypatch.setattr(identify_module, "LEAST_SHORTLIST", 2)
+    assert shortlist_size(search) == 2
+    monkeypatch.setattr(identify_module, "SHORTLIST_SHARE", 0.5)
+    assert shortlist_size(search) == 6
+    assert shortlist_size(search, "off") is None
+    assert identify(search, scattered(7)).compared == 10  # as many as there are candidates
+
+
+def test_a_matcher_without_shortlists_compares_all(fill, fake, monkeypatch):
+    monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 1)
+    search = open_search(fill([1, 2, 3]), fake.MATCHER)
+    assert shortlist_size(search) is None
+    with pytest.raises(MatcherError, match="fake has no shortlists"):
+        search.shortlist(1.0, 2)

@@ -88,6 +88,16 @@ def test_joined_parts_are_one_after_the_other() -> None:
     assert len(PreparedMany.joined([])) == 0
 
 
+@given(st.lists(st.integers(0, 4), max_size=8))
+@settings(max_examples=EXAMPLES)
+def test_some_are_taken_in_any_order(which: list[int]) -> None:
+    prints = some_prints()
+    taken = PreparedMany.of(prints).taken(np.array(which, np.intp))
+    assert len(taken) == len(which)
+    for k, place in enumerate(which):
+        assert_same(taken[k], prints[place])
+
+
 def test_more_prints_than_are_packed_at_once() -> None:
     print_ = some_prints((3,))[0]
     many = PreparedMany.of(print_ for _ in range(PRINTS_AT_ONCE + 2))

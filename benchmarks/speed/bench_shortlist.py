@@ -1,0 +1,48 @@
+"""Searching a large gallery by a shortlist, against comparing all of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from in_turn import OURS, cpu, in_turn
+from one_to_many import prints, repeated
+
+from fpmatch.gallery.identify import shortlist_size
+from fpmatch.gallery.search import Search
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.prepared_many import PreparedMany
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+PRINTS = 100_000
+COMPARED = 1_000  # of all: the yardstick's part
+
+
+@pytest.fixture(scope="module")
+def search() -> Search:
+    """Return a search of prints of 40 minutiae, five of each finger, whose codes are made."""
+    few = PreparedMany.of(prints(np.random.default_rng(42), COMPARED))
+    found = Search(MATCHER, np.arange(PRINTS), repeated(few, PRINTS))
+    assert found.coded is not None
+    return found
+
+
+@cpu("search by a shortlist")
+@in_turn(3)
+def test_search(benchmark: Any, side: str, search: Search) -> None:
+    """Weigh the codes of all prints and compare the shortlist; the yardstick compares all."""
+    probe = search.references[0]
+    size = shortlist_size(search)
+    assert size is not None
+
+    def ours() -> NDArray[np.float64]:
+        return search.similarities(probe, search.shortlist(probe, size))
+
+    def yardstick() -> NDArray[np.float64]:
+        return MATCHER.similarities(probe, search.references, 0, COMPARED)
+
+    benchmark.extra_info["calls"] = PRINTS if side == OURS else COMPARED
+    benchmark.pedantic(ours if side == OURS else yardstick, rounds=3, warmup_rounds=1)

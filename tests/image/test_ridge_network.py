@@ -161,7 +161,7 @@ def test_a_missing_network_is_missed_by_name(
 def test_a_network_that_opencv_cannot_use_is_refused_by_name(
     monkeypatch: pytest.MonkeyPatch, another_file: Callable[[bytes | None], Path]
 ) -> None:
-    def unusable(_: object) -> None:
+    def unusable(*_: object) -> None:
         cv2.cvtColor(np.zeros((0, 0), np.uint8), cv2.COLOR_BGR2GRAY)  # raises as OpenCV does
 
     path = another_file(NETWORK_FILE.read_bytes())

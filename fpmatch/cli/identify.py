@@ -39,8 +39,10 @@ class _Found:
 
 def _shortlist_size(ctx: click.Context, param: click.Parameter, value: str) -> Shortlist:
     """Return a number from 1 on, or `auto` or `off`."""
-    if value == "auto" or value == "off":  # noqa: PLR1714
-        return value
+    if value == "auto":
+        return "auto"
+    if value == "off":
+        return "off"
     if not value.isdecimal() or int(value) < 1:
         raise click.BadParameter(f"{value!r} is not a number from 1 on, auto or off")
     return int(value)

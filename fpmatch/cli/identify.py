@@ -37,19 +37,15 @@ class _Found:
     seconds: float
 
 
-class _ShortlistSize(click.ParamType[Any]):
-    """A number from 1 on, `auto` or `off`."""
-
-    name = "shortlist"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> Shortlist:
-        if isinstance(value, int) or value in {"auto", "off"}:
-            return value  # type: ignore[no-any-return]
-        if not value.isdecimal() or int(value) < 1:
-            self.fail(f"{value!r} is not a number from 1 on, auto or off", param, ctx)
-        return int(value)
+def _shortlist_size(ctx: click.Context, param: click.Parameter, value: str) -> Shortlist:
+    """Return a number from 1 on, or `auto` or `off`."""
+    if value == "auto":
+        return "auto"
+    if value == "off":
+        return "off"
+    if not value.isdecimal() or int(value) < 1:
+        raise click.BadParameter(f"{value!r} is not a number from 1 on, auto or off")
+    return int(value)
 
 
 @click.command(
@@ -104,7 +100,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 @click.option(
     "--shortlist",
     metavar="N|auto|off",
-    type=_ShortlistSize(),
+    callback=_shortlist_size,
     default="auto",
     show_default=True,
     help="Compare the probe with the N prints that a first, coarse look at all of them favours; "

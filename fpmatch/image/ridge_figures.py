@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from fpmatch.image.percentiles import percentiles
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -186,7 +187,7 @@ def _of_contrast(grey: NDArray[np.float32], p: FigureParameters) -> NDArray[np.b
     """Return where the image has contrast, ridges or not."""
     detail = grey - cv2.GaussianBlur(grey, (0, 0), p.background_sigma_px)
     contrast = np.sqrt(cv2.GaussianBlur(detail * detail, (0, 0), p.background_sigma_px))
-    strong = p.relative_contrast * float(np.percentile(contrast, 95))
+    strong = p.relative_contrast * float(percentiles(contrast.ravel(), 95)[0])
     return np.asarray(contrast > max(p.min_contrast, strong))
 
 
@@ -210,7 +211,7 @@ def _spectral_figures(
     def within(periods: tuple[float, float]) -> NDArray[np.bool_]:
         return np.asarray((frequency >= 1 / periods[1]) & (frequency < 1 / periods[0]))
 
-    noise = float(np.median((energy / size)[within(p.noise_periods_px)]))
+    noise = float(percentiles((energy / size)[within(p.noise_periods_px)], 50)[0])
     signal = np.maximum(energy - noise * size, 0.0)
     ridges = within(p.ridge_periods_px)
     total, ridge_energy = float(signal.sum()), float(signal[ridges].sum())

@@ -17,7 +17,7 @@ from planted_targets import GOOD, planted
 
 from fpmatch.formats.registry import CODECS
 
-SCRIPT = Path(__file__).parents[2] / "scripts" / "fuzz"
+SCRIPT = Path(__file__).parents[2] / "scripts" / "fuzz.py"
 
 
 @pytest.mark.parametrize(

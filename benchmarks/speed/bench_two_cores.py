@@ -37,7 +37,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @wall("two cores, evaluate")
-@in_turn(1)
+@in_turn(4)
 def test_evaluate(
     benchmark: Any, side: str, folder: Path, command: list[str], environment: dict[str, str]
 ) -> None:
@@ -48,7 +48,7 @@ def test_evaluate(
 
 
 @wall("two cores, enrol")
-@in_turn(2)
+@in_turn(4)
 def test_enrol(
     benchmark: Any,
     side: str,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from fpmatch.image.raw import RawSize
     from fpmatch.image.read import GreyImage
     from fpmatch.minutiae import Template
-
-
-WRONG_RESOLUTION: Final = "wrong resolution"  # what `fpmatch.image.print_quality` calls it
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +59,8 @@ class GivenPrint:
 
 def say_wrong_resolution(path: Path, quality: PrintQuality | None) -> None:
     """Say on stderr where the ridges of an image tell that its resolution is another one."""
+    from fpmatch.image.print_quality import WRONG_RESOLUTION
+
     for reason in quality.reasons if quality is not None else ():
         if reason.what == WRONG_RESOLUTION:
             click.echo(f"fpmatch: note: {path}: {reason}", err=True)

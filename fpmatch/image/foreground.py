@@ -101,8 +101,7 @@ def foreground_box(grey: NDArray[np.uint8], parameters: ForegroundParameters | N
     """
     p = parameters or ForegroundParameters()
     height, width = grey.shape
-    window = np.ones((p.window_px, p.window_px), np.uint8)
-    spread = cv2.subtract(cv2.dilate(grey, window), cv2.erode(grey, window))
+    spread = local_range(grey, p.window_px)
     cells = spread[p.cell_px // 2 :: p.cell_px, p.cell_px // 2 :: p.cell_px]
     if not cells.size:
         return Box(0, height, 0, width)
@@ -112,6 +111,12 @@ def foreground_box(grey: NDArray[np.uint8], parameters: ForegroundParameters | N
     opened = np.asarray(cv2.morphologyEx(lively, cv2.MORPH_OPEN, element), bool)
     rows, columns = np.atleast_1d(opened.any(axis=1), opened.any(axis=0))
     return Box(*_side(rows, height, p), *_side(columns, width, p))
+
+
+def local_range(grey: NDArray[np.uint8], window_px: int) -> NDArray[np.uint8]:
+    """Return by how much the grey levels in a square window around each pixel differ, (H, W)."""
+    window = np.ones((window_px, window_px), np.uint8)
+    return np.asarray(cv2.subtract(cv2.dilate(grey, window), cv2.erode(grey, window)), np.uint8)
 
 
 def _side(lively: NDArray[np.bool_], size: int, p: ForegroundParameters) -> tuple[int, int]:

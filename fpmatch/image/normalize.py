@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from fpmatch.image.foreground import local_range
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -93,7 +95,7 @@ def _flat_border(grey: NDArray[np.uint8], p: NormalizationParameters) -> NDArray
     One pixel of sixteen tells which of the flat ones these are.
     """
     box = np.ones((p.flat_window_px, p.flat_window_px), np.uint8)
-    spread = cv2.subtract(cv2.dilate(grey, box), cv2.erode(grey, box))
+    spread = local_range(grey, p.flat_window_px)
     flat = cv2.dilate((spread <= p.flat_range).view(np.uint8), box)
     few = np.ascontiguousarray(flat[::SHRUNK_PX, ::SHRUNK_PX])
     count, labels, stats, _ = cv2.connectedComponentsWithStats(few, connectivity=4)

@@ -12,8 +12,10 @@ cdef class Scales:
     cdef RidgeLens lens
     cdef double most
     cdef int found
-    cdef double bias, gate, margin, doubt_pairs, doubt_cells
+    cdef double bias, glance, glance_growth, gate, margin, doubt_pairs, doubt_cells
 
+    cpdef double lacking(self, int weight, Py_ssize_t smaller) noexcept nogil
+    cpdef double dismissed(self, double lacking) noexcept nogil
     cpdef double weigh(
         self, Print a, Print b, int[::1] partner, double[:, ::1] bent,
         double c, double s, double x, double y, float[:, ::1] likeness,

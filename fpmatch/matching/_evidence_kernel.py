@@ -31,6 +31,9 @@ RIDGES = cython.declare(cython.Py_ssize_t, 5)
 CELLS = cython.declare(cython.Py_ssize_t, 6)
 ENTRIES = cython.declare(cython.Py_ssize_t, 7)
 
+# What a step of weight that the codes lack takes off the sum: about as much as it is worth.
+LACKING = cython.declare(cython.double, 0.25)
+
 FEATURES = cython.declare(cython.Py_ssize_t, 6)
 
 # Rows of `standard`:
@@ -56,6 +59,7 @@ class Scales:
         self.feature = np.zeros(FEATURES)
         self.standard = weights.standard
         self.bias = weights.bias
+        self.glance, self.glance_growth = weights.glance
         self.gate = weights.gate
         self.most = 0.0
         self.found = 0
@@ -64,6 +68,24 @@ class Scales:
         self.margin = score.margin_px
         self.doubt_pairs = score.doubt_pairs
         self.doubt_cells = score.doubt_cells
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def lacking(self, weight: cython.int, smaller: cython.Py_ssize_t) -> cython.double:
+        """Return how much the codes of two prints lack to be laid on one another.
+
+        `weight` is what they say, `smaller` the minutiae of the smaller print. Where nothing is
+        lacking the number is not positive.
+        """
+        return self.glance + self.glance_growth * smaller - weight
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def dismissed(self, lacking: cython.double) -> cython.double:
+        """Return the sum for prints whose codes lack so much: below all that are laid."""
+        return (self.gate if self.gate < 0.0 else 0.0) - LACKING * lacking
 
     @cython.ccall
     @cython.nogil

@@ -9,6 +9,7 @@ import numpy as np
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._align_kernel import LightTable
+    from cython.cimports.fpmatch.matching._code_kernel import Sieve
     from cython.cimports.fpmatch.matching._evidence_kernel import Scales
     from cython.cimports.fpmatch.matching._local_kernel import (
         NeighbourIndex,
@@ -36,6 +37,8 @@ class OneToOne:
     `local` is an `fpmatch.matching.local.LocalParameters`.
     """
 
+    sieve: Sieve
+    sieved: object
     table: LightTable
     scales: Scales
     likeness: cython.float[:, ::1]
@@ -44,7 +47,9 @@ class OneToOne:
     min_cosine: cython.double
     fewest_neighbours: cython.int
 
-    def __init__(self, table, scales, room, local) -> None:
+    def __init__(self, sieve, table, scales, room, local) -> None:
+        self.sieve = sieve
+        self.sieved = None
         self.table = table
         self.scales = scales
         self.likeness = np.empty((room, room), np.float32)
@@ -52,6 +57,16 @@ class OneToOne:
         self.value = np.empty(local.seeds, np.float32)
         self.min_cosine = local.min_cosine
         self.fewest_neighbours = local.fewest_neighbours
+
+    @cython.ccall
+    def lacking(self, a: Print, b: Print) -> cython.double:
+        """Return how much the codes of A and B lack for the two to be laid on one another."""
+        weight: cython.int
+        if self.sieved is not a:
+            self.sieve.enter(a.xy, a.turn, a.around, a.along, a.has_flow)
+            self.sieved = a
+        weight = self.sieve.weigh(0, b.size, b.xy, b.turn, b.around, b.along, b.has_flow, False)
+        return self.scales.lacking(weight, a.size if a.size < b.size else b.size)
 
     @cython.ccall
     @cython.boundscheck(False)

@@ -10,6 +10,7 @@ from fpmatch.matching import score
 from fpmatch.matching._align_kernel import LightTable
 from fpmatch.matching._one_to_one_kernel import OneToOne
 from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.codes import sieve
 from fpmatch.matching.local import LocalParameters, index_neighbours
 
 if TYPE_CHECKING:
@@ -48,7 +49,23 @@ class Bench:
         self.weights = score.load_weights()
         self.table = LightTable(room, room, local.seeds, AlignmentParameters())
         self.scales = score.scales(room, self.weights) if on is None else on
-        self._kernel = OneToOne(self.table, self.scales, room, local)
+        self._kernel = OneToOne(sieve(), self.table, self.scales, room, local)
+
+    def dismiss(self, a: PreparedTemplate, b: PreparedTemplate) -> float | None:
+        """Tell from their codes whether two prints have too little in common to be laid.
+
+        Parameters
+        ----------
+        a, b : PreparedTemplate
+            The two, in the order of their content.
+
+        Returns
+        -------
+        float or None
+            The sum that stands for such prints; None where they are to be laid on one another.
+        """
+        lacking: float = self._kernel.lacking(for_kernels(a), for_kernels(b))
+        return self.scales.dismissed(lacking) if lacking > 0.0 else None
 
     def lay(self, a: PreparedTemplate, b: PreparedTemplate) -> float | None:
         """Lay print A on print B, in the order of their content.

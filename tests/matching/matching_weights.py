@@ -40,8 +40,6 @@ def weighing(weights: ScoreWeights) -> Iterator[None]:
 def print_for(module: ModuleType, print_: PreparedTemplate) -> Any:
     """Return a print as the kernels see it, of another module than the package's own."""
     n, r = print_.neighbourhoods, print_.region
-    found = module.Print(
-        print_.points, print_.quality, n.count, n.frame, n.ring_start, n.ring, n.circle
-    )
+    found = module.Print(print_.points, print_.quality, n.count, n.frame)
     found.set_region(r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
     return found

@@ -38,7 +38,7 @@ from fpmatch.matching.one_to_many import (
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
 from fpmatch.matching.ridges import RidgeParameters
-from fpmatch.matching.rounding import CIRCLE_STEP, QUALITIES, RING_WEIGHT_STEP, ROOT_WEIGHTS
+from fpmatch.matching.rounding import QUALITIES, ROOT_WEIGHTS
 from fpmatch.matching.score import WEIGHTS_FILE, ScoreParameters, ScoreWeights
 from fpmatch.minutiae import RidgeField, Template
 
@@ -272,11 +272,9 @@ def plainly(
     after.put_a(probe.points, len(probe))
     n = probe.neighbourhoods
     index = local.NeighbourIndex(n.count, n.frame, 30.0, 4, math.radians(p.max_turn_deg), 1.2, 12)
-    largest = many[int(np.argmax(np.diff(many.ring_start)))]
+    largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
     scales = evidence.Scales(ScoreParameters(), RidgeParameters(), weights, room)
     sides = (print_for(prints, probe), print_for(prints, largest), index, before, after)
-    packed = prints.PackedPrints(
-        many, CIRCLE_STEP, RING_WEIGHT_STEP, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08)
-    )
+    packed = prints.PackedPrints(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
     tools = (*sides, room, p, scales, 3)
     kernel.OneToMany(*tools).compare(packed, 0, order, similarity)

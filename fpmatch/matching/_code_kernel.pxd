@@ -11,8 +11,8 @@ cpdef int code_flow(
 
 
 cdef class Sieve:
-    cdef unsigned long long[::1] around, along
-    cdef int[::1] used, own_row, own_turn, start, angle, first_of_row, explained_by
+    cdef unsigned long long[::1] around, along, turned_so, beside
+    cdef int[::1] used, own_row, own_turn, start, angle, first_of_row, explained_by, weighing
     cdef int used_words
     cdef readonly int coded
     cdef bint has_flow
@@ -22,7 +22,7 @@ cdef class Sieve:
     cdef unsigned long long ones, twos, fours, eights
     cdef int[:, ::1] pair, turned, row
     cdef int most, most_turn
-    cdef double near, spread
+    cdef double near2, spread2
 
     cpdef int enter(
         self, const float[:, ::1] xy, const unsigned char[::1] turn,

@@ -12,11 +12,6 @@ beside A. Interpreted, it runs as it stands; its oracle in the tests is written 
 import cython
 import numpy as np
 
-if cython.compiled:
-    from cython.cimports.libc.math import sqrt
-else:
-    from math import sqrt
-
 COMPILED = cython.compiled
 
 NEIGHBOURS = cython.declare(cython.int, 12)  # of a minutia that have words
@@ -38,6 +33,8 @@ WHICH = cython.declare(cython.ulonglong, 0x03F79D71B4CB0A89)
 OF_NEIGHBOUR = cython.declare(cython.int, 3)
 TOO_LITTLE = cython.declare(cython.int, 8)
 MOST_WEIGHT = cython.declare(cython.int, 18)
+TURN = cython.declare(cython.int, 16)  # steps of rotation that stand together: `most_turn` at least
+TURNS_APART = cython.declare(cython.int, 16)  # so many in a turn
 
 
 @cython.ccall
@@ -143,8 +140,9 @@ def code_flow(
 class Sieve:
     """One print in tables, and the room in which others are compared with it by their codes.
 
-    At most `most_pairs` pairs of minutiae are laid on one another; two may be ``near + spread * d``
-    pixels from one rotation and shift, d apart, and their rotations `most_turn` 256ths of a turn.
+    At most `most_pairs` pairs of minutiae, 64 or fewer, are laid on one another; two may lie
+    ``sqrt(near² + (spread * d)²)`` pixels off, d apart, and their rotations `most_turn` 256ths of a
+    turn, 16 or fewer.
     """
 
     def __init__(self, most_pairs, near, spread, most_turn) -> None:
@@ -166,8 +164,8 @@ class Sieve:
         self.which = which
         self.ones = self.twos = self.fours = self.eights = 0
         self.most = most_pairs
-        self.near = near
-        self.spread = spread
+        self.near2 = near * near
+        self.spread2 = spread * spread
         self.most_turn = most_turn
         # of pairs: the number of the own minutia among those with words, the other's row, weight
         self.pair = np.zeros((3, ROOM * ROOM), np.int32)
@@ -178,6 +176,9 @@ class Sieve:
         self.a = np.zeros((2, most_pairs))
         self.b = np.zeros((2, most_pairs))
         self.first_of_row = np.zeros(most_pairs, np.int32)
+        self.weighing = np.zeros(MOST_WEIGHT + 1, np.int32)
+        self.turned_so = np.zeros(TURNS_APART, np.uint64)
+        self.beside = np.zeros(most_pairs, np.uint64)
         self.explained_by = np.zeros(most_pairs, np.int32)
 
     @cython.ccall
@@ -528,13 +529,12 @@ class Sieve:
         equal: cython.int
         if pairs <= self.most:
             return pairs
-        while True:
-            equal = 0
-            for k in range(pairs):
-                equal += self.pair[2, k] == least
-            if above + equal >= self.most:
-                break
-            above += equal
+        for k in range(MOST_WEIGHT + 1):
+            self.weighing[k] = 0
+        for k in range(pairs):
+            self.weighing[self.pair[2, k]] += 1
+        while above + self.weighing[least] < self.most:
+            above += self.weighing[least]
             least -= 1
         equal = self.most - above
         for k in range(pairs):
@@ -597,12 +597,16 @@ class Sieve:
     @cython.wraparound(False)
     @cython.exceptval(check=False)
     def _explained(self, pairs: cython.int) -> cython.int:
-        """Return the greatest weight of pairs that the transform of one of them explains.
+        """Return the greatest weight of pairs that lie with one of them under one transform.
 
-        Of the pairs of one minutia, of either print, the first that it explains counts.
+        Of the pairs of one minutia, of either print, the first counts. Only those are tried whose
+        rotation is about the same.
         """
+        left: cython.ulonglong
+        lowest: cython.ulonglong
         g: cython.Py_ssize_t
         h: cython.Py_ssize_t
+        turn: cython.Py_ssize_t
         best: cython.int = 0
         total: cython.int
         last: cython.int
@@ -613,15 +617,25 @@ class Sieve:
         dy: cython.double
         ex: cython.double
         ey: cython.double
-        reach: cython.double
+        for h in range(TURNS_APART):
+            self.turned_so[h] = 0
         for h in range(pairs):
             self.explained_by[h] = -1
-        for h in range(pairs):
+            self.beside[h] = (ONE << h) & ALL
+        for h in range(pairs - 1, -1, -1):
+            turn = self.angle[h] // TURN
+            left = cython.cast(cython.ulonglong, self.turned_so[turn])
+            left |= cython.cast(cython.ulonglong, self.turned_so[(turn + 1) % TURNS_APART])
+            left |= cython.cast(
+                cython.ulonglong, self.turned_so[(turn + TURNS_APART - 1) % TURNS_APART]
+            )
+            self.turned_so[turn] |= (ONE << h) & ALL
             c = self.cosine_of[self.angle[h]]
             s = self.sine_of[self.angle[h]]
-            total = 0
-            last = -1
-            for g in range(pairs):
+            while left:
+                lowest = left & ((left ^ ALL) + 1)
+                left ^= lowest
+                g = cython.cast(cython.Py_ssize_t, self.which[((lowest * WHICH) & ALL) >> 58])
                 apart = (self.angle[g] - self.angle[h] + 128) & 255
                 if apart < 128 - self.most_turn or apart > 128 + self.most_turn:
                     continue
@@ -629,9 +643,17 @@ class Sieve:
                 dy = self.b[1, g] - self.b[1, h]
                 ex = c * dx - s * dy - (self.a[0, g] - self.a[0, h])
                 ey = s * dx + c * dy - (self.a[1, g] - self.a[1, h])
-                reach = self.near + self.spread * sqrt(dx * dx + dy * dy)
-                if ex * ex + ey * ey > reach * reach:
-                    continue
+                if ex * ex + ey * ey <= self.near2 + self.spread2 * (dx * dx + dy * dy):
+                    self.beside[h] |= lowest
+                    self.beside[g] |= (ONE << h) & ALL
+        for h in range(pairs):
+            total = 0
+            last = -1
+            left = cython.cast(cython.ulonglong, self.beside[h])
+            while left:
+                lowest = left & ((left ^ ALL) + 1)
+                left ^= lowest
+                g = cython.cast(cython.Py_ssize_t, self.which[((lowest * WHICH) & ALL) >> 58])
                 if self.row[1, g] == last or self.explained_by[self.first_of_row[g]] == h:
                     continue
                 last = self.row[1, g]

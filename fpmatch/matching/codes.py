@@ -53,8 +53,8 @@ class CodeParameters:
     most_pairs : int
         Pairs of minutiae that are laid on one another, those most alike.
     near_px, spread : float
-        How far two pairs may be from one rotation and shift: so much, and so much more a pixel
-        between them.
+        How far two pairs may lie off: so much, and so much a pixel between them; the root of the
+        sum of both squares.
     pair_turn_deg : float
         How far their rotations may differ.
     """
@@ -62,8 +62,8 @@ class CodeParameters:
     cell_px: float = 16.0
     flow_rings: tuple[tuple[int, float, float], ...] = ((4, 24.0, 45.0), (8, 42.0, 22.5))
     most_pairs: int = 16
-    near_px: float = 9.0
-    spread: float = 0.06
+    near_px: float = 12.0
+    spread: float = 0.1
     pair_turn_deg: float = 15.0
 
     @property

@@ -75,6 +75,8 @@ class FitParameters:
     looked_at : float
         Share of the impostor comparisons that a first look at the minutiae leaves a doubt of, so
         that they are refined and their ridges looked at.
+    unsure : float
+        Share of the impostor comparisons whose best alignment at the first look is refined alone.
     dismissed : float
         Share of the genuine comparisons that pass the first look which the codes may dismiss.
     steepest, slopes : float, int
@@ -92,6 +94,7 @@ class FitParameters:
     digits: int = 6
     every_impostor: int = 4
     looked_at: float = 0.25
+    unsure: float = 0.001
     dismissed: float = 0.0015
     steepest: float = 3.0
     slopes: int = 61
@@ -180,7 +183,7 @@ def _no_weights() -> ScoreWeights:
     """Return what weighs nothing and looks at all ridges."""
     standard = np.zeros((4, len(FEATURES)))
     standard[1] = 1.0
-    return ScoreWeights(standard, 0.0, NO_GLANCE, -1.0, {})
+    return ScoreWeights(standard, 0.0, NO_GLANCE, -1.0, np.inf, {})
 
 
 def _codes_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, int]:
@@ -253,10 +256,11 @@ def fit_weights(
         "command": command,
     }
     at_first = _chosen(np.concatenate([one.first for one in samples]), standard, bias)[1]
-    gate = float(_rounded(np.quantile(at_first[~genuine], [1.0 - p.looked_at]), p.digits)[0])
+    passed = np.quantile(at_first[~genuine], [1.0 - p.looked_at, 1.0 - p.unsure])
+    gate, sure = _rounded(passed, p.digits).tolist()
     codes = np.concatenate([one.codes for one in samples])
     glance = _glance(codes[genuine & (at_first > gate)], codes[~genuine], p)
-    return ScoreWeights(standard, bias, glance, gate, provenance)
+    return ScoreWeights(standard, bias, glance, gate, sure, provenance)
 
 
 def _glance(

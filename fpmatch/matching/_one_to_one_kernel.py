@@ -59,14 +59,27 @@ class OneToOne:
         self.fewest_neighbours = local.fewest_neighbours
 
     @cython.ccall
-    def lacking(self, a: Print, b: Print) -> cython.double:
-        """Return how much the codes of A and B lack for the two to be laid on one another."""
+    def lacking(self, own: Print, other: Print, other_first: cython.bint) -> cython.double:
+        """Return how much the codes of two prints lack for them to be laid on one another.
+
+        The own print stays in the tables, for the next to be compared with. `other_first` says
+        which of the two is print A.
+        """
         weight: cython.int
-        if self.sieved is not a:
-            self.sieve.enter(a.xy, a.turn, a.around, a.along, a.has_flow)
-            self.sieved = a
-        weight = self.sieve.weigh(0, b.size, b.xy, b.turn, b.around, b.along, b.has_flow, False)
-        return self.scales.lacking(weight, a.size if a.size < b.size else b.size)
+        if self.sieved is not own:
+            self.sieve.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+            self.sieved = own
+        weight = self.sieve.weigh(
+            0,
+            other.size,
+            other.xy,
+            other.turn,
+            other.around,
+            other.along,
+            other.has_flow,
+            other_first,
+        )
+        return self.scales.lacking(weight, own.size if own.size < other.size else other.size)
 
     @cython.ccall
     @cython.boundscheck(False)

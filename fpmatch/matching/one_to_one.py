@@ -51,20 +51,26 @@ class Bench:
         self.scales = score.scales(room, self.weights) if on is None else on
         self._kernel = OneToOne(sieve(), self.table, self.scales, room, local)
 
-    def dismiss(self, a: PreparedTemplate, b: PreparedTemplate) -> float | None:
+    def dismiss(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, reference_first: bool
+    ) -> float | None:
         """Tell from their codes whether two prints have too little in common to be laid.
 
         Parameters
         ----------
-        a, b : PreparedTemplate
-            The two, in the order of their content.
+        probe, reference : PreparedTemplate
+            The two; it is quickest with one probe after the other.
+        reference_first : bool
+            Whether the reference comes first, by their content.
 
         Returns
         -------
         float or None
             The sum that stands for such prints; None where they are to be laid on one another.
         """
-        lacking: float = self._kernel.lacking(for_kernels(a), for_kernels(b))
+        lacking: float = self._kernel.lacking(
+            for_kernels(probe), for_kernels(reference), reference_first
+        )
         return self.scales.dismissed(lacking) if lacking > 0.0 else None
 
     def lay(self, a: PreparedTemplate, b: PreparedTemplate) -> float | None:

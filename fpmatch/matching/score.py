@@ -143,6 +143,8 @@ class ScoreWeights:
     gate : float
         Sum under a rigid alignment above which prints are refined, and their ridges looked at;
         up to there the ridges count as those of strangers.
+    sure : float
+        Such a sum above which only the alignment that has it is refined.
     provenance : mapping
         From what they were learned.
     """
@@ -151,6 +153,7 @@ class ScoreWeights:
     bias: float
     glance: tuple[float, float]
     gate: float
+    sure: float
     provenance: Mapping[str, Any]
 
     def as_json(self) -> str:
@@ -164,6 +167,7 @@ class ScoreWeights:
             "bias": self.bias,
             "glance": self.glance,
             "gate": self.gate,
+            "sure": self.sure,
         }
         return f'{json.dumps(entries, indent=2)[:-2]},\n  "features": [\n{rows}\n  ]\n}}\n'
 
@@ -183,8 +187,8 @@ class ScoreWeights:
                 raise MatcherError("weights of the score: of other features than this version has")
             standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
             base, growth = map(float, document["glance"])
-            bias, gate = float(document["bias"]), float(document["gate"])
-            return cls(standard, bias, (base, growth), gate, document["provenance"])
+            bias, gate, sure = (float(document[name]) for name in ("bias", "gate", "sure"))
+            return cls(standard, bias, (base, growth), gate, sure, document["provenance"])
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("weights of the score: not such a file") from error
 

@@ -69,7 +69,7 @@ class UnitCircleMatcher:
             partner, weight = alignment.partner, alignment.weight
             return _comparison(a, b, partner, weight, evidence, 0.0, swapped=swapped)
         bench = bench_for(max(len(a), len(b)))
-        total = bench.dismiss(a, b)
+        total = bench.dismiss(probe, reference, reference_first=swapped)
         if total is not None:
             return _nothing(UNLIKE, as_similarity(total))
         total = bench.lay(a, b)

@@ -1,4 +1,5 @@
 # What other kernels may use of this one. Arrays may be mapped from a file that cannot be written.
+cdef int second(int word) noexcept nogil
 cpdef int code_neighbours(
     const int[::1] count, const float[:, :, ::1] frame, const double[:, ::1] share,
     const unsigned char[::1] coded, double per_px, unsigned short[:, ::1] word,
@@ -12,7 +13,7 @@ cpdef int code_flow(
 
 cdef class Sieve:
     cdef unsigned long long[::1] around, along, turned_so, beside
-    cdef int[::1] used, own_row, own_turn, start, angle, first_of_row, explained_by, weighing
+    cdef int[::1] step, used, own_row, own_turn, start, angle, first_of_row, explained_by, weighing
     cdef int used_words
     cdef readonly int coded
     cdef bint has_flow
@@ -42,6 +43,7 @@ cdef class Sieve:
         self, Py_ssize_t first, Py_ssize_t last, const unsigned short[:, ::1] around,
         const unsigned char[:, ::1] along, bint has_flow,
     ) noexcept nogil
+    cdef Py_ssize_t _second(self, unsigned short word) noexcept nogil
     cdef int _count(
         self, unsigned long long a, unsigned long long b, unsigned long long c,
         unsigned long long d, unsigned long long e, unsigned long long f, unsigned long long g,

@@ -1,12 +1,13 @@
 """Kernel: the codes of a print's minutiae, and how much those of two prints have in common.
 
-Each minutia has a word for each of its neighbours in each of two grids, the cell of position and
-direction, in the minutia's own frame, in which it lies; and twelve for the ridge orientation at
-places around it. One print is put into tables: under each word, a bit for each of its minutiae that
-has it. So a minutia of another print is compared with all of them at once: the bits under its words
-are counted, all minutiae side by side. Minutiae that agree in enough are pairs; a print counts by
-its pairs that one rotation and one shift explain. It is the same number for A beside B as for B
-beside A. Interpreted, it runs as it stands; its oracle in the tests is written in numpy.
+Each minutia has a word for each of its neighbours, the cell of position and direction, in the
+minutia's own frame, in which it lies in each of two grids; and twelve for the ridge orientation at
+places around it. One print is put into tables: under each cell, a bit for each of its minutiae that
+has a neighbour there. So a minutia of another print is compared with all of them at once: the bits
+under its words are counted, all minutiae side by side. Minutiae that agree in enough are pairs; a
+print counts by its pairs that lie on one another under one rotation and one shift. It is the same
+number whichever of the two prints is in the tables. Interpreted, it runs as it stands; its oracle
+in the tests is written in numpy.
 """
 
 import cython
@@ -14,12 +15,21 @@ import numpy as np
 
 COMPILED = cython.compiled
 
-NEIGHBOURS = cython.declare(cython.int, 12)  # of a minutia that have words
-AROUND = cython.declare(cython.int, 24)  # words of neighbours, those of a grid side by side
+AROUND = cython.declare(cython.int, 12)  # words of neighbours
 ALONG = cython.declare(cython.int, 12)  # words of orientations
 SIDE = cython.declare(cython.int, 16)  # cells along a grid, in whose middle the minutia lies
 SECTORS = cython.declare(cython.int, 8)  # of relative direction, in a turn
-NOWHERE = cython.declare(cython.int, 4096)  # the word of no cell, after those of both grids
+# A word of a neighbour: its cell in the first grid, then a bit that is set where the cell counts
+# for nothing, three that say how far on it lies in the second grid, and again one for nothing.
+CELL = cython.declare(cython.int, 0x07FF)
+FIRST = cython.declare(cython.int, 0x0FFF)  # both: no cell beyond 2048 has anything
+NOT_FIRST = cython.declare(cython.int, 0x0800)
+NOT_SECOND = cython.declare(cython.int, 0x8000)
+NOWHERE = cython.declare(cython.int, 0x8800)
+STEPS = cython.declare(cython.int, 12)  # bits to the right of those of the second grid
+SECOND = cython.declare(cython.int, 4096)  # where it begins in the tables
+NO_STEP = cython.declare(cython.int, 2304)  # from there to where there is nothing
+CELLS = cython.declare(cython.int, 8448)  # of the tables
 BINS = cython.declare(cython.int, 24)  # of relative orientation, in half a turn
 UNKNOWN = cython.declare(cython.int, 31)  # the word of no bin
 PLACE = cython.declare(cython.int, 32)  # words that one place may have
@@ -35,6 +45,21 @@ TOO_LITTLE = cython.declare(cython.int, 8)
 MOST_WEIGHT = cython.declare(cython.int, 18)
 TURN = cython.declare(cython.int, 16)  # steps of rotation that stand together: `most_turn` at least
 TURNS_APART = cython.declare(cython.int, 16)  # so many in a turn
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def second(word: cython.int) -> cython.int:
+    """Return where in the tables the cell of the second grid stands that a word tells.
+
+    Half a cell on in direction, the last sector runs into the first one of the next column; so it
+    is with every print.
+    """
+    place: cython.int = SECOND + (word & CELL)
+    place += (word >> STEPS & 1) + SECTORS * (word >> (STEPS + 1) & 1)
+    return place + SECTORS * SIDE * (word >> (STEPS + 2) & 1)
 
 
 @cython.ccall
@@ -55,35 +80,47 @@ def code_neighbours(
     ``frame[i, :, k]`` begins with the position of neighbour k of minutia i in its frame, and
     ``share[i, k]`` is its direction there as a share of a turn, 0 to 1. The cells are squares of
     ``1 / per_px`` pixels times sectors of direction, those of the second grid half a cell on in all
-    three. The words of a minutia are different: of neighbours in one cell the first has it.
+    three. Of the neighbours of a minutia in one cell, the first counts.
     """
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t
     m: cython.Py_ssize_t
-    g: cython.int
-    on: cython.double
     u: cython.double
     v: cython.double
+    t: cython.double
+    row: cython.int
+    column: cython.int
+    sector: cython.int
+    on_row: cython.int
+    on_column: cython.int
     found: cython.int
     for i in range(count.shape[0]):
         for k in range(AROUND):
             word[i, k] = NOWHERE
         if not coded[i]:
             continue
-        for g in range(AROUND // NEIGHBOURS):
-            on = 0.5 * g
-            for k in range(count[i] if count[i] < NEIGHBOURS else NEIGHBOURS):
-                u = cython.cast(cython.double, frame[i, 0, k]) * per_px + SIDE // 2 + on
-                v = cython.cast(cython.double, frame[i, 1, k]) * per_px + SIDE // 2 + on
-                if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
-                    continue
-                found = (g * SIDE + cython.cast(cython.int, v)) * SIDE + cython.cast(cython.int, u)
-                found *= SECTORS
-                found += cython.cast(cython.int, share[i, k] * SECTORS + on) % SECTORS
-                for m in range(g * NEIGHBOURS, g * NEIGHBOURS + k):
-                    if word[i, m] == found:
-                        found = NOWHERE
-                word[i, g * NEIGHBOURS + k] = cython.cast(cython.ushort, found)
+        for k in range(count[i] if count[i] < AROUND else AROUND):
+            u = cython.cast(cython.double, frame[i, 0, k]) * per_px + SIDE // 2
+            v = cython.cast(cython.double, frame[i, 1, k]) * per_px + SIDE // 2
+            if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
+                continue
+            t = share[i, k] * SECTORS
+            column = cython.cast(cython.int, u)
+            row = cython.cast(cython.int, v)
+            sector = cython.cast(cython.int, t)
+            sector = sector if sector < SECTORS else SECTORS - 1
+            on_column = u - column >= 0.5
+            on_row = v - row >= 0.5
+            found = (row * SIDE + column) * SECTORS + sector
+            found += ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
+            if row + on_row == SIDE or column + on_column == SIDE:
+                found |= NOT_SECOND
+            for m in range(k):
+                if not word[i, m] & NOT_FIRST and (word[i, m] ^ found) & CELL == 0:
+                    found |= NOT_FIRST
+                if not word[i, m] & NOT_SECOND and second(word[i, m]) == second(found):
+                    found |= NOT_SECOND
+            word[i, k] = cython.cast(cython.ushort, found)
     return 0
 
 
@@ -146,9 +183,12 @@ class Sieve:
     """
 
     def __init__(self, most_pairs, near, spread, most_turn) -> None:
-        self.around = np.zeros(NOWHERE + 1, np.uint64)
+        self.around = np.zeros(CELLS, np.uint64)
+        # what is added to the cell of the first grid, by the highest four bits of a word
+        steps = [second(k << STEPS) for k in range(8)]
+        self.step = np.array(steps + [SECOND + NO_STEP] * 8, np.int32)
         self.along = np.zeros(ALONG * PLACE, np.uint64)
-        self.used = np.zeros(ROOM * AROUND, np.int32)
+        self.used = np.zeros(2 * ROOM * AROUND, np.int32)
         self.used_words = 0
         self.coded = 0
         self.has_flow = False
@@ -203,6 +243,7 @@ class Sieve:
         k: cython.Py_ssize_t
         d: cython.int
         b: cython.int
+        word: cython.int
         words: cython.int
         bit: cython.ulonglong = ONE
         for k in range(self.used_words):
@@ -217,9 +258,14 @@ class Sieve:
                 break
             words = self.used_words
             for k in range(AROUND):
-                if around[i, k] != NOWHERE:
-                    self.around[around[i, k]] |= bit
-                    self.used[self.used_words] = around[i, k]
+                word = around[i, k]
+                if not word & NOT_FIRST:
+                    self.around[word & CELL] |= bit
+                    self.used[self.used_words] = word & CELL
+                    self.used_words += 1
+                if not word & NOT_SECOND:
+                    self.around[second(word)] |= bit
+                    self.used[self.used_words] = second(word)
                     self.used_words += 1
             if self.used_words == words:
                 continue
@@ -332,36 +378,36 @@ class Sieve:
         flowing: cython.bint = has_flow and self.has_flow
         for j in range(first, last):
             self._count(
-                self.around[around[j, 0]],
-                self.around[around[j, 1]],
-                self.around[around[j, 2]],
-                self.around[around[j, 3]],
-                self.around[around[j, 4]],
-                self.around[around[j, 5]],
-                self.around[around[j, 6]],
-                self.around[around[j, 7]],
-                self.around[around[j, 8]],
-                self.around[around[j, 9]],
-                self.around[around[j, 10]],
-                self.around[around[j, 11]],
+                self.around[around[j, 0] & FIRST],
+                self.around[around[j, 1] & FIRST],
+                self.around[around[j, 2] & FIRST],
+                self.around[around[j, 3] & FIRST],
+                self.around[around[j, 4] & FIRST],
+                self.around[around[j, 5] & FIRST],
+                self.around[around[j, 6] & FIRST],
+                self.around[around[j, 7] & FIRST],
+                self.around[around[j, 8] & FIRST],
+                self.around[around[j, 9] & FIRST],
+                self.around[around[j, 10] & FIRST],
+                self.around[around[j, 11] & FIRST],
             )
             n1 = cython.cast(cython.ulonglong, self.ones)
             n2 = cython.cast(cython.ulonglong, self.twos)
             n4 = cython.cast(cython.ulonglong, self.fours)
             n8 = cython.cast(cython.ulonglong, self.eights)
             self._count(
-                self.around[around[j, 12]],
-                self.around[around[j, 13]],
-                self.around[around[j, 14]],
-                self.around[around[j, 15]],
-                self.around[around[j, 16]],
-                self.around[around[j, 17]],
-                self.around[around[j, 18]],
-                self.around[around[j, 19]],
-                self.around[around[j, 20]],
-                self.around[around[j, 21]],
-                self.around[around[j, 22]],
-                self.around[around[j, 23]],
+                self.around[self._second(around[j, 0])],
+                self.around[self._second(around[j, 1])],
+                self.around[self._second(around[j, 2])],
+                self.around[self._second(around[j, 3])],
+                self.around[self._second(around[j, 4])],
+                self.around[self._second(around[j, 5])],
+                self.around[self._second(around[j, 6])],
+                self.around[self._second(around[j, 7])],
+                self.around[self._second(around[j, 8])],
+                self.around[self._second(around[j, 9])],
+                self.around[self._second(around[j, 10])],
+                self.around[self._second(around[j, 11])],
             )
             # the sum of both, from the ones up
             carry = n1 & self.ones
@@ -418,6 +464,16 @@ class Sieve:
                 self.pair[2, found] = weight if weight < MOST_WEIGHT else MOST_WEIGHT
                 found += 1
         return found
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _second(self, word: cython.ushort) -> cython.Py_ssize_t:
+        """Return what `second` does, or where there is nothing, of any word."""
+        return self.step[word >> STEPS] + (word & CELL)
 
     @cython.cfunc
     @cython.inline

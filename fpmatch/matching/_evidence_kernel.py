@@ -176,9 +176,9 @@ class Scales:
     def _keep_better(
         self, a: Print, b: Print, table: LightTable, likeness: cython.float[:, ::1]
     ) -> cython.bint:
-        """Let the table keep the alignment at hand where the minutiae speak for it more than before.
+        """Let the table keep the alignment at hand where the minutiae speak for none more.
 
-        Tell whether it has kept it.
+        Tell whether it does.
         """
         e: cython.Py_ssize_t
         total: cython.double

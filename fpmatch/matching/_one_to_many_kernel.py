@@ -31,8 +31,8 @@ COMPILED = cython.compiled
 class OneToMany:
     """One print, and the room in which it is compared with one after the other of many.
 
-    `sieve` has the print in its tables; `neighbours` are the print's own; `before` and `after` the tables on which a reference lies
-    under it or over it; `reference` has room for any of the references.
+    `sieve` has the print in its tables; `neighbours` are the print's own; `before` and `after` the
+    tables on which a reference lies under it or over it; `reference` has room for any of them.
     """
 
     sieve: Sieve

@@ -22,14 +22,11 @@ if TYPE_CHECKING:
     from fpmatch.matching.neighbourhood import Neighbourhoods
     from fpmatch.matching.prepare import Region
 
-AROUND: Final = 24
-"""Words of a minutia for its neighbours: twelve in each of two grids."""
+AROUND: Final = 12
+"""Words of a minutia for its neighbours."""
 
 ALONG: Final = 12
 """Words of a minutia for the ridge orientation at places around it."""
-
-MOST_AROUND: Final = 4096
-"""The greatest of the words for neighbours: that of none."""
 
 MOST_ALONG: Final = 31
 """The greatest of those for orientations: that of an unknown one."""
@@ -37,6 +34,7 @@ MOST_ALONG: Final = 31
 MOST_MINUTIAE: Final = 64
 """Minutiae of a print that are coded; of more, those of best quality."""
 
+APART: Final = 0.25  # of a turn: neighbours are rarely at right angles, where the sectors end
 TURNS: Final = 256  # directions of a minutia told apart in a turn
 
 
@@ -89,8 +87,8 @@ class Codes:
         Positions in pixels at 500 dpi, y pointing up.
     turn : ndarray of uint8, shape (N,)
         Directions, in 256ths of a turn.
-    around : ndarray of uint16, shape (N, 24)
-        Words of the neighbours; 4096 where there is none.
+    around : ndarray of uint16, shape (N, 12)
+        Words of the neighbours, see `_code_kernel`; 0x8800 where there is none.
     along : ndarray of uint8, shape (N, 12)
         Bins of the ridge orientations around; 31 where it is not known.
     has_flow : bool
@@ -126,7 +124,7 @@ def code(
     Returns
     -------
     Codes
-        37 bytes a minutia more than the minutiae themselves.
+        45 bytes a minutia, of which 37 are more than the positions.
     """
     n = points.shape[1]
     coded = np.ones(n, np.uint8)
@@ -135,7 +133,7 @@ def code(
     turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
     turn = (turn % TURNS).astype(np.uint8)
     share = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2]).astype(np.float64)
-    share = share / (2 * np.pi) % 1.0
+    share = (share / (2 * np.pi) + APART) % 1.0
     around, along = np.empty((n, AROUND), np.uint16), np.empty((n, ALONG), np.uint8)
     kernel.code_neighbours(
         neighbours.count, neighbours.frame, share, coded, 1.0 / _USUAL.cell_px, around

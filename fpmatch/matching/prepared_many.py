@@ -17,7 +17,7 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching._print_kernel import PackedPrints, Print
-from fpmatch.matching.codes import ALONG, AROUND, MOST_ALONG, MOST_AROUND, CodeParameters, Codes
+from fpmatch.matching.codes import ALONG, AROUND, MOST_ALONG, CodeParameters, Codes
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, Region, content_key
 from fpmatch.matching.rounding import (
@@ -58,7 +58,7 @@ class PreparedMany:
     neighbour, root_weight : ndarray of uint8, shape (M, size)
         The neighbours, numbered from the print's first minutia, and the square roots of their
         weights in hundredths.
-    turn, around, along : ndarray of uint8 (M,), uint16 (M, 24) and uint8 (M, 12)
+    turn, around, along : ndarray of uint8 (M,), uint16 (M, 12) and uint8 (M, 12)
         See `fpmatch.matching.codes.Codes`.
     cell : ndarray of uint8, shape (C,)
         Codes of the cells of the regions, row by row.
@@ -307,7 +307,6 @@ class PreparedMany:
             np.isfinite(self.direction),
             self.count <= size,
             _most_of_each(self.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
-            self.around <= MOST_AROUND,
             self.along <= MOST_ALONG,
             (rows >= 0) & (columns >= 0) & (rows * columns == np.diff(cells)),
         )

@@ -201,7 +201,7 @@ def test_features_are_those_that_the_matcher_weighs(tmp_path: Path) -> None:
     extracted = two_fingers(tmp_path, 3, lost=False)
     found = sample_of(extracted, FitParameters(every_impostor=1))
     standard = np.stack([np.zeros(N), np.ones(N), np.arange(N) + 1.0, np.zeros(N)])
-    weights = ScoreWeights(standard, 2.0, -np.inf, {})
+    weights = ScoreWeights(standard, 2.0, NO_GLANCE, -np.inf, np.inf, {})
     prints = [MATCHER.prepare(one.template) for one in extracted.extractions if one.template]
     totals = []
     for i, probe in enumerate(prints):

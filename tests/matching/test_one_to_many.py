@@ -260,9 +260,9 @@ def plainly(
     weights: ScoreWeights,
 ) -> None:
     """Compare with every kernel interpreted."""
-    names = ("_print", "_local", "_align", "_ridge", "_evidence", "_one_to_many")
+    names = ("_print", "_local", "_align", "_ridge", "_evidence", "_code", "_one_to_many")
     loaded = [interpreted(f"{name}_kernel") for name in names]
-    prints, local, align, ridges, evidence, kernel = loaded
+    prints, local, align, ridges, evidence, code, kernel = loaded
     evidence.RidgeLens = ridges.RidgeLens
     kernel.as_similarity = evidence.as_similarity
     kernel.most_alike, kernel.divide_by_size = local.most_alike, local.divide_by_size

@@ -44,6 +44,7 @@ cdef class Sieve:
         const unsigned char[:, ::1] along, bint has_flow,
     ) noexcept nogil
     cdef Py_ssize_t _second(self, unsigned short word) noexcept nogil
+    cdef Py_ssize_t _along(self, Py_ssize_t k, unsigned char word) noexcept nogil
     cdef int _count(
         self, unsigned long long a, unsigned long long b, unsigned long long c,
         unsigned long long d, unsigned long long e, unsigned long long f, unsigned long long g,

@@ -258,7 +258,7 @@ class Sieve:
                 break
             words = self.used_words
             for k in range(AROUND):
-                word = around[i, k]
+                word = cython.cast(cython.int, around[i, k])
                 if not word & NOT_FIRST:
                     self.around[word & CELL] |= bit
                     self.used[self.used_words] = word & CELL
@@ -272,7 +272,7 @@ class Sieve:
             for k in range(ALONG):
                 if along[i, k] != UNKNOWN:
                     for d in range(3):  # its own bin, and that on either side
-                        b = (along[i, k] + d + BINS - 1) % BINS
+                        b = (cython.cast(cython.int, along[i, k]) + d + BINS - 1) % BINS
                         self.along[PLACE * k + b] |= bit
             self.own_row[self.coded] = cython.cast(cython.int, i)
             self.own_turn[self.coded] = turn[i]
@@ -391,10 +391,10 @@ class Sieve:
                 self.around[around[j, 10] & FIRST],
                 self.around[around[j, 11] & FIRST],
             )
-            n1 = cython.cast(cython.ulonglong, self.ones)
-            n2 = cython.cast(cython.ulonglong, self.twos)
-            n4 = cython.cast(cython.ulonglong, self.fours)
-            n8 = cython.cast(cython.ulonglong, self.eights)
+            n1 = self.ones
+            n2 = self.twos
+            n4 = self.fours
+            n8 = self.eights
             self._count(
                 self.around[self._second(around[j, 0])],
                 self.around[self._second(around[j, 1])],
@@ -426,23 +426,23 @@ class Sieve:
                 continue
             if flowing:
                 self._count(
-                    self.along[along[j, 0]],
-                    self.along[PLACE + along[j, 1]],
-                    self.along[2 * PLACE + along[j, 2]],
-                    self.along[3 * PLACE + along[j, 3]],
-                    self.along[4 * PLACE + along[j, 4]],
-                    self.along[5 * PLACE + along[j, 5]],
-                    self.along[6 * PLACE + along[j, 6]],
-                    self.along[7 * PLACE + along[j, 7]],
-                    self.along[8 * PLACE + along[j, 8]],
-                    self.along[9 * PLACE + along[j, 9]],
-                    self.along[10 * PLACE + along[j, 10]],
-                    self.along[11 * PLACE + along[j, 11]],
+                    self.along[self._along(0, along[j, 0])],
+                    self.along[self._along(1, along[j, 1])],
+                    self.along[self._along(2, along[j, 2])],
+                    self.along[self._along(3, along[j, 3])],
+                    self.along[self._along(4, along[j, 4])],
+                    self.along[self._along(5, along[j, 5])],
+                    self.along[self._along(6, along[j, 6])],
+                    self.along[self._along(7, along[j, 7])],
+                    self.along[self._along(8, along[j, 8])],
+                    self.along[self._along(9, along[j, 9])],
+                    self.along[self._along(10, along[j, 10])],
+                    self.along[self._along(11, along[j, 11])],
                 )
-                f1 = cython.cast(cython.ulonglong, self.ones)
-                f2 = cython.cast(cython.ulonglong, self.twos)
-                f4 = cython.cast(cython.ulonglong, self.fours)
-                f8 = cython.cast(cython.ulonglong, self.eights)
+                f1 = self.ones
+                f2 = self.twos
+                f4 = self.fours
+                f8 = self.eights
             # what weighs anything: three neighbours; two, and three orientations; one, and six
             any_ = n4 | n8 | n16 | (n2 & (n1 | f4 | f8 | (f1 & f2))) | (n1 & (f8 | (f4 & f2)))
             while any_:
@@ -474,6 +474,14 @@ class Sieve:
     def _second(self, word: cython.ushort) -> cython.Py_ssize_t:
         """Return what `second` does, or where there is nothing, of any word."""
         return self.step[word >> STEPS] + (word & CELL)
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _along(self, k: cython.Py_ssize_t, word: cython.uchar) -> cython.Py_ssize_t:
+        """Return where in its table the k-th word of an orientation stands."""
+        return PLACE * k + cython.cast(cython.Py_ssize_t, word)
 
     @cython.cfunc
     @cython.inline
@@ -526,7 +534,7 @@ class Sieve:
         odd = j ^ k
         odd_2 = odd ^ m
         two_5 = (j & k) | (odd & m)
-        self.ones = odd_1 ^ odd_2
+        self.ones = cython.cast(cython.ulonglong, odd_1 ^ odd_2)
         two_6 = odd_1 & odd_2
         odd = two_1 ^ two_2
         odd_1 = odd ^ two_3
@@ -534,11 +542,11 @@ class Sieve:
         odd = two_4 ^ two_5
         odd_2 = odd ^ two_6
         four_2 = (two_4 & two_5) | (odd & two_6)
-        self.twos = odd_1 ^ odd_2
+        self.twos = cython.cast(cython.ulonglong, odd_1 ^ odd_2)
         four_3 = odd_1 & odd_2
         odd = four_1 ^ four_2
-        self.fours = odd ^ four_3
-        self.eights = (four_1 & four_2) | (odd & four_3)
+        self.fours = cython.cast(cython.ulonglong, odd ^ four_3)
+        self.eights = cython.cast(cython.ulonglong, (four_1 & four_2) | (odd & four_3))
         return 0
 
     @cython.cfunc

@@ -19,6 +19,7 @@ if cython.compiled:
     from cython.cimports.fpmatch.matching._print_kernel import PackedPrints, Print
 else:
     from fpmatch.matching._align_kernel import LightTable
+    from fpmatch.matching._code_kernel import Sieve
     from fpmatch.matching._evidence_kernel import Scales, as_similarity
     from fpmatch.matching._local_kernel import NeighbourIndex, divide_by_size, most_alike
     from fpmatch.matching._print_kernel import PackedPrints, Print

@@ -22,6 +22,7 @@ else:
     from math import atan2, cos, sin, sqrt
 
     from fpmatch.matching._align_kernel import LightTable
+    from fpmatch.matching._code_kernel import Sieve
     from fpmatch.matching._evidence_kernel import Scales
     from fpmatch.matching._local_kernel import NeighbourIndex, divide_by_size, most_alike
     from fpmatch.matching._print_kernel import Print

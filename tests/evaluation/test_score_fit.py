@@ -20,7 +20,7 @@ from fpmatch.evaluation.score_fit import (
 )
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.matchers.unit_circle import MATCHER, lay
-from fpmatch.matching.score import FEATURES, ScoreWeights, scales
+from fpmatch.matching.score import FEATURES, NO_GLANCE, ScoreWeights, scales
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 N = len(FEATURES)

@@ -34,7 +34,8 @@ def some_weights(
     spread = [0.9, 0.4, 0.6, 0.16, 0.2, 0.6]
     weight = [3.0, 1.5, -4.0, 0.5, 3.5, 0.2]
     stranger = [0.7, -1.3, 1.3, 0.65, 0.15, 4.2]
-    return ScoreWeights(np.array([middle, spread, weight, stranger]), bias, glance, gate, sure, {"by": "hand"})
+    standard = np.array([middle, spread, weight, stranger])
+    return ScoreWeights(standard, bias, glance, gate, sure, {"by": "hand"})
 
 
 @contextmanager

@@ -1,10 +1,13 @@
-"""Shortlists: what the kernel weighs is what a plain form of it weighs, of any print."""
+"""Codes: what the kernel weighs is what a plain form of it weighs, whichever print comes first."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
 from itertools import product
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,109 +24,127 @@ from matching_prints import (
     templates,
 )
 
-from fpmatch.errors import MatcherError
+from fpmatch.matching import codes
+from fpmatch.matching.codes import (
+    APART,
+    MOST_ALONG,
+    MOST_MINUTIAE,
+    TURNS,
+    CodeParameters,
+    Codes,
+    code,
+    common,
+    sieve,
+)
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters
 from fpmatch.matching.prepare import PreparedTemplate, prepare
-from fpmatch.matching.prepared_many import PreparedMany
 from fpmatch.matching.rounding import ORIENTATIONS
-from fpmatch.matching.shortlist import (
-    BINS,
-    TURNS,
-    CodedPrints,
-    ShortlistParameters,
-    direction_codes,
-)
 from fpmatch.minutiae import Template
 
-EXAMPLES = 6 if COMPILED else 3
+EXAMPLES = 20 if COMPILED else 4
 PRINT_SIZE = 14 if COMPILED else 8
-SECTORS = 16  # of a neighbour's direction, as the kernel has them
+P = CodeParameters()
+SIDE, SECTORS, BINS = 16, 8, 24  # as the kernel has them
+NOWHERE = 0x8800
 UNKNOWN = -1
+Cells = tuple[frozenset[int], frozenset[int]]
 
 
 @cache
 def turns_of(print_: PreparedTemplate) -> list[int]:
-    return [int(k) for k in direction_codes(print_.points[2:].T.astype(np.float32))]
+    angle = np.arctan2(print_.points[3], print_.points[2])
+    return [round(k) % TURNS for k in (angle * TURNS / (2 * np.pi)).tolist()]
 
 
 @cache
-def orientation_at(print_: PreparedTemplate, i: int, place: tuple[float, float]) -> float:
-    """Return the ridge orientation at a place of a minutia's frame, in bins, or `UNKNOWN`."""
-    x, y, c, s = print_.points[:, i].tolist()
-    region = print_.region
-    column = math.floor((x + c * place[0] - s * place[1]) / region.step) - region.first_column
-    row = math.floor(-(y + s * place[0] + c * place[1]) / region.step) - region.first_row
-    rows, columns = region.code.shape
-    if not (region.has_flow and 0 <= row < rows and 0 <= column < columns):
-        return UNKNOWN
-    if not region.code[row, column]:
-        return UNKNOWN
-    relative = (int(region.code[row, column]) - 1.0) * BINS / ORIENTATIONS
-    return (relative - turns_of(print_)[i] * 2.0 * BINS / TURNS) % BINS
-
-
-def agreeing_neighbours(
-    a: PreparedTemplate, i: int, b: PreparedTemplate, j: int, p: ShortlistParameters
-) -> int:
-    """Return how many neighbours of j have a cell near which i has one."""
-    frame = a.neighbourhoods.frame[i, :, : a.neighbourhoods.count[i], None].astype(np.float64)
-    m = b.neighbourhoods.neighbour[j, : b.neighbourhoods.count[j]]
-    turns = np.array(turns_of(b))
-    c, s = b.points[2:, j].tolist()
-    dx, dy = b.points[:2, m] - b.points[:2, j : j + 1]
-    u = np.floor((c * dx + s * dy) / p.cell_px)
-    v = np.floor((c * dy - s * dx) / p.cell_px)
-    known = (np.stack([u, v]) >= -p.cells_from_middle) & (np.stack([u, v]) < p.cells_from_middle)
-    angle = ((turns[m] - turns[j]) % TURNS * SECTORS // TURNS + 0.5) * 2 * np.pi / SECTORS
-    near = np.hypot(frame[0] - (u + 0.5) * p.cell_px, frame[1] - (v + 0.5) * p.cell_px)
-    alike = frame[2] * np.cos(angle) + frame[3] * np.sin(angle)
-    within = near <= p.reach / np.sqrt(frame[4])
-    within &= alike >= math.cos(math.radians(p.max_turn_deg))
-    return int((within.any(axis=0) & known.all(axis=0)).sum())
-
-
-def agreeing_flow(
-    a: PreparedTemplate, i: int, b: PreparedTemplate, j: int, p: ShortlistParameters
-) -> int:
-    found = 0
-    for place in map(tuple, p.places.T.tolist()):
-        one, other = orientation_at(a, i, place), orientation_at(b, j, place)
-        if UNKNOWN in {one, other}:
+def cells_of(print_: PreparedTemplate, i: int) -> Cells:
+    """Return the cells of the neighbours of a minutia in the first grid and in the second."""
+    n = print_.neighbourhoods
+    first, second = set(), set()
+    for k in range(n.count[i]):
+        u, v, c, s = n.frame[i, :4, k]
+        turn = (float(np.arctan2(s, c)) / (2 * np.pi) + APART) % 1.0
+        place = np.array([float(v), float(u)]) / P.cell_px + SIDE / 2
+        if not ((place >= 0) & (place < SIDE)).all():
             continue
-        apart = abs(math.floor(other) + 0.5 - one)
-        found += min(apart, BINS - apart) <= p.flow_turn_deg * BINS / 180
+        cell, sector = np.floor(place), min(int(turn * SECTORS), SECTORS - 1)
+        first.add(int((cell[0] * SIDE + cell[1]) * SECTORS) + sector)
+        further = np.floor(place + 0.5)
+        if (further < SIDE).all():
+            ahead = turn * SECTORS - sector >= 0.5
+            second.add(int((further[0] * SIDE + further[1]) * SECTORS) + sector + ahead)
+    return frozenset(first), frozenset(second)
+
+
+@cache
+def bins_of(print_: PreparedTemplate, i: int) -> list[int]:
+    """Return the bins of the ridge orientation at the places around a minutia."""
+    x, y, c, s = print_.points[:, i].tolist()
+    region, found = print_.region, []
+    rows, columns = region.code.shape
+    for u, v in P.places.T.tolist():
+        column = math.floor((x + c * u - s * v) / region.step) - region.first_column
+        row = math.floor(-(y + s * u + c * v) / region.step) - region.first_row
+        inside = region.has_flow and 0 <= row < rows and 0 <= column < columns
+        if not inside or not region.code[row, column]:
+            found.append(UNKNOWN)
+            continue
+        relative = (int(region.code[row, column]) - 1.0) * BINS / ORIENTATIONS
+        relative = (relative - turns_of(print_)[i] * 2.0 * BINS / TURNS) % BINS
+        found.append(min(int(relative), BINS - 1))
     return found
 
 
-def plain_weight(a: PreparedTemplate, b: PreparedTemplate, p: ShortlistParameters) -> int:
-    """Return the weight of print B for the probe A, of at most 64 minutiae."""
-    known = [(side.region.has_flow and side.region.code.any()) for side in (a, b)]
+def shared(a: PreparedTemplate, i: int, b: PreparedTemplate, j: int) -> tuple[int, int]:
+    """Return in how many words of neighbours and of orientations two minutiae agree."""
+    neighbours = sum(
+        len(one & other) for one, other in zip(cells_of(a, i), cells_of(b, j), strict=True)
+    )
+    if not (a.region.has_flow and b.region.has_flow):
+        return neighbours, 6
+    along = 0
+    for one, other in zip(bins_of(a, i), bins_of(b, j), strict=True):
+        known = UNKNOWN not in {one, other}
+        along += known and min((one - other) % BINS, (other - one) % BINS) <= 1
+    return neighbours, along
+
+
+def plain_common(a: PreparedTemplate, b: PreparedTemplate) -> int:
+    """Return what two prints, of at most 64 minutiae, have in common."""
     pairs = []
     for j, i in product(range(len(b)), range(len(a))):
-        n = agreeing_neighbours(a, i, b, j, p)
-        if n < 2:
-            continue
-        f = agreeing_flow(a, i, b, j, p) if all(known) else 6
-        if n >= 4 or (n == 3 and f >= 5) or (n >= 2 and f >= 9):
-            pairs.append((min(4 * n + f - 15, 18), j, i))
-    order = sorted(range(len(pairs)), key=lambda k: -pairs[k][0])[: p.most_pairs]
+        n, f = shared(a, i, b, j)
+        if n > 0 and 3 * n + f > 8:
+            pairs.append((min(3 * n + f - 8, 18), j, i))
+    order = sorted(range(len(pairs)), key=lambda k: -pairs[k][0])[: P.most_pairs]
     pairs = [pairs[k] for k in sorted(order)]
-    turns = [(turns_of(a)[i] - turns_of(b)[j]) % TURNS for _, j, i in pairs]
     best = 0
-    for (_, j0, i0), turn in zip(pairs, turns, strict=True):
+    for h in range(len(pairs)):
         total, used, last = 0, set(), None
-        for (weight, j, i), other in zip(pairs, turns, strict=True):
-            if abs((other - turn + TURNS // 2) % TURNS - TURNS // 2) > p.most_turn:
-                continue
-            way = complex(*(b.points[:2, j] - b.points[:2, j0]))
-            expected = way * np.exp(2j * np.pi * turn / TURNS)
-            error = abs(expected - complex(*(a.points[:2, i] - a.points[:2, i0])))
-            if error > p.near_px + p.spread * abs(way) or j == last or i in used:
+        for g, (weight, j, i) in enumerate(pairs):
+            fits = beside(a, b, pairs[min(g, h)], pairs[max(g, h)])
+            if not fits or j == last or i in used:
                 continue
             total, last = total + weight, j
             used.add(i)
         best = max(best, total)
     return best
+
+
+def beside(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    one: tuple[int, int, int],
+    other: tuple[int, int, int],
+) -> bool:
+    """Tell whether two pairs lie on one another under the rotation of the first."""
+    turn, turn_of_other = (turns_of(a)[i] - turns_of(b)[j] for _, j, i in (one, other))
+    apart = (turn_of_other - turn + TURNS // 2) % TURNS - TURNS // 2
+    way_b = complex(*(b.points[:2, other[1]] - b.points[:2, one[1]]))
+    way_a = complex(*(a.points[:2, other[2]] - a.points[:2, one[2]]))
+    off = abs(way_b * np.exp(2j * np.pi * turn / TURNS) - way_a)
+    reach = math.hypot(P.near_px, P.spread * abs(way_b))
+    return bool(abs(apart) <= round(P.pair_turn_deg * TURNS / 360) and off <= reach)
 
 
 def impressions(seed: int) -> list[PreparedTemplate]:
@@ -145,78 +166,112 @@ def impressions(seed: int) -> list[PreparedTemplate]:
     ]
 
 
+def weighed(a: Codes, b: Codes, module: Any = codes.kernel, *, b_in_tables: bool = False) -> int:
+    """Return what A and B have in common, one of them in the tables."""
+    tables = module.Sieve(P.most_pairs, P.near_px, P.spread, round(P.pair_turn_deg * TURNS / 360))
+    own, other = (b, a) if b_in_tables else (a, b)
+    tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+    n = len(other.xy)
+    rest = (other.xy, other.turn, other.around, other.along, other.has_flow)
+    return int(tables.weigh(0, n, *rest, b_in_tables))
+
+
 @given(seeds)
 @settings(max_examples=EXAMPLES)
-def test_weights_are_those_of_the_plain_form(seed: int) -> None:
-    p = ShortlistParameters(most_pairs=16)
+def test_prints_have_in_common_what_the_plain_form_says(seed: int) -> None:
     prints = impressions(seed)
-    coded = CodedPrints.of(PreparedMany.of(prints), p)
-    for probe in prints[:2]:
-        expected = [plain_weight(probe, print_, p) for print_ in prints]
-        assert coded.weights(probe).tolist() == expected
+    for a, b in product(prints, prints):
+        assert common(a.codes, b.codes) == plain_common(a, b)
 
 
-@given(templates(), st.lists(templates(), max_size=3))
+@given(seeds)
 @settings(max_examples=EXAMPLES)
-def test_any_templates_can_be_coded_and_looked_for(
-    probe: Template, references: list[Template]
-) -> None:
-    prints = [prepare(template) for template in [*references, probe]]
-    coded = CodedPrints.of(PreparedMany.of(prints))
-    weights = coded.weights(prints[-1])
-    assert weights.shape == (len(prints),)
-    assert (weights >= 0).all()
-    assert all(
-        CodedPrints.of(PreparedMany.of([print_])).weights(prints[-1]).tolist() == [weight]
-        for print_, weight in zip(prints, weights.tolist(), strict=True)
-    )
+def test_it_is_the_same_whichever_is_in_the_tables(seed: int) -> None:
+    prints = [print_.codes for print_ in impressions(seed)]
+    for a, b in product(prints, prints):
+        assert weighed(a, b) == weighed(a, b, b_in_tables=True)
 
 
-def test_the_mate_is_first_and_parts_are_as_the_whole() -> None:
-    rng = np.random.default_rng(7)
-    finger = spread_points(rng, 30)
-    others = [template_of(spread_points(rng, 30)) for _ in range(40)]
-    mate = template_of(jittered(rng, moved(finger[:, 4:], 1.0, 20 - 9j), 2.0, 0.08))
-    coded = CodedPrints.of(PreparedMany.of(map(prepare, [*others, mate])))
-    probe = prepare(template_of(finger))
-    whole = coded.weights(probe)
-    assert np.argmax(whole) == 40
-    assert whole[40] > 2 * whole[:40].max()
-    assert np.concatenate([coded.weights(probe, 0, 13), coded.weights(probe, 13)]).tolist() == (
-        whole.tolist()
-    )
-    assert coded.weights(probe, 30, 20).size == 0
-    assert coded.shortlist(probe, 1).tolist() == [40]
-    ten = coded.shortlist(probe, 10)
-    assert ten.tolist() == sorted(np.argsort(-whole, kind="stable")[:10].tolist())
-    assert coded.shortlist(probe, 99).tolist() == list(range(41))
-    assert coded.shortlist(probe, 0).size == 0
+@given(templates(), templates())
+@settings(max_examples=EXAMPLES)
+def test_any_templates_can_be_coded_and_weighed(one: Template, other: Template) -> None:
+    a, b = prepare(one).codes, prepare(other).codes
+    assert weighed(a, b) == weighed(a, b, b_in_tables=True) >= 0
 
 
-@pytest.mark.parametrize("n", [0, 1, 2, 65, 200, 255])
-def test_prints_of_any_size(n: int) -> None:
+@pytest.mark.parametrize("n", [0, 1, 65, 130])
+def test_crowds_are_weighed_by_their_best(n: int) -> None:
+    size = n if COMPILED else min(n, 70)
     rng = np.random.default_rng(n)
-    sizes = [n, 30, 0] if COMPILED else [min(n, 70), 12, 0]
-    prints = [prepare(template_of(spread_points(rng, k, 9.0, 400.0), size=500)) for k in sizes]
-    coded = CodedPrints.of(PreparedMany.of(prints))
-    weights = [coded.weights(print_) for print_ in prints]
-    assert all(found.shape == (3,) for found in weights)
-    if n >= 65:
-        assert weights[0].argmax() == 0
-        assert weights[0][0] > 0
-    assert all(found[2] == 0 for found in weights)
+    points = spread_points(rng, size, 9.0, 400.0)
+    quality = rng.integers(1, 100, size)
+    crowd = prepare(template_of(points, size=500, quality=quality))
+    few = prepare(template_of(spread_points(rng, 30), size=500))
+    coded = (crowd.codes.around != NOWHERE).any(axis=1)
+    assert coded.sum() <= MOST_MINUTIAE
+    if size > MOST_MINUTIAE:
+        assert quality[coded].min() >= np.sort(quality)[-MOST_MINUTIAE]
+        assert weighed(crowd.codes, crowd.codes) > 100
+    for a, b in ((crowd, few), (few, crowd), (crowd, crowd)):
+        assert weighed(a.codes, b.codes) == weighed(a.codes, b.codes, b_in_tables=True)
 
 
-def test_no_prints() -> None:
-    coded = CodedPrints.of(PreparedMany.of([]))
-    probe = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
-    assert (len(coded), coded.nbytes) == (0, 0)
-    assert coded.weights(probe).size == 0
-    assert coded.shortlist(probe, 5).size == 0
+@given(seeds, st.integers(0, 2))
+@settings(max_examples=EXAMPLES)
+def test_compiled_and_interpreted_agree(
+    interpreted: Callable[[str], ModuleType], seed: int, k: int
+) -> None:
+    module, prints = interpreted("_code_kernel"), impressions(seed)
+    assert weighed(prints[0].codes, prints[k].codes, module) == common(
+        prints[0].codes, prints[k].codes
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(codes, "kernel", module)
+        one = prints[k]
+        slow = code(one.points, one.quality, one.neighbourhoods, one.region)
+    for name in ("xy", "turn", "around", "along"):
+        assert getattr(slow, name).tolist() == getattr(one.codes, name).tolist()
 
 
-def test_prints_of_more_neighbours_cannot_be_coded() -> None:
+def test_tables_forget_the_print_before() -> None:
+    prints = [print_.codes for print_ in impressions(4)]
+    tables = sieve()
+    for own in [*prints, *reversed(prints)]:
+        tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+        for other in prints:
+            rest = (other.xy, other.turn, other.around, other.along, other.has_flow)
+            assert tables.weigh(0, len(other.xy), *rest, False) == common(own, other)
+
+
+def test_impressions_of_a_finger_have_more_in_common_than_others() -> None:
+    rng = np.random.default_rng(7)
+    fingers = [spread_points(rng, 30) for _ in range(6)]
+    field = striped_field(side=25)
+    ours = [prepare(template_of(points, field=field)).codes for points in fingers]
+    mates = [jittered(rng, moved(points[:, 4:], 0.1, 9 - 9j), 2.0, 0.08) for points in fingers]
+    theirs = [prepare(template_of(points, field=field)).codes for points in mates]
+    table = np.array([[common(a, b) for b in theirs] for a in ours])
+    assert np.diag(table).min() > 2 * (table - 1000 * np.eye(6)).max()
+
+
+def test_a_cell_counts_once_however_many_neighbours_it_has() -> None:
+    near = np.array([[0, 40, 41, 42], [0, 3, 4, 5], [1, 1, 1, 1], [0, 0, 0, 0]], float)
+    one, alone = prepare(template_of(near)), prepare(template_of(near[:, :2].copy()))
+    words = one.codes.around[0]
+    assert sorted(len(cells) for cells in cells_of(one, 0)) == [1, 1]
+    assert (words & 0x0800 == 0).sum() == (words & 0x8000 == 0).sum() == 1
+    assert common(one.codes, alone.codes) == plain_common(one, alone)
+
+
+def test_neighbours_far_away_have_no_word() -> None:
+    far = np.array([[0, 140.0, 0], [0, 0, 135.0], [1, 1, 1], [0, 0, 0]])
+    found = prepare(template_of(far)).codes
+    assert (found.around[0] == NOWHERE).all()
+    assert (found.along == MOST_ALONG).all()
+
+
+def test_more_neighbours_than_words_are_left_out() -> None:
     points = spread_points(np.random.default_rng(1), 20)
-    many = PreparedMany.of([prepare(template_of(points), None, NeighbourhoodParameters(size=13))])
-    with pytest.raises(MatcherError, match="12 neighbours"):
-        CodedPrints.of(many)
+    many = prepare(template_of(points), None, NeighbourhoodParameters(size=14))
+    few = prepare(template_of(points), None, NeighbourhoodParameters(size=12))
+    assert many.codes.around.tolist() == few.codes.around.tolist()

@@ -36,6 +36,7 @@ from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, pr
 from fpmatch.matching.ridges import RidgeParameters, ridge_correlation
 from fpmatch.matching.score import (
     FEATURES,
+    NO_GLANCE,
     STANDARD,
     WEIGHTS_FILE,
     Evidence,

@@ -11,6 +11,7 @@ from matching_prints import spread_points, template_of
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.matchers import get_matcher, matcher_names
+from fpmatch.matching.result import Explaining
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
 from fpmatch.minutiae import Minutiae, Template
 

@@ -24,10 +24,10 @@ Shortlist = int | Literal["auto", "off"]
 EXHAUSTIVE_UP_TO: Final = 20_000
 """The most prints all of which a probe is compared with, where nothing else is asked for."""
 
-SHORTLIST_SHARE: Final = 0.02
+SHORTLIST_SHARE: Final = 0.01
 """Of more prints, the share that it is compared with."""
 
-LEAST_SHORTLIST: Final = 2_000
+LEAST_SHORTLIST: Final = 1_000
 """The fewest of more prints that it is compared with."""
 
 

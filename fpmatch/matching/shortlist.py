@@ -50,6 +50,26 @@ def code_weights(
     return found
 
 
+def standings(probe: PreparedTemplate, prints: PreparedMany) -> NDArray[np.float64]:
+    """Say how much the codes of each print have in common with the probe's, for its minutiae.
+
+    Parameters
+    ----------
+    probe : PreparedTemplate
+        What `prepare` returned.
+    prints : PreparedMany
+        Many such, packed.
+
+    Returns
+    -------
+    ndarray of float64, shape (N,)
+        By this they are ranked: the greater, the likelier of one finger.
+    """
+    smaller = np.minimum(np.diff(prints.minutiae_start), len(probe))
+    found: NDArray[np.float64] = code_weights(probe, prints) / (smaller + FEW_MINUTIAE)
+    return found
+
+
 def shortlist(probe: PreparedTemplate, prints: PreparedMany, count: int) -> NDArray[np.intp]:
     """Return the prints whose codes say the most, for as many minutiae as there are.
 
@@ -80,7 +100,5 @@ def shortlist(probe: PreparedTemplate, prints: PreparedMany, count: int) -> NDAr
     """
     if count >= len(prints):
         return np.arange(len(prints))
-    smaller = np.minimum(np.diff(prints.minutiae_start), len(probe))
-    weight = code_weights(probe, prints) / (smaller + FEW_MINUTIAE)
-    order = np.argsort(-weight, kind="stable")
+    order = np.argsort(-standings(probe, prints), kind="stable")
     return np.sort(order[: max(count, 0)])

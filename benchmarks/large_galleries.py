@@ -7,13 +7,13 @@ The gallery's prints are recombined from mirrored ones: the minutiae of one on o
 and of another on the other, moved and turned a little; so none is a mate of what is looked for.
 For 10,000, 100,000 and 1,000,000 of them (or as many as `--most` allows): processor time a print
 of making the codes, of weighing them, and of the whole search with its comparisons, against that
-of comparing all, measured in turn; bytes a print. Of these, 5,000 are different, and stand for all
-of a larger gallery. Beside it stands the time of laying every print, without a look at its codes.
+of comparing all, and of laying all in full, whatever their codes say, measured in turn; bytes a
+print. Of these, 5,000 are different, and stand for all of a larger gallery.
 
 Then what shortlists lose, in disturbed copies of the sample prints and in each FVC-style database
 DIR: each print is looked for in a gallery of one mate, all prints of other fingers, and recombined
 ones, for each of its mates that comparing all finds at rank 1. The exit status is 1 where a search
-of 100,000 prints takes more than a tenth of comparing all, or 99 % are not in the shortlist.
+of 100,000 prints takes more than a tenth of laying all, or 99 % are not in the shortlist.
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ def times(few: PreparedMany, count: int) -> dict[str, float]:
         "search_us": micro * float(np.median(searching)),
         "comparing_all_us": micro * float(np.median(comparing)),
         "laying_all_us": micro * float(np.median(laying)),
-        "share_of_time": float(np.median(searching) / np.median(comparing)),
+        "share_of_time": float(np.median(searching) / np.median(laying)),
         "code_bytes": (few.turn.nbytes + few.around.nbytes + few.along.nbytes) / len(few),
         "print_bytes": few.nbytes / len(few),
     }
@@ -185,7 +185,7 @@ def found(kind: Kind, more: PreparedMany) -> dict[str, float | str]:
         "gallery": len(many),
         "right": right,
         "recall": float((shares <= SHORTLIST_SHARE).mean()),
-        "recall_1_percent": float((shares <= 0.01).mean()),
+        "recall_2_percent": float((shares <= 0.02).mean()),
         "share_for_99_percent": float(np.quantile(shares, 0.99, method="higher")),
     }
 
@@ -216,9 +216,8 @@ def main() -> int:
     templates = [mirrored(t) for kind in given for t in kind.templates]
     few = PreparedMany.of(MATCHER.prepare(recombined(templates, rng)) for _ in range(DIFFERENT))
     print(
-        f"{'prints':>9}{'code us':>9}{'weigh us':>10}{'search us':>11}{'all us':>8}{'share':>8}"
-        f"{'laid us':>9}"
-        f"{'code bytes':>12}{'print bytes':>13}"
+        f"{'prints':>9}{'code us':>9}{'weigh us':>10}{'search us':>11}{'all us':>8}{'laid us':>9}"
+        f"{'share':>8}{'code bytes':>12}{'print bytes':>13}"
     )
     speed = []
     for count in [c for c in COUNTS if c <= options.most]:
@@ -226,19 +225,18 @@ def main() -> int:
         speed.append(t)
         print(
             f"{count:9}{t['coding_us']:9.2f}{t['weighing_us']:10.2f}{t['search_us']:11.2f}"
-            f"{t['comparing_all_us']:8.1f}{t['share_of_time']:8.3f}{t['laying_all_us']:9.1f}"
-            f"{t['code_bytes']:12.0f}"
-            f"{t['print_bytes']:13.0f}",
+            f"{t['comparing_all_us']:8.1f}{t['laying_all_us']:9.1f}{t['share_of_time']:8.3f}"
+            f"{t['code_bytes']:12.0f}{t['print_bytes']:13.0f}",
             flush=True,
         )
-    print(f"\n{'looked for':<30}{'gallery':>9}{'right':>7}{'in shortlist':>14}{'of 1 %':>8}")
+    print(f"\n{'looked for':<30}{'gallery':>9}{'right':>7}{'in shortlist':>14}{'of 2 %':>8}")
     lost = []
     for kind in given:
         f = found(kind, few.taken(np.arange(RECOMBINED)))
         lost.append(f)
         print(
             f"{f['prints']:<30}{f['gallery']:>9}{f['right']:>7}{f['recall']:>14.4f}"
-            f"{f['recall_1_percent']:>8.4f}",
+            f"{f['recall_2_percent']:>8.4f}",
             flush=True,
         )
     right = max(1, sum(f["right"] for f in lost))

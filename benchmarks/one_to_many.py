@@ -8,7 +8,7 @@ turned, so that none is like another's copy by more than chance. Printed are, fo
 100,000 of them (or as many as `--most` allows), comparisons a second, the processor time of one
 comparison over that of ``scipy.spatial.Delaunay`` on 40 points, measured in turn with it, bytes a
 print, and seconds to save, to map again and to check. The exit status is 1 where a print takes more
-than 8,192 bytes, where a comparison takes more than twice as long as a triangulation, or where its
+than 8,192 bytes, where a comparison takes more than half as long as a triangulation, or where its
 time grows by more than a third from the fewest prints to the most.
 """
 
@@ -51,7 +51,7 @@ PROBES = 5
 ROUNDS = 9
 
 MAX_BYTES = 8192
-MAX_RATIO = 2.0
+MAX_RATIO = 0.5
 MAX_GROWTH = 4 / 3
 
 

@@ -70,6 +70,14 @@ class Scales:
         self.doubt_pairs = score.doubt_pairs
         self.doubt_cells = score.doubt_cells
 
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    def said(self) -> tuple:
+        """Return the evidence and the features of the alignment weighed last, as lists."""
+        return [self.evidence[k] for k in range(ENTRIES)], [
+            self.feature[k] for k in range(FEATURES)
+        ]
+
     @cython.ccall
     @cython.nogil
     @cython.exceptval(check=False)

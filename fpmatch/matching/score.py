@@ -253,7 +253,8 @@ def gather_evidence(
 
 def evidence_on(used: kernel.Scales, total: float) -> Evidence:
     """Return what was weighed last, and came to `total`."""
-    pairs, local, unpaired, common, overlap, correlation, cells = np.asarray(used.evidence).tolist()
+    evidence, features = used.said()
+    pairs, local, unpaired, common, overlap, correlation, cells = evidence
     return Evidence(
         pairs=int(pairs),
         local=local,
@@ -262,6 +263,6 @@ def evidence_on(used: kernel.Scales, total: float) -> Evidence:
         overlap=overlap,
         ridges=correlation,
         cells=int(cells),
-        features=np.array(used.feature),
+        features=np.array(features),
         total=float(total),
     )

@@ -97,7 +97,9 @@ def test_any_two_templates_compare_the_same_both_ways(a: Template, b: Template) 
         assert 0.75 < forth.transform.scale * a.dpi / b.dpi < 1.35
         assert len(forth.pairs)
     else:
-        assert (forth.match, forth.score, len(forth.pairs)) == (False, 0.0, 0)
+        # What the codes dismiss has a score, though a low one, even if nothing can be laid.
+        assert (forth.match, len(forth.pairs)) == (False, 0)
+        assert forth.score < 10
 
 
 @given(templates(), st.sampled_from([100.0, 500.0, 569.0, 4000.0]), seeds)

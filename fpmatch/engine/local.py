@@ -5,35 +5,23 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import sys
-import threading
-from collections import deque
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from multiprocessing.connection import wait
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
-from fpmatch.errors import EngineError
+from fpmatch.engine.processes import START_METHOD, Task, Team, end
+from fpmatch.engine.threads import single_threaded
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator
-    from concurrent.futures import Future
+    from collections.abc import Callable, Generator, Iterable
     from types import TracebackType
     from typing import Self
+
+    from fpmatch.engine.processes import Worker
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
 Result = TypeVar("Result")
 
-# A fork server forks each worker from a process that has imported what it needs and run nothing.
-_START_METHOD: Final = "forkserver" if sys.platform == "linux" else "spawn"
 _BLAS_THREADS: Final = "OPENBLAS_NUM_THREADS"
-CHUNKS_IN_FLIGHT: Final = 4  # a worker: what it works on, and what waits for it or to be taken
-_BROKEN: Final = (
-    "a worker process ended before its work was done: out of memory, or started by a script "
-    'without `if __name__ == "__main__":`; one worker needs neither'
-)
 
 
 def available_cores() -> int:
@@ -56,11 +44,11 @@ def get_ready(workers: int | None, *modules: str) -> None:
     *modules : str
         Names of modules.
     """
-    if _START_METHOD != "forkserver" or (workers or available_cores()) == 1:
+    if START_METHOD != "forkserver" or (workers or available_cores()) == 1:
         return
     from multiprocessing import forkserver  # noqa: PLC0415
 
-    multiprocessing.get_context(_START_METHOD).set_forkserver_preload(list(modules))
+    multiprocessing.get_context(START_METHOD).set_forkserver_preload(list(modules))
     kept = os.environ.get(_BLAS_THREADS)
     os.environ[_BLAS_THREADS] = "1"  # no threads where processes are forked from
     on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # so it starts, and stays silent
@@ -73,8 +61,8 @@ def get_ready(workers: int | None, *modules: str) -> None:
             os.environ[_BLAS_THREADS] = kept
 
 
-class Local:
-    """Let go of nothing: what a `map` starts on this machine, it ends."""
+class Here:
+    """Work in this process; see `fpmatch.engine.engine.Engine`."""
 
     def __enter__(self) -> Self:
         return self
@@ -86,10 +74,6 @@ class Local:
         trace: TracebackType | None,
     ) -> None:
         pass
-
-
-class Here(Local):
-    """Work in this process; see `fpmatch.engine.engine.Engine`."""
 
     def map(
         self,
@@ -103,8 +87,11 @@ class Here(Local):
                 yield work(shared, chunk)
 
 
-class Cores(Local):
+class Cores:
     """Work in several processes; see `fpmatch.engine.engine.Engine`.
+
+    They start with the first work, and go on to the next; where nobody has taken hold of the
+    engine, they end with the work.
 
     Parameters
     ----------
@@ -114,6 +101,22 @@ class Cores(Local):
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
+        self._held = False
+        self._idle: list[Worker] = []
+
+    def __enter__(self) -> Self:
+        self._held = True
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._held = False
+        idle, self._idle = self._idle, []
+        end(idle)
 
     def map(
         self,
@@ -122,65 +125,10 @@ class Cores(Local):
         chunks: Iterable[Chunk],
     ) -> Generator[Result, None, None]:
         """Hand out chunks a few at a time, and their results in order."""
-        executor = ProcessPoolExecutor(
-            max_workers=self._workers,
-            mp_context=multiprocessing.get_context(_START_METHOD),
-            initializer=_start_worker,
-            initargs=(work, shared),
-        )
-        waiting: deque[Future[Any]] = deque()
+        team = Team(self._workers, self._idle, Task(work, shared))
         try:
-            for chunk in chunks:
-                waiting.append(executor.submit(_work_on, chunk))
-                if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        except BrokenProcessPool as error:
-            raise EngineError(_BROKEN) from error
+            yield from team.results(chunks)
+            if self._held:
+                self._idle += team.release()
         finally:
-            executor.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def single_threaded() -> Iterator[None]:
-    """Keep OpenCV and numpy on one thread, so that the cores are not asked twice."""
-    import cv2  # noqa: PLC0415
-    from threadpoolctl import threadpool_limits  # noqa: PLC0415
-
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        with threadpool_limits(1):
-            yield
-    finally:
-        cv2.setNumThreads(threads)
-
-
-# What this worker process was started with; stays empty in the process that started it.
-_held: dict[str, Any] = {}
-
-
-def _start_worker(work: Callable[[Any, Any], Any], shared: object) -> None:
-    import cv2  # noqa: PLC0415
-    import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
-    from threadpoolctl import threadpool_limits  # noqa: PLC0415
-
-    # Ctrl-C reaches the whole process group: a worker falls silent, its parent reports.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    cv2.setNumThreads(1)
-    _held["threads"] = threadpool_limits(1)
-    _held["work"], _held["shared"] = work, shared
-
-
-def _end_with_parent() -> None:
-    """End this worker when the process that started it is gone, however it went."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
-
-
-def _work_on(chunk: object) -> Any:
-    return _held["work"](_held["shared"], chunk)
+            end(team.release())

@@ -30,6 +30,22 @@ def die_once(folder, chunk):
     return chunk
 
 
+def process(shared, chunk):
+    """Return which process this is, late enough for another to begin with the next chunk."""
+    time.sleep(0.02)
+    return os.getpid()
+
+
+def fail_at(last, chunk):
+    if chunk == last:
+        raise ValueError(chunk)
+    return chunk
+
+
+def back_and_forth(shared, chunk):
+    return chunk + shared
+
+
 def is_loaded(name, chunk):
     return name in sys.modules
 

@@ -18,7 +18,8 @@ import pytest
 
 from fpmatch.engine import cluster
 from fpmatch.engine.engine import cores, make_engine
-from fpmatch.engine.local import CHUNKS_IN_FLIGHT, Here
+from fpmatch.engine.local import Here
+from fpmatch.engine.processes import CHUNKS_IN_FLIGHT
 from fpmatch.errors import EngineError, ImageError
 
 FOLDER = Path(__file__).parent
@@ -93,9 +94,65 @@ def test_an_error_of_the_work_comes_through(engine):
 
 
 @pytest.mark.usefixtures("workers_find_the_work")
+def test_processes_go_on_to_the_next_work_while_the_engine_is_held():
+    with cores(2) as engine:
+        first = set(engine.map(chunk_work.process, None, range(8)))
+        again = set(engine.map(chunk_work.process, None, range(8)))
+        assert first == again
+        assert len(first) == 2
+    assert not any(_is_there(process) for process in first)
+    assert first.isdisjoint(engine.map(chunk_work.process, None, range(8)))
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_processes_end_with_the_work_where_nobody_holds_the_engine():
+    engine = cores(2)
+    for process in set(engine.map(chunk_work.process, None, range(8))):
+        assert not _is_there(process)
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_two_works_at_once_have_processes_of_their_own():
+    with (
+        cores(2) as engine,
+        closing(engine.map(chunk_work.process, None, count())) as first,
+        closing(engine.map(chunk_work.process, None, count())) as second,
+    ):
+        assert {next(first) for _ in range(6)}.isdisjoint({next(second) for _ in range(6)})
+
+
+def test_what_is_larger_than_a_pipe_comes_through(engine):
+    large = bytes(300_000)
+    found = list(engine.map(chunk_work.back_and_forth, large, [large] * 12))
+    assert found == [2 * large] * 12
+
+
+def test_results_before_an_error_come_first(engine):
+    found = []
+    with pytest.raises(ValueError, match="3"):
+        found.extend(engine.map(chunk_work.fail_at, 3, range(8)))
+    assert found == [0, 1, 2]
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_where_an_error_was_raised_is_told():
+    with pytest.raises(ValueError, match="0") as raised:
+        list(cores(2).map(chunk_work.fail_at, 0, range(2)))
+    assert "chunk_work.py" in str(raised.value.__cause__)
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
 def test_a_dead_process_is_said(tmp_path):
     with pytest.raises(EngineError, match="a worker process ended before its work was done"):
         list(cores(2).map(chunk_work.die_once, tmp_path, range(8)))
+
+
+def _is_there(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def test_workers_end_with_the_process_that_started_them(tmp_path):

@@ -8,7 +8,7 @@ import signal
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from fpmatch.engine.processes import START_METHOD, Task, Team, end
-from fpmatch.engine.threads import single_threaded
+from fpmatch.engine.threads import loaded_single_threaded, single_threaded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.processes import Worker
 
+_FIRST: Final = "fpmatch.engine._fork_server"  # of the modules imported there
+
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
 Result = TypeVar("Result")
-
-_BLAS_THREADS: Final = "OPENBLAS_NUM_THREADS"
 
 
 def available_cores() -> int:
@@ -48,17 +48,13 @@ def get_ready(workers: int | None, *modules: str) -> None:
         return
     from multiprocessing import forkserver  # noqa: PLC0415
 
-    multiprocessing.get_context(START_METHOD).set_forkserver_preload(list(modules))
-    kept = os.environ.get(_BLAS_THREADS)
-    os.environ[_BLAS_THREADS] = "1"  # no threads where processes are forked from
+    multiprocessing.get_context(START_METHOD).set_forkserver_preload([_FIRST, *modules])
     on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # so it starts, and stays silent
     try:
-        forkserver.ensure_running()
+        with loaded_single_threaded():  # no threads where processes are forked from
+            forkserver.ensure_running()
     finally:
         signal.signal(signal.SIGINT, on_interrupt)
-        del os.environ[_BLAS_THREADS]
-        if kept is not None:
-            os.environ[_BLAS_THREADS] = kept
 
 
 class Here:

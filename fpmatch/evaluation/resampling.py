@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from numpy.random import default_rng
 
 from fpmatch.evaluation.rates import FMR_LIMITS, error_rates
 from fpmatch.evaluation.weighted_rates import RankedScores
@@ -103,7 +104,7 @@ def draw_fingers(fingers: int, resamples: int, seed: int, set_index: int = 0) ->
     >>> draw_fingers(4, 2, seed=1).sum(axis=1).tolist()
     [4, 4]
     """
-    rng = np.random.default_rng([seed, set_index])
+    rng = default_rng([seed, set_index])
     return rng.multinomial(fingers, np.full(fingers, 1 / fingers), size=resamples)
 
 

@@ -1,5 +1,6 @@
 """Work to hand to engines; a module, so that workers can import it."""
 
+import gc
 import os
 import signal
 import sys
@@ -44,6 +45,11 @@ def fail_at(last, chunk):
 
 def back_and_forth(shared, chunk):
     return chunk + shared
+
+
+def looks_for_garbage(shared, chunk):
+    """Tell whether this worker does, but not in what it has from where it was forked."""
+    return gc.isenabled() and gc.get_freeze_count() > 0
 
 
 def is_loaded(name, chunk):

@@ -185,6 +185,7 @@ def test_what_workers_need_is_imported_before_they_start(tmp_path):
         "    assert (dict(os.environ), signal.getsignal(signal.SIGINT)) == before\n"
         "    assert all(cores(2).map(chunk_work.is_loaded, 'colorsys', range(4)))\n"
         "    assert not any(cores(2).map(chunk_work.is_loaded, 'wave', range(4)))\n"
+        "    assert all(cores(2).map(chunk_work.looks_for_garbage, None, range(4)))\n"
     )
     script = tmp_path / "script.py"
     script.write_text(code)

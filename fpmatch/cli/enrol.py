@@ -27,9 +27,12 @@ _STAGES: Final = {"enrol": "enrolling"}
 _WORKERS_NEED: Final = (
     "fpmatch.cli.reading",
     "fpmatch.gallery.extraction",
+    "fpmatch.gallery.entry",
     "fpmatch.gallery.prints",
+    "fpmatch.image.assess",
     "fpmatch.image.extract",
-    "threadpoolctl",
+    "fpmatch.image.pictures",
+    "fpmatch.image.read",
 )
 
 

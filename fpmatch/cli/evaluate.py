@@ -20,12 +20,11 @@ if TYPE_CHECKING:
 
 _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 _WORKERS_NEED = (
-    "fpmatch.cli",
+    "fpmatch.cli.reading",
     "fpmatch.evaluation.comparison",
     "fpmatch.evaluation.extraction",
     "fpmatch.image.extract",
     "fpmatch.matching.matchers.unit_circle",
-    "threadpoolctl",
 )
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.processes import Worker
 
-_FIRST: Final = "fpmatch.engine._fork_server"  # of the modules imported there
+_NEEDED: Final = ("fpmatch.engine._fork_server", "fpmatch.engine.processes", "threadpoolctl")
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
@@ -48,7 +48,7 @@ def get_ready(workers: int | None, *modules: str) -> None:
         return
     from multiprocessing import forkserver  # noqa: PLC0415
 
-    multiprocessing.get_context(START_METHOD).set_forkserver_preload([_FIRST, *modules])
+    multiprocessing.get_context(START_METHOD).set_forkserver_preload([*_NEEDED, *modules])
     on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # so it starts, and stays silent
     try:
         with loaded_single_threaded():  # no threads where processes are forked from

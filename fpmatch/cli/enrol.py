@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 FAILURES_SHOWN: Final = 20
 _STAGES: Final = {"enrol": "enrolling"}
 _WORKERS_NEED: Final = (
+    "cv2",
+    "threadpoolctl",
     "fpmatch.cli.reading",
     "fpmatch.gallery.extraction",
     "fpmatch.gallery.entry",

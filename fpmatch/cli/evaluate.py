@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 _WORKERS_NEED = (
+    "cv2",
+    "threadpoolctl",
     "fpmatch.cli.reading",
     "fpmatch.evaluation.comparison",
     "fpmatch.evaluation.extraction",

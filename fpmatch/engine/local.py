@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-from fpmatch.engine.processes import START_METHOD, Task, Team, end
-from fpmatch.engine.threads import loaded_single_threaded, single_threaded
+from fpmatch.engine.ahead import fork_ahead
+from fpmatch.engine.processes import Task, end
+from fpmatch.engine.team import Team
+from fpmatch.engine.threads import single_threaded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from typing import Self
 
     from fpmatch.engine.processes import Worker
-
-_NEEDED: Final = ("fpmatch.engine._fork_server", "fpmatch.engine.processes", "threadpoolctl")
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
@@ -32,10 +30,11 @@ def available_cores() -> int:
 
 
 def get_ready(workers: int | None, *modules: str) -> None:
-    """Let modules that workers will need be imported beside what this process does meanwhile.
+    """Start the workers, and let them import what they will need, beside what is done meanwhile.
 
-    It is for a program's main thread, not for libraries: the process that workers are forked from
-    is made once in the life of a program. Where they are not forked, nothing is done.
+    It is for the first steps of a program, not for libraries: workers are forked here, which needs
+    a process without other threads. Elsewhere than on Linux, and where there are other threads,
+    nothing is done.
 
     Parameters
     ----------
@@ -44,17 +43,9 @@ def get_ready(workers: int | None, *modules: str) -> None:
     *modules : str
         Names of modules.
     """
-    if START_METHOD != "forkserver" or (workers or available_cores()) == 1:
-        return
-    from multiprocessing import forkserver  # noqa: PLC0415
-
-    multiprocessing.get_context(START_METHOD).set_forkserver_preload([*_NEEDED, *modules])
-    on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # so it starts, and stays silent
-    try:
-        with loaded_single_threaded():  # no threads where processes are forked from
-            forkserver.ensure_running()
-    finally:
-        signal.signal(signal.SIGINT, on_interrupt)
+    count = available_cores() if workers is None else workers
+    if count > 1:
+        fork_ahead(count, modules)
 
 
 class Here:

@@ -19,7 +19,7 @@ import pytest
 from fpmatch.engine import cluster
 from fpmatch.engine.engine import cores, make_engine
 from fpmatch.engine.local import Here
-from fpmatch.engine.processes import CHUNKS_IN_FLIGHT
+from fpmatch.engine.team import CHUNKS_IN_FLIGHT
 from fpmatch.errors import EngineError, ImageError
 
 FOLDER = Path(__file__).parent
@@ -171,29 +171,6 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
         main.send_signal(signal.SIGKILL)
     while any(Path(f"/proc/{worker}").exists() for worker in workers):
         time.sleep(0.01)
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked from a server on Linux")
-def test_what_workers_need_is_imported_before_they_start(tmp_path):
-    code = (
-        "import os, signal; import chunk_work; from fpmatch.engine.engine import cores\n"
-        "from fpmatch.engine.local import get_ready\n"
-        "if __name__ == '__main__':\n"
-        "    before = dict(os.environ), signal.getsignal(signal.SIGINT)\n"
-        "    get_ready(1, 'no.such.module')\n"
-        "    get_ready(2, 'no.such.module', 'colorsys')\n"
-        "    assert (dict(os.environ), signal.getsignal(signal.SIGINT)) == before\n"
-        "    assert all(cores(2).map(chunk_work.is_loaded, 'colorsys', range(4)))\n"
-        "    assert not any(cores(2).map(chunk_work.is_loaded, 'wave', range(4)))\n"
-        "    assert all(cores(2).map(chunk_work.looks_for_garbage, None, range(4)))\n"
-    )
-    script = tmp_path / "script.py"
-    script.write_text(code)
-    environment = {**os.environ, "PYTHONPATH": str(FOLDER)}
-    done = subprocess.run(
-        [sys.executable, script], env=environment, capture_output=True, text=True, check=False
-    )
-    assert (done.returncode, done.stderr) == (0, "")
 
 
 @needs_dask

@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from fpmatch.engine import processes
+from fpmatch.engine import team
+from fpmatch.engine.processes import start_worker
 from fpmatch.errors import DatasetError, FpmatchError, MatcherError
 from fpmatch.evaluation.comparison import OUTCOME
 from fpmatch.evaluation.dataset import load_dataset
@@ -54,12 +55,11 @@ def test_agrees_with_comparing_pair_by_pair(run, bench, make_database, protocol)
 def test_one_team_of_processes_extracts_and_compares(run, make_database, monkeypatch):
     started = []
 
-    class Counted(processes.Worker):
-        def __init__(self):
-            super().__init__()
-            started.append(self)
+    def start():
+        started.append(start_worker())
+        return started[-1]
 
-    monkeypatch.setattr(processes, "Worker", Counted)
+    monkeypatch.setattr(team, "start_worker", start)
     run([make_database(fingers=8, impressions=4)], workers=2)
     assert len(started) == 2
 

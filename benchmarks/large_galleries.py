@@ -7,13 +7,13 @@ The gallery's prints are recombined from mirrored ones: the minutiae of one on o
 and of another on the other, moved and turned a little; so none is a mate of what is looked for.
 For 10,000, 100,000 and 1,000,000 of them (or as many as `--most` allows): processor time a print
 of making the codes, of weighing them, and of the whole search with its comparisons, against that
-of comparing all, measured in turn; bytes a print. Of these, 5,000 are different, and stand for all
-of a larger gallery.
+of comparing all, and of laying all in full, whatever their codes say, measured in turn; bytes a
+print. Of these, 5,000 are different, and stand for all of a larger gallery.
 
 Then what shortlists lose, in disturbed copies of the sample prints and in each FVC-style database
 DIR: each print is looked for in a gallery of one mate, all prints of other fingers, and recombined
 ones, for each of its mates that comparing all finds at rank 1. The exit status is 1 where a search
-of 100,000 prints takes more than a tenth of comparing all, or 99 % are not in the shortlist.
+of 100,000 prints takes more than a tenth of laying all, or 99 % are not in the shortlist.
 """
 
 from __future__ import annotations
@@ -29,19 +29,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from disturbed_prints import sample_templates
-from one_to_many import MOVE_PX, SHARE_KEPT, TURN_RAD
+from one_to_many import MOVE_PX, SHARE_KEPT, TURN_RAD, laying_all
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.gallery.identify import SHORTLIST_SHARE
 from fpmatch.gallery.search import Search
+from fpmatch.matching.codes import Codes, code
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepared_many import PreparedMany
-from fpmatch.matching.shortlist import CodedPrints
+from fpmatch.matching.shortlist import standings
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    from fpmatch.matching.prepare import PreparedTemplate
 
 COUNTS = (10_000, 100_000, 1_000_000)
 DIFFERENT = 5_000  # prints that are prepared; of more, each stands for several
@@ -115,26 +118,33 @@ def seconds(function: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
+def coded(print_: PreparedTemplate) -> Codes:
+    """Return the codes of a print, made anew."""
+    return code(print_.points, print_.quality, print_.neighbourhoods, print_.region)
+
+
 def times(few: PreparedMany, count: int) -> dict[str, float]:
     """Return processor time, in microseconds a print, of a search of so many prints."""
-    whole = CodedPrints.of(few)
-    coding = seconds(lambda: CodedPrints.of(few)) / len(few)
-    weighing, comparing, searching = [], [], []
+    coding = seconds(lambda: [coded(few[k]) for k in range(COMPARED)])
+    coding = (coding - seconds(lambda: [few[k] for k in range(COMPARED)])) / COMPARED
+    weighing, comparing, laying, searching = [], [], [], []
     share = max(1, round(SHORTLIST_SHARE * count))
     probes = [few[k * len(few) // PROBES] for k in range(PROBES)]
     for k, probe in enumerate(probes):
         first = k * COMPARED % (len(few) - COMPARED)
         part = partial(MATCHER.similarities, probe, few, first, first + COMPARED)
         comparing.append(seconds(part) / COMPARED)
-        weights = np.zeros(count, np.int32)
+        with laying_all():
+            laying.append(seconds(part) / COMPARED)
+        standing = np.zeros(count)
         spent = 0.0
         for begin in range(0, count, len(few)):  # the same prints stand for all
             start = time.process_time()
-            weights[begin : begin + len(few)] = whole.weights(probe)
+            standing[begin : begin + len(few)] = standings(probe, few)
             spent += time.process_time() - start
         weighing.append(spent / count)
         start = time.process_time()
-        chosen = np.sort(np.argsort(-weights, kind="stable")[:share]) % len(few)
+        chosen = np.sort(np.argsort(-standing, kind="stable")[:share]) % len(few)
         for at in range(0, share, COMPARED):
             MATCHER.similarities(probe, few.taken(chosen[at : at + COMPARED]))
         searching.append((spent + time.process_time() - start) / count)
@@ -145,8 +155,9 @@ def times(few: PreparedMany, count: int) -> dict[str, float]:
         "weighing_us": micro * float(np.median(weighing)),
         "search_us": micro * float(np.median(searching)),
         "comparing_all_us": micro * float(np.median(comparing)),
-        "share_of_time": float(np.median(searching) / np.median(comparing)),
-        "code_bytes": whole.nbytes / len(few),
+        "laying_all_us": micro * float(np.median(laying)),
+        "share_of_time": float(np.median(searching) / np.median(laying)),
+        "code_bytes": (few.turn.nbytes + few.around.nbytes + few.along.nbytes) / len(few),
         "print_bytes": few.nbytes / len(few),
     }
 
@@ -160,21 +171,21 @@ def found(kind: Kind, more: PreparedMany) -> dict[str, float | str]:
     right, ranks = 0, []
     for k in range(len(own)):
         probe = own[k]
-        weights = search.coded.weights(probe)
+        standing = standings(probe, many)
         others = np.flatnonzero(np.concatenate([finger != finger[k], np.ones(len(more), bool)]))
         mates = np.flatnonzero(finger == finger[k])
         mates = mates[mates != k]
         similarity = search.similarities(probe)
         for mate in mates[similarity[mates] > similarity[others].max()].tolist():
             right += 1
-            ranks.append((weights[others] >= weights[mate]).mean())
+            ranks.append((standing[others] >= standing[mate]).mean())
     shares = np.array(ranks or [1.0])
     return {
         "prints": kind.name,
         "gallery": len(many),
         "right": right,
         "recall": float((shares <= SHORTLIST_SHARE).mean()),
-        "recall_1_percent": float((shares <= 0.01).mean()),
+        "recall_2_percent": float((shares <= 0.02).mean()),
         "share_for_99_percent": float(np.quantile(shares, 0.99, method="higher")),
     }
 
@@ -205,8 +216,8 @@ def main() -> int:
     templates = [mirrored(t) for kind in given for t in kind.templates]
     few = PreparedMany.of(MATCHER.prepare(recombined(templates, rng)) for _ in range(DIFFERENT))
     print(
-        f"{'prints':>9}{'code us':>9}{'weigh us':>10}{'search us':>11}{'all us':>8}{'share':>8}"
-        f"{'code bytes':>12}{'print bytes':>13}"
+        f"{'prints':>9}{'code us':>9}{'weigh us':>10}{'search us':>11}{'all us':>8}{'laid us':>9}"
+        f"{'share':>8}{'code bytes':>12}{'print bytes':>13}"
     )
     speed = []
     for count in [c for c in COUNTS if c <= options.most]:
@@ -214,18 +225,18 @@ def main() -> int:
         speed.append(t)
         print(
             f"{count:9}{t['coding_us']:9.2f}{t['weighing_us']:10.2f}{t['search_us']:11.2f}"
-            f"{t['comparing_all_us']:8.1f}{t['share_of_time']:8.3f}{t['code_bytes']:12.0f}"
-            f"{t['print_bytes']:13.0f}",
+            f"{t['comparing_all_us']:8.1f}{t['laying_all_us']:9.1f}{t['share_of_time']:8.3f}"
+            f"{t['code_bytes']:12.0f}{t['print_bytes']:13.0f}",
             flush=True,
         )
-    print(f"\n{'looked for':<30}{'gallery':>9}{'right':>7}{'in shortlist':>14}{'of 1 %':>8}")
+    print(f"\n{'looked for':<30}{'gallery':>9}{'right':>7}{'in shortlist':>14}{'of 2 %':>8}")
     lost = []
     for kind in given:
         f = found(kind, few.taken(np.arange(RECOMBINED)))
         lost.append(f)
         print(
             f"{f['prints']:<30}{f['gallery']:>9}{f['right']:>7}{f['recall']:>14.4f}"
-            f"{f['recall_1_percent']:>8.4f}",
+            f"{f['recall_2_percent']:>8.4f}",
             flush=True,
         )
     right = max(1, sum(f["right"] for f in lost))

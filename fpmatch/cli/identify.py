@@ -103,9 +103,9 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     callback=_shortlist_size,
     default="auto",
     show_default=True,
-    help="Compare the probe with the N prints that a first, coarse look at all of them favours; "
-    "auto: with all of up to 20,000 prints, of more with 2 in 100, but 2,000 at least, among which "
-    "are about 99 in 100 of the prints that comparing all would find; off: with all.",
+    help="Compare the probe with the N prints that the codes of all of them favour; auto: with all "
+    "of up to 20,000 prints, of more with 1 in 100, but 1,000 at least, among which are about 99 of "
+    "100 prints that comparing all would find; off: with all.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @click.option(

@@ -1,12 +1,15 @@
 """Learn the weights of the default matcher's score from comparisons whose truth is known.
 
-It is logistic regression with four particulars.
+It is logistic regression with five particulars.
 
 - Impostor comparisons weigh more than genuine ones: what matters is where few impostors are left,
   and the balanced fit looks at where the two kinds overlap most.
 - A share of the genuine comparisons is taken for lost: nothing in common was found, and their
   features are those of impostors. Without it these few pull the fit away from all others.
 - Every database, and in it every kind, has the same weight, however many its comparisons.
+- Prints whose codes have too little in common are dismissed at a glance. What is enough grows with
+  the smaller print; of all such lines under which hardly a genuine comparison is lost that would
+  not be lost at the first look, that is taken which dismisses the most of the impostors.
 - Of the ways in which two prints can be laid on one another that counts for which the minutiae
   speak the most. Which one that is, the weights say, so that choosing and fitting take turns.
 
@@ -24,10 +27,17 @@ from fpmatch._version import __version__
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.matching.align import AlignmentParameters, candidates, sketches
+from fpmatch.matching.codes import common
 from fpmatch.matching.local import local_likeness, most_alike
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
-from fpmatch.matching.score import FEATURES, ScoreWeights, gather_evidence, scales
+from fpmatch.matching.score import (
+    FEATURES,
+    NO_GLANCE,
+    ScoreWeights,
+    gather_evidence,
+    scales,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -65,6 +75,12 @@ class FitParameters:
     looked_at : float
         Share of the impostor comparisons that a first look at the minutiae leaves a doubt of, so
         that they are refined and their ridges looked at.
+    unsure : float
+        Share of the impostor comparisons whose best alignment at the first look is refined alone.
+    dismissed : float
+        Share of the genuine comparisons that pass the first look which the codes may dismiss.
+    steepest, slopes : float, int
+        What the codes must say more a minutia, at most, and how many such slopes are tried.
     turns : int
         How many times to choose and to fit.
     """
@@ -78,6 +94,10 @@ class FitParameters:
     digits: int = 6
     every_impostor: int = 4
     looked_at: float = 0.25
+    unsure: float = 0.001
+    dismissed: float = 0.0015
+    steepest: float = 3.0
+    slopes: int = 61
     turns: int = 4
 
 
@@ -95,6 +115,8 @@ class ScoreSample:
         `fpmatch.matching.score.FEATURES`.
     first : ndarray of float64, shape (N, C, 6)
         Those of a first look, see `fpmatch.matching.align.sketches`, at the minutiae alone.
+    codes : ndarray of float64, shape (N, 2)
+        What their codes have in common, and the minutiae of the smaller print.
     genuine : ndarray of bool, shape (N,)
         Whether both prints are of one finger.
     nothing : tuple of int
@@ -104,6 +126,7 @@ class ScoreSample:
     name: str
     features: NDArray[np.float64]
     first: NDArray[np.float64]
+    codes: NDArray[np.float64]
     genuine: NDArray[np.bool_]
     nothing: tuple[int, int]
 
@@ -131,17 +154,18 @@ def sample_of(extracted: ExtractedSet, parameters: FitParameters | None = None) 
     ]
     on = scales(max((len(one) for one in prints if one), default=0), _no_weights())
     rows: list[NDArray[np.float64]] = []
-    genuine, nothing, passed = [], [0, 0], 0
+    codes, genuine, nothing, passed = [], [], [0, 0], 0
     for i, j, same in zip(pairs.probe, pairs.reference, pairs.genuine, strict=True):
         passed += not same
         if not same and passed % p.every_impostor:
             continue
         a, b = prints[i], prints[j]
         row = None if a is None or b is None else _features(a, b, on)
-        if row is None:
+        if a is None or b is None or row is None:
             nothing[0 if same else 1] += 1
         else:
             rows.append(row)
+            codes.append(_codes_of(a, b))
             genuine.append(bool(same))
     shape = (len(rows), 2, AlignmentParameters().candidates, len(FEATURES))
     features = np.array(rows).reshape(shape)
@@ -149,6 +173,7 @@ def sample_of(extracted: ExtractedSet, parameters: FitParameters | None = None) 
         extracted.dataset.name,
         features[:, 0],
         features[:, 1],
+        np.array(codes, np.float64).reshape(-1, 2),
         np.array(genuine, bool),
         (nothing[0], nothing[1]),
     )
@@ -158,7 +183,13 @@ def _no_weights() -> ScoreWeights:
     """Return what weighs nothing and looks at all ridges."""
     standard = np.zeros((4, len(FEATURES)))
     standard[1] = 1.0
-    return ScoreWeights(standard, 0.0, -1.0, {})
+    return ScoreWeights(standard, 0.0, NO_GLANCE, -1.0, np.inf, {})
+
+
+def _codes_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, int]:
+    """Return what the codes of two prints have in common, and the minutiae of the smaller."""
+    a, b = sorted((probe, reference), key=lambda side: side.key)
+    return common(a.codes, b.codes), min(len(a), len(b))
 
 
 def _features(
@@ -225,8 +256,31 @@ def fit_weights(
         "command": command,
     }
     at_first = _chosen(np.concatenate([one.first for one in samples]), standard, bias)[1]
-    gate = _rounded(np.quantile(at_first[~genuine], [1.0 - p.looked_at]), p.digits)
-    return ScoreWeights(standard, bias, float(gate[0]), provenance)
+    passed = np.quantile(at_first[~genuine], [1.0 - p.looked_at, 1.0 - p.unsure])
+    gate, sure = _rounded(passed, p.digits).tolist()
+    codes = np.concatenate([one.codes for one in samples])
+    glance = _glance(codes[genuine & (at_first > gate)], codes[~genuine], p)
+    return ScoreWeights(standard, bias, glance, gate, sure, provenance)
+
+
+def _glance(
+    passing: NDArray[np.float64], impostors: NDArray[np.float64], p: FitParameters
+) -> tuple[float, float]:
+    """Return what codes must say: so much, and so much more a minutia of the smaller print.
+
+    Both are rows as of `ScoreSample.codes`; of `passing`, all but a share must pass.
+    """
+    if not len(passing) or not len(impostors):
+        return NO_GLANCE
+    lost = int(p.dismissed * len(passing))
+    found = []
+    for slope in np.linspace(0.0, p.steepest, p.slopes):
+        base = float(np.sort(passing[:, 0] - slope * passing[:, 1])[lost])
+        dismissed = np.count_nonzero(impostors[:, 0] - slope * impostors[:, 1] < base)
+        found.append((dismissed, base, float(slope)))
+    _, base, slope = max(found)
+    base, slope = _rounded(np.array([base, slope]), p.digits).tolist()
+    return base, slope
 
 
 def _fit(

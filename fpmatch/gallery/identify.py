@@ -24,10 +24,10 @@ Shortlist = int | Literal["auto", "off"]
 EXHAUSTIVE_UP_TO: Final = 20_000
 """The most prints all of which a probe is compared with, where nothing else is asked for."""
 
-SHORTLIST_SHARE: Final = 0.02
+SHORTLIST_SHARE: Final = 0.01
 """Of more prints, the share that it is compared with."""
 
-LEAST_SHORTLIST: Final = 2_000
+LEAST_SHORTLIST: Final = 1_000
 """The fewest of more prints that it is compared with."""
 
 
@@ -120,8 +120,8 @@ def identify(
     calibration : Calibration, optional
         Turns similarities into scores (default: the one that comes with the package).
     shortlist : int, "auto" or "off"
-        How many prints to compare the probe with, those that most speaks for by a first, coarse
-        look at all of them; or all ("off"); or all of a small gallery and a share of a large one,
+        How many prints to compare the probe with, those that the codes of all of them favour;
+        or all ("off"); or all of a small gallery and a share of a large one,
         see `shortlist_size` ("auto"). About 99 in 100 of the prints that comparing all of a large
         gallery finds are in the shortlist; docs/searching.md says where the others are lost.
 

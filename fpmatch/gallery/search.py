@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -12,7 +11,7 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.prepared_many import PreparedMany
-from fpmatch.matching.shortlist import CodedPrints
+from fpmatch.matching.shortlist import shortlist
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,15 +52,9 @@ class Search:
     def __len__(self) -> int:
         return len(self.numbers)
 
-    @cached_property
-    def coded(self) -> CodedPrints | None:
-        """The codes that shortlists are made from; None where the matcher has none."""
-        prints = self.references
-        return CodedPrints.of(prints) if isinstance(prints, PreparedMany) else None
-
     @property
     def has_shortlists(self) -> bool:
-        """Whether the matcher's prints can be coded."""
+        """Whether the matcher's prints have codes."""
         return isinstance(self.references, PreparedMany)
 
     def shortlist(self, probe: Any, count: int) -> NDArray[np.intp]:
@@ -84,9 +77,9 @@ class Search:
         MatcherError
             If the matcher's prints have no codes.
         """
-        if self.coded is None:
+        if not isinstance(self.references, PreparedMany):
             raise MatcherError(f"the matcher {self.matcher.name} has no shortlists")
-        return self.coded.shortlist(probe, count)
+        return shortlist(probe, self.references, count)
 
     def similarities(
         self, probe: Any, which: NDArray[np.intp] | None = None

@@ -12,8 +12,10 @@ cdef class Scales:
     cdef RidgeLens lens
     cdef double most
     cdef int found
-    cdef double bias, gate, margin, doubt_pairs, doubt_cells
+    cdef double bias, glance, glance_growth, gate, sure, margin, doubt_pairs, doubt_cells
 
+    cpdef double lacking(self, int weight, Py_ssize_t smaller) noexcept nogil
+    cpdef double dismissed(self, double lacking) noexcept nogil
     cpdef double weigh(
         self, Print a, Print b, int[::1] partner, double[:, ::1] bent,
         double c, double s, double x, double y, float[:, ::1] likeness,
@@ -22,7 +24,7 @@ cdef class Scales:
         self, Print a, Print b, LightTable table, int[:, ::1] seeds, Py_ssize_t count,
         float[:, ::1] likeness,
     ) noexcept nogil
-    cdef int _keep_better(
+    cdef bint _keep_better(
         self, Print a, Print b, LightTable table, float[:, ::1] likeness
     ) noexcept nogil
     cdef double _look(

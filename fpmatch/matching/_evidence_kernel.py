@@ -31,6 +31,9 @@ RIDGES = cython.declare(cython.Py_ssize_t, 5)
 CELLS = cython.declare(cython.Py_ssize_t, 6)
 ENTRIES = cython.declare(cython.Py_ssize_t, 7)
 
+# What a step of weight that the codes lack takes off the sum: about as much as it is worth.
+LACKING = cython.declare(cython.double, 0.25)
+
 FEATURES = cython.declare(cython.Py_ssize_t, 6)
 
 # Rows of `standard`:
@@ -56,7 +59,9 @@ class Scales:
         self.feature = np.zeros(FEATURES)
         self.standard = weights.standard
         self.bias = weights.bias
+        self.glance, self.glance_growth = weights.glance
         self.gate = weights.gate
+        self.sure = weights.sure
         self.most = 0.0
         self.found = 0
         self.taken = np.empty(room, np.int32)
@@ -64,6 +69,24 @@ class Scales:
         self.margin = score.margin_px
         self.doubt_pairs = score.doubt_pairs
         self.doubt_cells = score.doubt_cells
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def lacking(self, weight: cython.int, smaller: cython.Py_ssize_t) -> cython.double:
+        """Return how much the codes of two prints lack to be laid on one another.
+
+        `weight` is what they say, `smaller` the minutiae of the smaller print. Where nothing is
+        lacking the number is not positive.
+        """
+        return self.glance + self.glance_growth * smaller - weight
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def dismissed(self, lacking: cython.double) -> cython.double:
+        """Return the sum for prints whose codes lack so much: below all that are laid."""
+        return (self.gate if self.gate < 0.0 else 0.0) - LACKING * lacking
 
     @cython.ccall
     @cython.nogil
@@ -110,30 +133,37 @@ class Scales:
 
         A few seeds are looked at first, their candidates laid rigidly. Where the minutiae do not
         speak for any of these so much that it passes the gate, the best of them stands: so it is
-        with most prints of different fingers. Else the candidates of all seeds are refined, the
-        table keeps the one that the minutiae speak for the most, and the ridges are looked at.
+        with most prints of different fingers. Where they leave no doubt that the best of them is
+        right, it alone is refined. Else the candidates of all seeds are refined, and the table
+        keeps the one that the minutiae speak for the most. Then the ridges are looked at.
 
         Where nothing is paired by any, the table's `best_pairs` are 0, and so is the sum.
         """
         k: cython.Py_ssize_t
-        doubtful: cython.bint
+        best: cython.Py_ssize_t = 0
+        kept: cython.bint
         first: cython.Py_ssize_t = table.first_seeds if table.first_seeds < count else count
         self.found = 0
         for k in range(table.propose(seeds, first)):
             table.sketch(k)
-            self._keep_better(a, b, table, likeness)
+            kept = self._keep_better(a, b, table, likeness)
+            best = k if kept else best
         if self.found == 0:
             return 0.0
-        doubtful = self.most > self.gate
-        if doubtful:
-            self.found = 0
+        if not self.most > self.gate:
+            for k in range(ENTRIES):
+                self.evidence[k] = self.best[k]
+            return self._total()
+        self.found = 0
+        if self.most > self.sure:
+            table.take(best)
+            self._keep_better(a, b, table, likeness)
+        else:
             for k in range(table.propose_more(seeds, first, count)):
                 table.take(k)
                 self._keep_better(a, b, table, likeness)
         for k in range(ENTRIES):
             self.evidence[k] = self.best[k]
-        if not doubtful:
-            return self._total()
         return self._look(
             a, b, table.best_partner, table.best_c, table.best_s, table.best_x, table.best_y
         )
@@ -145,23 +175,28 @@ class Scales:
     @cython.exceptval(check=False)
     def _keep_better(
         self, a: Print, b: Print, table: LightTable, likeness: cython.float[:, ::1]
-    ) -> cython.int:
-        """Let the table keep the alignment at hand where the minutiae speak for none more."""
+    ) -> cython.bint:
+        """Let the table keep the alignment at hand where the minutiae speak for none more.
+
+        Tell whether it does.
+        """
         e: cython.Py_ssize_t
         total: cython.double
+        better: cython.bint
         if table.pairs == 0:
-            return 0
+            return False
         self._gather(
             a, b, table.partner, table.laid, 4, table.c, table.s, table.x, table.y, likeness
         )
         total = self._total()
-        if self.found == 0 or total > self.most:
+        better = self.found == 0 or total > self.most
+        if better:
             self.most = total
             table.keep()
             for e in range(ENTRIES):
                 self.best[e] = self.evidence[e]
         self.found += 1
-        return self.found
+        return better
 
     @cython.cfunc
     @cython.nogil

@@ -9,6 +9,7 @@ import numpy as np
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._align_kernel import LightTable
+    from cython.cimports.fpmatch.matching._code_kernel import Sieve
     from cython.cimports.fpmatch.matching._evidence_kernel import Scales, as_similarity
     from cython.cimports.fpmatch.matching._local_kernel import (
         NeighbourIndex,
@@ -18,6 +19,7 @@ if cython.compiled:
     from cython.cimports.fpmatch.matching._print_kernel import PackedPrints, Print
 else:
     from fpmatch.matching._align_kernel import LightTable
+    from fpmatch.matching._code_kernel import Sieve
     from fpmatch.matching._evidence_kernel import Scales, as_similarity
     from fpmatch.matching._local_kernel import NeighbourIndex, divide_by_size, most_alike
     from fpmatch.matching._print_kernel import PackedPrints, Print
@@ -30,10 +32,11 @@ COMPILED = cython.compiled
 class OneToMany:
     """One print, and the room in which it is compared with one after the other of many.
 
-    `neighbours` are the print's own; `before` and `after` the tables on which a reference lies
-    under it or over it; `reference` has room for any of the references.
+    `sieve` has the print in its tables; `neighbours` are the print's own; `before` and `after` the
+    tables on which a reference lies under it or over it; `reference` has room for any of them.
     """
 
+    sieve: Sieve
     probe: Print
     reference: Print
     neighbours: NeighbourIndex
@@ -49,6 +52,7 @@ class OneToMany:
 
     def __init__(
         self,
+        sieve,
         probe,
         reference,
         neighbours,
@@ -59,6 +63,7 @@ class OneToMany:
         scales,
         fewest_minutiae,
     ) -> None:
+        self.sieve = sieve
         self.probe = probe
         self.reference = reference
         self.neighbours = neighbours
@@ -88,14 +93,49 @@ class OneToMany:
         after; where it is 0, the similarity is not touched.
         """
         k: cython.Py_ssize_t
+        lacking: cython.double
         self.reference.cell = packed.cell
         self.reference.ridges = packed.ridges
         with cython.nogil:
             for k in range(order.shape[0]):
-                if order[k] != 0:
+                if order[k] == 0:
+                    continue
+                lacking = self._lacking(packed, first + k, order[k] < 0)
+                if lacking > 0.0:
+                    similarity[k] = as_similarity(self.scales.dismissed(lacking))
+                else:
                     packed.unpack(first + k, self.reference)
                     similarity[k] = self._similarity(order[k] < 0)
         return 0
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _lacking(
+        self, packed: PackedPrints, k: cython.Py_ssize_t, reference_first: cython.bint
+    ) -> cython.double:
+        """Return how much the codes of the probe and print k lack to be laid on one another."""
+        first: cython.Py_ssize_t = packed.minutiae_start[k]
+        last: cython.Py_ssize_t = packed.minutiae_start[k + 1]
+        smaller: cython.Py_ssize_t = last - first
+        weight: cython.int
+        if self.probe.size < smaller:
+            smaller = self.probe.size
+        if smaller < self.fewest_minutiae:
+            return 0.0
+        weight = self.sieve.weigh(
+            first,
+            last,
+            packed.xy,
+            packed.turn,
+            packed.around,
+            packed.along,
+            packed.has_flow[k],
+            reference_first,
+        )
+        return self.scales.lacking(weight, smaller)
 
     @cython.cfunc
     @cython.nogil

@@ -9,6 +9,7 @@ import numpy as np
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._align_kernel import LightTable
+    from cython.cimports.fpmatch.matching._code_kernel import Sieve
     from cython.cimports.fpmatch.matching._evidence_kernel import Scales
     from cython.cimports.fpmatch.matching._local_kernel import (
         NeighbourIndex,
@@ -21,6 +22,7 @@ else:
     from math import atan2, cos, sin, sqrt
 
     from fpmatch.matching._align_kernel import LightTable
+    from fpmatch.matching._code_kernel import Sieve
     from fpmatch.matching._evidence_kernel import Scales
     from fpmatch.matching._local_kernel import NeighbourIndex, divide_by_size, most_alike
     from fpmatch.matching._print_kernel import Print
@@ -36,6 +38,8 @@ class OneToOne:
     `local` is an `fpmatch.matching.local.LocalParameters`.
     """
 
+    sieve: Sieve
+    sieved: object
     table: LightTable
     scales: Scales
     likeness: cython.float[:, ::1]
@@ -44,7 +48,9 @@ class OneToOne:
     min_cosine: cython.double
     fewest_neighbours: cython.int
 
-    def __init__(self, table, scales, room, local) -> None:
+    def __init__(self, sieve, table, scales, room, local) -> None:
+        self.sieve = sieve
+        self.sieved = None
         self.table = table
         self.scales = scales
         self.likeness = np.empty((room, room), np.float32)
@@ -52,6 +58,29 @@ class OneToOne:
         self.value = np.empty(local.seeds, np.float32)
         self.min_cosine = local.min_cosine
         self.fewest_neighbours = local.fewest_neighbours
+
+    @cython.ccall
+    def lacking(self, own: Print, other: Print, other_first: cython.bint) -> cython.double:
+        """Return how much the codes of two prints lack for them to be laid on one another.
+
+        The own print stays in the tables, for the next to be compared with. `other_first` says
+        which of the two is print A.
+        """
+        weight: cython.int
+        if self.sieved is not own:
+            self.sieve.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+            self.sieved = own
+        weight = self.sieve.weigh(
+            0,
+            other.size,
+            other.xy,
+            other.turn,
+            other.around,
+            other.along,
+            other.has_flow,
+            other_first,
+        )
+        return self.scales.lacking(weight, own.size if own.size < other.size else other.size)
 
     @cython.ccall
     @cython.boundscheck(False)

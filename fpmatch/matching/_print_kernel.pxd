@@ -5,9 +5,10 @@ cdef class Print:
     cdef double[::1] quality
     cdef int[::1] count
     cdef float[:, :, ::1] frame
-    cdef int[::1] ring_start
-    cdef int[::1] ring
-    cdef double[:, ::1] circle
+    cdef const float[:, ::1] xy
+    cdef const unsigned char[::1] turn
+    cdef const unsigned short[:, ::1] around
+    cdef const unsigned char[:, ::1] along
     cdef const unsigned char[::1] cell
     cdef const unsigned long long[::1] ridges
     cdef Py_ssize_t cell_at
@@ -21,18 +22,17 @@ cdef class Print:
 
 cdef class PackedPrints:
     cdef readonly Py_ssize_t neighbours
-    cdef const long long[::1] minutiae_start, ring_start, cell_start
+    cdef const long long[::1] minutiae_start, cell_start
     cdef const float[:, ::1] xy, direction
-    cdef const unsigned char[::1] quality, count, degree, ring, cell
-    cdef const unsigned char[:, ::1] neighbour, root_weight
-    cdef const short[:, ::1] circle
-    cdef const unsigned short[::1] ring_weight
+    cdef const unsigned char[::1] quality, count, turn, cell
+    cdef const unsigned char[:, ::1] neighbour, root_weight, along
+    cdef const unsigned short[:, ::1] around
     cdef const int[:, ::1] shape
     cdef const double[::1] step
     cdef const unsigned char[::1] has_flow, has_ridges
     cdef const unsigned long long[::1] ridges
     cdef const int[::1] inside
     cdef const double[::1] quality_of, root_weight_of
-    cdef readonly double circle_step, ring_weight_step, tolerance, tolerance_growth
+    cdef readonly double tolerance, tolerance_growth
 
     cpdef int unpack(self, Py_ssize_t k, Print into) noexcept nogil

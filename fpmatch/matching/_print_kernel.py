@@ -18,22 +18,23 @@ COMPILED = cython.compiled
 @cython.final
 @cython.cclass
 class Print:
-    """A prepared print: its minutiae, neighbourhoods, one-rings, and the cells of its region.
+    """A prepared print: its minutiae, neighbourhoods, codes, and the cells of its region.
 
     The arrays may be larger than what they hold: `size` is the number of minutiae. The region's
     codes begin at entry `cell_at` of `cell`, row by row, and the pictures of its ridges at the same
     entry of `ridges`, where there are any.
     """
 
-    def __init__(self, points, quality, count, frame, ring_start, ring, circle) -> None:
+    def __init__(self, points, quality, count, frame) -> None:
         self.size = points.shape[1]
         self.points = points
         self.quality = quality
         self.count = count
         self.frame = frame
-        self.ring_start = ring_start
-        self.ring = ring
-        self.circle = circle
+        self.xy = np.empty((0, 2), np.float32)
+        self.turn = np.empty(0, np.uint8)
+        self.around = np.empty((0, 0), np.uint16)
+        self.along = np.empty((0, 0), np.uint8)
         self.cell = np.empty(0, np.uint8)
         self.ridges = np.empty(0, np.uint64)
         self.cell_at = 0
@@ -46,6 +47,13 @@ class Print:
         self.per_px = 1.0
         self.has_flow = False
         self.has_ridges = False
+
+    def set_codes(self, xy, turn, around, along) -> None:
+        """Take the codes; see `fpmatch.matching.codes`."""
+        self.xy = xy
+        self.turn = turn
+        self.around = around
+        self.along = along
 
     def set_region(self, code, ridges, first_row, first_column, step, inside, has_flow) -> None:
         """Take the region: `code` (rows, columns) is 0 outside, else says the orientation.
@@ -103,33 +111,27 @@ class Print:
 class PackedPrints:
     """The arrays of an `fpmatch.matching.prepared_many.PreparedMany`."""
 
-    def __init__(
-        self, many, circle_step, ring_weight_step, quality_of, root_weight_of, tolerance
-    ) -> None:
+    def __init__(self, many, quality_of, root_weight_of, tolerance) -> None:
         self.minutiae_start = many.minutiae_start
-        self.ring_start = many.ring_start
         self.cell_start = many.cell_start
         self.xy = many.xy
         self.direction = many.direction
         self.quality = many.quality
         self.count = many.count
-        self.degree = many.degree
-        self.ring = many.ring
         self.cell = many.cell
         self.ridges = many.ridges
         self.has_ridges = many.has_ridges
         self.neighbour = many.neighbour
+        self.turn = many.turn
+        self.around = many.around
+        self.along = many.along
         self.root_weight = many.root_weight
-        self.circle = many.circle
-        self.ring_weight = many.ring_weight
         self.shape = many.shape
         self.step = many.step
         self.has_flow = many.has_flow
         self.inside = many.inside
         self.quality_of = quality_of
         self.root_weight_of = root_weight_of
-        self.circle_step = circle_step
-        self.ring_weight_step = ring_weight_step
         self.tolerance, self.tolerance_growth = tolerance
 
     @cython.ccall
@@ -139,11 +141,13 @@ class PackedPrints:
     @cython.cdivision(True)
     @cython.exceptval(check=False)
     def unpack(self, k: cython.Py_ssize_t, into: Print) -> cython.int:
-        """Put print k into one that has room for it, its region aside, which stays where it is."""
+        """Put print k into one that has room for it, without codes and region.
+
+        The region stays where it is.
+        """
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
         m: cython.Py_ssize_t
-        r: cython.Py_ssize_t
         first: cython.Py_ssize_t = self.minutiae_start[k]
         x: cython.double
         y: cython.double
@@ -180,15 +184,6 @@ class PackedPrints:
                 into.frame[i, 5, m] = cython.cast(
                     cython.float, self.root_weight_of[self.root_weight[first + i, m]]
                 )
-        r = self.ring_start[k]
-        into.ring_start[0] = 0
-        for i in range(into.size):
-            into.ring_start[i + 1] = into.ring_start[i] + self.degree[first + i]
-        for m in range(self.ring_start[k + 1] - r):
-            into.ring[m] = self.ring[r + m]
-            into.circle[0, m] = self.circle_step * self.circle[r + m, 0]
-            into.circle[1, m] = self.circle_step * self.circle[r + m, 1]
-            into.circle[2, m] = self.ring_weight_step * self.ring_weight[r + m]
         into.cell_at = self.cell_start[k]
         into.rows = self.shape[k, 0]
         into.columns = self.shape[k, 1]

@@ -46,7 +46,7 @@ class AlignmentParameters:
     candidates: int = 4
     rigid_rounds: int = 2
     rigid_reach_px: float = 16.0
-    bend_rounds: int = 3
+    bend_rounds: int = 2
     bend_sigma_px: float = 45.0
     bend_reach_px: float = 8.0
     bend_reach_per_px: float = 0.08

@@ -36,7 +36,7 @@ class LocalParameters:
 
     max_turn_deg: float = 30.0
     fewest_neighbours: int = 4
-    seeds: int = 24
+    seeds: int = 16
     cell_px: float = 12.0
     cells_reach_px: float = 128.0
 

@@ -60,9 +60,22 @@ class Neighbourhoods:
     frame : ndarray of float32, shape (N, 6, size)
         For each neighbour: position u, v and direction c, s in the minutia's own frame (its
         direction is +u), 1/tolerance², and weight.
-    ring_start : ndarray of int32, shape (N + 1,)
-        The one-ring of minutia i has the entries ``ring_start[i]`` to ``ring_start[i + 1]``; none
-        where it is not closed (on the convex hull).
+    """
+
+    count: NDArray[np.int32]
+    neighbour: NDArray[np.int32]
+    frame: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OneRings:
+    """Hold the one-rings of N minutiae as flat arrays, each on the unit circle.
+
+    Parameters
+    ----------
+    start : ndarray of int32, shape (N + 1,)
+        The one-ring of minutia i has the entries ``start[i]`` to ``start[i + 1]``; none where it is
+        not closed (on the convex hull).
     ring : ndarray of int32, shape (M,)
         Minutiae of the one-rings, counter-clockwise.
     circle : ndarray of float64, shape (3, M)
@@ -70,10 +83,7 @@ class Neighbourhoods:
         shape-preserving weights, which sum to 1 over a ring.
     """
 
-    count: NDArray[np.int32]
-    neighbour: NDArray[np.int32]
-    frame: NDArray[np.float32]
-    ring_start: NDArray[np.int32]
+    start: NDArray[np.int32]
     ring: NDArray[np.int32]
     circle: NDArray[np.float64]
 
@@ -98,16 +108,16 @@ def neighbourhoods(
     p = parameters or NeighbourhoodParameters()
     n = points.shape[1]
     mesh = triangulate(points[:2].T)
-    ring_start, ring, circle = _anchored_rings(points, mesh)
+    rings = anchored_rings(points, mesh)
     count = np.empty(n, np.int32)
     neighbour = np.zeros((n, p.size), np.int32)
     frame = np.zeros((n, 6, p.size), np.float32)
     kernel.nearest_in_own_frames(
         points,
         mesh.edges,
-        ring_start,
-        ring,
-        circle[2],
+        rings.start,
+        rings.ring,
+        rings.circle[2],
         p.second_ring_weight,
         p.tolerance_px,
         p.tolerance_per_px,
@@ -115,13 +125,28 @@ def neighbourhoods(
         neighbour,
         frame,
     )
-    return Neighbourhoods(count, neighbour, frame, ring_start, ring, circle)
+    return Neighbourhoods(count, neighbour, frame)
 
 
-def _anchored_rings(
-    points: NDArray[np.float64], mesh: Triangulation
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
-    """Return `ring_start`, `ring` and `circle` of `Neighbourhoods`."""
+def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> OneRings:
+    """Lay the one-ring of every minutia on the unit circle, anchored by the direction.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (4, N)
+        As for `neighbourhoods`.
+    mesh : Triangulation
+        Of these points.
+
+    Returns
+    -------
+    OneRings
+        Those that are closed.
+
+    References
+    ----------
+    Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization", Sec. 3.
+    """
     closed = mesh.interior
     length = np.diff(mesh.ring_start)
     ring = mesh.ring[np.repeat(closed, length)]
@@ -137,7 +162,7 @@ def _anchored_rings(
         ring, circle = ring[kept], np.ascontiguousarray(circle[:, kept])
         closed = closed.copy()
         closed[centre[~around]] = False
-    return _starts(length * closed), ring, circle
+    return OneRings(_starts(length * closed), ring, circle)
 
 
 def _starts(length: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -11,6 +11,7 @@ from fpmatch.matching._align_kernel import LightTable
 from fpmatch.matching._one_to_many_kernel import OneToMany
 from fpmatch.matching._print_kernel import Print
 from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.codes import sieve_of
 from fpmatch.matching.local import LocalParameters, index_neighbours
 from fpmatch.matching.score import scales
 
@@ -108,6 +109,7 @@ def _bench(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
     after = LightTable(ours, theirs, local.seeds, alignment)
     after.put_a(probe.points, ours)
     return OneToMany(
+        sieve_of(probe.codes),
         probe.for_kernels(),
         _room(references),
         index_neighbours(probe.neighbourhoods, local, comes_first=False),
@@ -128,7 +130,4 @@ def _room(references: PreparedMany) -> Print:
         np.empty(n),
         np.empty(n, np.int32),
         np.empty((n, 6, references.neighbour.shape[1]), np.float32),
-        np.empty(n + 1, np.int32),
-        np.empty(references.most_ring_points, np.int32),
-        np.empty((3, references.most_ring_points)),
     )

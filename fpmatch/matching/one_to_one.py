@@ -10,6 +10,7 @@ from fpmatch.matching import score
 from fpmatch.matching._align_kernel import LightTable
 from fpmatch.matching._one_to_one_kernel import OneToOne
 from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.codes import sieve
 from fpmatch.matching.local import LocalParameters, index_neighbours
 
 if TYPE_CHECKING:
@@ -48,7 +49,29 @@ class Bench:
         self.weights = score.load_weights()
         self.table = LightTable(room, room, local.seeds, AlignmentParameters())
         self.scales = score.scales(room, self.weights) if on is None else on
-        self._kernel = OneToOne(self.table, self.scales, room, local)
+        self._kernel = OneToOne(sieve(), self.table, self.scales, room, local)
+
+    def dismiss(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, *, reference_first: bool
+    ) -> float | None:
+        """Tell from their codes whether two prints have too little in common to be laid.
+
+        Parameters
+        ----------
+        probe, reference : PreparedTemplate
+            The two; it is quickest with one probe after the other.
+        reference_first : bool
+            Whether the reference comes first, by their content.
+
+        Returns
+        -------
+        float or None
+            The sum that stands for such prints; None where they are to be laid on one another.
+        """
+        lacking: float = self._kernel.lacking(
+            for_kernels(probe), for_kernels(reference), reference_first
+        )
+        return self.scales.dismissed(lacking) if lacking > 0.0 else None
 
     def lay(self, a: PreparedTemplate, b: PreparedTemplate) -> float | None:
         """Lay print A on print B, in the order of their content.

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from fpmatch.matching._print_kernel import Print
+from fpmatch.matching.codes import Codes, code
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods, neighbourhoods
 from fpmatch.matching.rounding import flow_of, orientation_codes, rounded
 from fpmatch.minutiae import STANDARD_DPI
@@ -60,6 +61,8 @@ class PreparedTemplate:
         Their neighbourhoods.
     region : Region
         Where the print is, and how its ridges run there.
+    codes : Codes
+        What prints are compared by at first, in passing.
     zoom : float
         500 / dpi.
     key : bytes
@@ -72,6 +75,7 @@ class PreparedTemplate:
     index: NDArray[np.int32]
     neighbourhoods: Neighbourhoods
     region: Region
+    codes: Codes
     zoom: float
     key: bytes
 
@@ -80,8 +84,9 @@ class PreparedTemplate:
 
     def for_kernels(self) -> Print:
         """Return the print as the kernels see it."""
-        n, r = self.neighbourhoods, self.region
-        print_ = Print(self.points, self.quality, n.count, n.frame, n.ring_start, n.ring, n.circle)
+        n, r, c = self.neighbourhoods, self.region, self.codes
+        print_ = Print(self.points, self.quality, n.count, n.frame)
+        print_.set_codes(c.xy, c.turn, c.around, c.along)
         print_.set_region(
             r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow
         )
@@ -183,12 +188,14 @@ def prepare(
     else:
         region = _region_of_hull(points, p)
     quality = _qualities(minutiae, p.usual_quality)
+    found = rounded(neighbourhoods(points, neighbourhood))
     return PreparedTemplate(
         points=points,
         quality=quality,
         index=index,
-        neighbourhoods=rounded(neighbourhoods(points, neighbourhood)),
+        neighbourhoods=found,
         region=region,
+        codes=code(points, quality, found, region),
         zoom=zoom,
         key=content_key(points, quality, region),
     )

@@ -17,12 +17,11 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching._print_kernel import PackedPrints, Print
+from fpmatch.matching.codes import ALONG, AROUND, MOST_ALONG, CodeParameters, Codes
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, Region, content_key
 from fpmatch.matching.rounding import (
-    CIRCLE_STEP,
     QUALITIES,
-    RING_WEIGHT_STEP,
     ROOT_WEIGHTS,
     root_weight_codes,
 )
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-FORMAT: Final = b"fpmatch prepared prints 2\n"
+FORMAT: Final = b"fpmatch prepared prints 3\n"
 ALIGNMENT: Final = 64  # bytes
 MOST_MINUTIAE: Final = 256  # that a byte can number
 PRINTS_AT_ONCE: Final = 1024  # packed before their arrays are joined
@@ -46,24 +45,21 @@ class PreparedMany:
 
     Parameters
     ----------
-    minutiae_start, ring_start, cell_start : ndarray of int64, shape (T + 1,)
-        Where the minutiae, the points of their one-rings and the cells of each print begin.
+    minutiae_start, cell_start : ndarray of int64, shape (T + 1,)
+        Where the minutiae and the cells of each print begin.
     xy, direction : ndarray of float32, shape (M, 2)
         Positions in pixels at 500 dpi, y pointing up, and unit vectors of the directions.
     quality : ndarray of uint8, shape (M,)
         In hundredths.
     index : ndarray of int32, shape (M,)
         Places among the template's minutiae.
-    count, degree : ndarray of uint8, shape (M,)
-        Numbers of neighbours, and of points of the one-ring, 0 where it is not closed.
+    count : ndarray of uint8, shape (M,)
+        Numbers of neighbours.
     neighbour, root_weight : ndarray of uint8, shape (M, size)
         The neighbours, numbered from the print's first minutia, and the square roots of their
         weights in hundredths.
-    ring : ndarray of uint8, shape (R,)
-        Points of the one-rings, numbered likewise.
-    circle, ring_weight : ndarray of int16, shape (R, 2), and uint16, shape (R,)
-        Their places on the unit circle and their weights, in the steps of
-        `fpmatch.matching.rounding`.
+    turn, around, along : ndarray of uint8 (M,), uint16 (M, 12) and uint8 (M, 12)
+        See `fpmatch.matching.codes.Codes`.
     cell : ndarray of uint8, shape (C,)
         Codes of the cells of the regions, row by row.
     ridges : ndarray of uint64, shape (C,)
@@ -79,19 +75,17 @@ class PreparedMany:
     """
 
     minutiae_start: NDArray[np.int64]
-    ring_start: NDArray[np.int64]
     cell_start: NDArray[np.int64]
     xy: NDArray[np.float32]
     direction: NDArray[np.float32]
     quality: NDArray[np.uint8]
     index: NDArray[np.int32]
     count: NDArray[np.uint8]
-    degree: NDArray[np.uint8]
     neighbour: NDArray[np.uint8]
     root_weight: NDArray[np.uint8]
-    ring: NDArray[np.uint8]
-    circle: NDArray[np.int16]
-    ring_weight: NDArray[np.uint16]
+    turn: NDArray[np.uint8]
+    around: NDArray[np.uint16]
+    along: NDArray[np.uint8]
     cell: NDArray[np.uint8]
     ridges: NDArray[np.uint64]
     shape: NDArray[np.int32]
@@ -157,11 +151,6 @@ class PreparedMany:
         return int(np.diff(self.minutiae_start).max(initial=0))
 
     @cached_property
-    def most_ring_points(self) -> int:
-        """The most points of a print's one-rings."""
-        return int(np.diff(self.ring_start).max(initial=0))
-
-    @cached_property
     def most_columns(self) -> int:
         """The most columns of cells of a print's region."""
         return int(self.shape[:, 1].max(initial=0))
@@ -172,8 +161,6 @@ class PreparedMany:
         p = NeighbourhoodParameters()
         return PackedPrints(
             self,
-            CIRCLE_STEP,
-            RING_WEIGHT_STEP,
             QUALITIES,
             ROOT_WEIGHTS,
             (p.tolerance_px, p.tolerance_per_px),
@@ -184,20 +171,14 @@ class PreparedMany:
         if not 0 <= k < len(self):
             raise IndexError(f"print {k} of {len(self)}")
         minutiae = slice(*self.minutiae_start[k : k + 2].tolist())
-        rings = slice(*self.ring_start[k : k + 2].tolist())
-        n, entries = minutiae.stop - minutiae.start, rings.stop - rings.start
+        n = minutiae.stop - minutiae.start
         found = Neighbourhoods(
             count=np.zeros(n, np.int32),
             neighbour=self.neighbour[minutiae].astype(np.int32),
             frame=np.zeros((n, 6, self.neighbour.shape[1]), np.float32),
-            ring_start=np.zeros(n + 1, np.int32),
-            ring=np.zeros(entries, np.int32),
-            circle=np.zeros((3, entries)),
         )
         points, quality = np.zeros((4, n)), np.zeros(n)
-        f = found
-        room = Print(points, quality, f.count, f.frame, f.ring_start, f.ring, f.circle)
-        self.packed.unpack(k, room)
+        self.packed.unpack(k, Print(points, quality, found.count, found.frame))
         rows, columns, first_row, first_column = self.shape[k].tolist()
         cells = slice(*self.cell_start[k : k + 2].tolist())
         code = self.cell[cells].reshape(rows, columns)
@@ -210,6 +191,13 @@ class PreparedMany:
             index=self.index[minutiae],
             neighbourhoods=found,
             region=region,
+            codes=Codes(
+                self.xy[minutiae],
+                self.turn[minutiae],
+                self.around[minutiae],
+                self.along[minutiae],
+                known,
+            ),
             zoom=float(self.zoom[k]),
             key=content_key(points, quality, region),
         )
@@ -305,8 +293,8 @@ class PreparedMany:
 
     def _is_sound(self) -> bool:
         """Tell whether every number that is a place or a size points to something that is there."""
-        minutiae, rings, cells = (getattr(self, name) for name in _STARTS)
-        owned = ((minutiae, self.xy), (rings, self.ring), (cells, self.cell), (cells, self.ridges))
+        minutiae, cells = (getattr(self, name) for name in _STARTS)
+        owned = ((minutiae, self.xy), (cells, self.cell), (cells, self.ridges))
         for starts, array in owned:
             if len(starts) != len(self) + 1 or starts[0] or starts[-1] != len(array):
                 return False
@@ -314,44 +302,40 @@ class PreparedMany:
                 return False
         n, size = np.diff(minutiae), self.neighbour.shape[1]
         rows, columns = self.shape[:, 0].astype(np.int64), self.shape[:, 1].astype(np.int64)
-        degrees = _of_each(np.add, self.degree, minutiae, np.int64)
         checks = (
             np.isfinite(self.xy),
             np.isfinite(self.direction),
             self.count <= size,
-            _of_each(np.maximum, self.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
-            _of_each(np.maximum, self.ring, rings) < np.maximum(n, 1),
-            degrees == np.diff(rings),
+            _most_of_each(self.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
+            self.along <= MOST_ALONG,
             (rows >= 0) & (columns >= 0) & (rows * columns == np.diff(cells)),
         )
         return all(bool(check.all()) for check in checks)
 
 
-_STARTS: Final = ("minutiae_start", "ring_start", "cell_start")
+_STARTS: Final = ("minutiae_start", "cell_start")
 _OWNED: Final = {
     "minutiae_start": (
-        *("xy", "direction", "quality", "index", "count", "degree", "neighbour", "root_weight"),
+        *("xy", "direction", "quality", "index", "count", "neighbour", "root_weight"),
+        *("turn", "around", "along"),
     ),
-    "ring_start": ("ring", "circle", "ring_weight"),
     "cell_start": ("cell", "ridges"),
 }
 _OF_PRINTS: Final = ("shape", "step", "zoom", "has_flow", "has_ridges", "inside")
 _SIZE: Final = NeighbourhoodParameters().size
 _SHAPES: Final = {
     "minutiae_start": ("<i8", ()),
-    "ring_start": ("<i8", ()),
     "cell_start": ("<i8", ()),
     "xy": ("<f4", (2,)),
     "direction": ("<f4", (2,)),
     "quality": ("|u1", ()),
     "index": ("<i4", ()),
     "count": ("|u1", ()),
-    "degree": ("|u1", ()),
     "neighbour": ("|u1", (_SIZE,)),
     "root_weight": ("|u1", (_SIZE,)),
-    "ring": ("|u1", ()),
-    "circle": ("<i2", (2,)),
-    "ring_weight": ("<u2", ()),
+    "turn": ("|u1", ()),
+    "around": ("<u2", (AROUND,)),
+    "along": ("|u1", (ALONG,)),
     "cell": ("|u1", ()),
     "ridges": ("<u8", ()),
     "shape": ("<i4", (4,)),
@@ -382,19 +366,17 @@ def _packed(print_: PreparedTemplate) -> PreparedMany:
     place = (*region.code.shape, region.first_row, region.first_column)
     columns: dict[str, Any] = {
         "minutiae_start": [0, len(print_)],
-        "ring_start": [0, len(n.ring)],
         "cell_start": [0, region.code.size],
         "xy": print_.points[:2].T,
         "direction": print_.points[2:].T,
         "quality": np.rint(print_.quality * 100.0),
         "index": print_.index,
         "count": n.count,
-        "degree": np.diff(n.ring_start),
         "neighbour": n.neighbour,
         "root_weight": root_weight_codes(n.frame[:, 5]),
-        "ring": n.ring,
-        "circle": np.rint(n.circle[:2].T / CIRCLE_STEP),
-        "ring_weight": np.rint(n.circle[2] / RING_WEIGHT_STEP),
+        "turn": print_.codes.turn,
+        "around": print_.codes.around,
+        "along": print_.codes.along,
         "cell": region.code.ravel(),
         "ridges": np.zeros(region.code.size) if region.ridges is None else region.ridges.ravel(),
         "shape": [place],
@@ -409,20 +391,18 @@ def _packed(print_: PreparedTemplate) -> PreparedMany:
     )
 
 
-def _of_each(
-    gather: np.ufunc, values: NDArray[Any], starts: NDArray[np.int64], dtype: Any = None
-) -> NDArray[Any]:
-    """Return the sum, say, of the values of each print; 0 for one that has none."""
-    found = np.zeros(len(starts) - 1, dtype or values.dtype)
+def _most_of_each(values: NDArray[Any], starts: NDArray[np.int64]) -> NDArray[Any]:
+    """Return the greatest of the values of each print; 0 for one that has none."""
+    found = np.zeros(len(starts) - 1, values.dtype)
     some = np.flatnonzero(np.diff(starts))
     if len(some):
-        found[some] = gather.reduceat(values, starts[some], dtype=dtype)
+        found[some] = np.maximum.reduceat(values, starts[some])
     return found
 
 
 def _how_prepared() -> str:
     """Return the parameters on which the contents of the arrays depend."""
-    return f"{PreparationParameters()} {NeighbourhoodParameters()}"
+    return f"{PreparationParameters()} {NeighbourhoodParameters()} {CodeParameters()}"
 
 
 def _array(content: NDArray[np.uint8], begin: int, entry: dict[str, Any]) -> NDArray[Any]:

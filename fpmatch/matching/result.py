@@ -63,10 +63,10 @@ class Matcher(Protocol):
 
 @runtime_checkable
 class Explaining(Protocol):
-    """Tell more of why two prints do not match than `compare` takes the time to find out."""
+    """Tell more of two prints that do not match than `compare` takes the time to find out."""
 
-    def explain(self, probe: Any, reference: Any) -> str:
-        """Return the reason, of two prepared templates; "" leaves it to `compare`."""
+    def explain(self, probe: Any, reference: Any) -> Comparison:
+        """Return the comparison of two prepared templates, with all there is to say."""
 
 
 @dataclass(frozen=True, slots=True)

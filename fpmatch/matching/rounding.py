@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.neighbourhood import Neighbourhoods
 
 ORIENTATIONS: Final = 255  # directions of a ridge told apart in half a turn; one code is left
-CIRCLE_STEP: Final = 2.0**-14  # of a place on the unit circle
-RING_WEIGHT_STEP: Final = 2.0**-15
 ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour, the most being ever so rare
 QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
 
@@ -39,13 +37,10 @@ def flow_of(codes: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def rounded(found: Neighbourhoods) -> Neighbourhoods:
-    """Return neighbourhoods whose weights and places on the unit circle are rounded."""
-    circle = found.circle.copy()
-    circle[:2] = np.rint(circle[:2] / CIRCLE_STEP) * CIRCLE_STEP
-    circle[2] = np.rint(circle[2] / RING_WEIGHT_STEP) * RING_WEIGHT_STEP
+    """Return neighbourhoods whose weights are rounded."""
     frame = found.frame.copy()
     frame[:, 5] = ROOT_WEIGHTS[root_weight_codes(frame[:, 5])]
-    return replace(found, circle=circle, frame=frame)
+    return replace(found, frame=frame)
 
 
 def root_weight_codes(root_weight: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -10,10 +10,11 @@ features are
 - the overlap: how much of the smaller print is to be compared;
 - the correlation of the ridges, and the logarithm of the area where they could be compared.
 
-Each is standardised, so that 0 lies midway between genuine and impostor prints, then weighed. Where
-the minutiae leave no doubt at first sight, or a print does not show its ridges, the ridges count as
-those of strangers do. The sum is a logarithm of a ratio, and ``log(1 + e^sum)``, which is positive,
-the similarity.
+Prints whose codes have too little in common are not laid on one another at all: their sum lies
+below that of all others, the lower the less there is. Of the others, each feature is standardised,
+so that 0 lies midway between genuine and impostor prints, then weighed. Where the minutiae leave no
+doubt at first sight, or a print does not show its ridges, the ridges count as those of strangers
+do. The sum is a logarithm of a ratio, and ``log(1 + e^sum)``, which is positive, the similarity.
 """
 
 from __future__ import annotations
@@ -52,6 +53,10 @@ FEATURES: Final = (
 
 STANDARD: Final = ("middle", "spread", "weight", "stranger")
 """What is known of each feature, in the order of the rows of `ScoreWeights.standard`."""
+
+
+NO_GLANCE: Final = (-1.0, 0.0)
+"""What the codes of any two prints say."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,16 +137,23 @@ class ScoreWeights:
         weight, and the mean of impostor prints.
     bias : float
         What is added to the sum.
+    glance : tuple of float
+        What the codes of two prints must say at least, see `fpmatch.matching.codes`, for them to be
+        laid on one another: so much, and so much more a minutia of the smaller print.
     gate : float
         Sum under a rigid alignment above which prints are refined, and their ridges looked at;
         up to there the ridges count as those of strangers.
+    sure : float
+        Such a sum above which only the alignment that has it is refined.
     provenance : mapping
         From what they were learned.
     """
 
     standard: NDArray[np.float64]
     bias: float
+    glance: tuple[float, float]
     gate: float
+    sure: float
     provenance: Mapping[str, Any]
 
     def as_json(self) -> str:
@@ -150,7 +162,13 @@ class ScoreWeights:
             "    " + json.dumps({"name": name, **dict(zip(STANDARD, column, strict=True))})
             for name, column in zip(FEATURES, self.standard.T.tolist(), strict=True)
         )
-        entries = {"provenance": self.provenance, "bias": self.bias, "gate": self.gate}
+        entries = {
+            "provenance": self.provenance,
+            "bias": self.bias,
+            "glance": self.glance,
+            "gate": self.gate,
+            "sure": self.sure,
+        }
         return f'{json.dumps(entries, indent=2)[:-2]},\n  "features": [\n{rows}\n  ]\n}}\n'
 
     @classmethod
@@ -168,8 +186,9 @@ class ScoreWeights:
             if tuple(row["name"] for row in rows) != FEATURES:
                 raise MatcherError("weights of the score: of other features than this version has")
             standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
-            numbers = float(document["bias"]), float(document["gate"])
-            return cls(standard, *numbers, document["provenance"])
+            base, growth = map(float, document["glance"])
+            bias, gate, sure = (float(document[name]) for name in ("bias", "gate", "sure"))
+            return cls(standard, bias, (base, growth), gate, sure, document["provenance"])
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("weights of the score: not such a file") from error
 

@@ -68,10 +68,9 @@ def verify(
     calibration = load_calibration(matcher) if calibration is None else calibration
     score = calibration.score(comparison.similarity)
     match = comparison.transform is not None and score >= threshold
-    reason = ""
-    if not match:
-        more = chosen.explain(*prepared) if isinstance(chosen, Explaining) else ""
-        reason = more or comparison.reason or "too few minutiae agree"
+    if not match and isinstance(chosen, Explaining):
+        comparison = chosen.explain(*prepared)
+    reason = "" if match else comparison.reason or "too few minutiae agree"
     return Verification(
         match=match,
         score=score,

@@ -14,13 +14,14 @@ from fpmatch.evaluation.score_fit import (
     OF_RIDGES,
     FitParameters,
     ScoreSample,
+    _glance,
     fit_weights,
     rates_of,
     sample_of,
 )
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.matchers.unit_circle import MATCHER, lay
-from fpmatch.matching.score import FEATURES, ScoreWeights, scales
+from fpmatch.matching.score import FEATURES, NO_GLANCE, ScoreWeights, scales
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 N = len(FEATURES)
@@ -37,7 +38,8 @@ def sample(seed: int, count: int = 4000, apart: float = 2.0, lost: int = 0) -> S
     x = rng.normal(size=(2 * count + lost, N))
     genuine = np.arange(2 * count + lost) >= count
     x[count : 2 * count, 0] += apart
-    return ScoreSample(f"set {seed}", x[:, None], x[:, None], genuine, (0, 0))
+    codes = np.stack([rng.poisson(np.where(genuine, 40, 8)), rng.integers(10, 50, len(x))], axis=1)
+    return ScoreSample(f"set {seed}", x[:, None], x[:, None], codes * 1.0, genuine, (0, 0))
 
 
 def raw_weights(samples: list[ScoreSample], parameters: FitParameters) -> np.ndarray:
@@ -124,6 +126,47 @@ def test_the_gate_lets_through_the_asked_share_of_strangers(looked_at: float) ->
     assert looked_at > 0.1 or (seen > weights.gate).mean() > looked_at + 0.001
 
 
+def first_sums(one: ScoreSample, weights: ScoreWeights) -> np.ndarray:
+    """Return the sums of a first look, where ridges count as those of strangers."""
+    middle, spread, weight, stranger = weights.standard
+    unseen = one.first[:, 0].copy()
+    unseen[:, 4:] = stranger[4:]
+    return np.asarray(weights.bias + (unseen - middle) / spread @ weight)
+
+
+def test_so_few_impostors_leave_no_doubt_at_the_first_look() -> None:
+    one = sample(1)
+    weights = fit_weights([one], parameters=FitParameters(unsure=0.02))
+    sure = first_sums(one, weights)[~one.genuine] > weights.sure
+    assert sure.mean() == pytest.approx(0.02, abs=0.001)
+
+
+@pytest.mark.parametrize("dismissed", [0.0, 0.01, 0.1])
+def test_codes_dismiss_no_more_genuine_pairs_than_allowed(dismissed: float) -> None:
+    one = sample(1, apart=8.0)
+    weights = fit_weights([one], parameters=FitParameters(dismissed=dismissed))
+    base, growth = weights.glance
+    lacking = one.codes[:, 0] < base + growth * one.codes[:, 1]
+    passing = one.genuine & (first_sums(one, weights) > weights.gate)
+    assert (lacking & passing).sum() <= dismissed * passing.sum()
+    assert lacking[~one.genuine].mean() > 0.9
+
+
+def test_what_codes_must_say_grows_with_the_print_where_that_tells_more() -> None:
+    one = sample(1, apart=8.0)
+    scaled = one.codes * [1.0, 1.0]
+    scaled[:, 0] *= one.codes[:, 1] / 20
+    weights = fit_weights([replace(one, codes=scaled)])
+    assert fit_weights([one]).glance[1] == 0.0 < weights.glance[1]
+
+
+def test_without_impostors_nothing_is_dismissed() -> None:
+    parameters = FitParameters()
+    nothing = np.empty((0, 2))
+    assert _glance(nothing, sample(1).codes, parameters) == NO_GLANCE
+    assert _glance(sample(1).codes, nothing, parameters) == NO_GLANCE
+
+
 def test_weights_tell_from_what_they_were_learned() -> None:
     samples = [sample(1, count=300), sample(2, count=200, lost=50)]
     found = fit_weights(samples, command="make weights").provenance
@@ -201,7 +244,7 @@ def test_features_are_those_that_the_matcher_weighs(tmp_path: Path) -> None:
     extracted = two_fingers(tmp_path, 3, lost=False)
     found = sample_of(extracted, FitParameters(every_impostor=1))
     standard = np.stack([np.zeros(N), np.ones(N), np.arange(N) + 1.0, np.zeros(N)])
-    weights = ScoreWeights(standard, 2.0, -np.inf, {})
+    weights = ScoreWeights(standard, 2.0, NO_GLANCE, -np.inf, np.inf, {})
     prints = [MATCHER.prepare(one.template) for one in extracted.extractions if one.template]
     totals = []
     for i, probe in enumerate(prints):

@@ -75,15 +75,7 @@ def one_neighbourhood(places: NDArray[np.complex128]) -> Neighbourhoods:
         (TOLERANCE.tolerance_px + TOLERANCE.tolerance_per_px * abs(places)) ** -2,
         np.ones(n),
     ]
-    nothing = np.zeros(2, np.int32)
-    return Neighbourhoods(
-        np.array([n], np.int32),
-        np.zeros((1, n), np.int32),
-        frame,
-        nothing,
-        np.empty(0, np.int32),
-        np.empty((3, 0)),
-    )
+    return Neighbourhoods(np.array([n], np.int32), np.zeros((1, n), np.int32), frame)
 
 
 def indexed_likeness(

@@ -17,6 +17,8 @@ from fpmatch.matching import neighbourhood as described
 from fpmatch.matching.neighbourhood import (
     NeighbourhoodParameters,
     Neighbourhoods,
+    OneRings,
+    anchored_rings,
     neighbourhoods,
 )
 from fpmatch.pointset.delaunay import triangulate
@@ -42,9 +44,13 @@ def mesh_of(points: Points) -> Triangulation:
     return triangulate(np.ascontiguousarray(points[:2].T))
 
 
-def ring_of(found: Neighbourhoods, i: int) -> dict[int, tuple[complex, float]]:
+def rings_of(points: Points) -> OneRings:
+    return anchored_rings(points, mesh_of(points))
+
+
+def ring_of(found: OneRings, i: int) -> dict[int, tuple[complex, float]]:
     """Return, for each minutia of the one-ring of i, its place on the circle and its weight."""
-    entries = slice(found.ring_start[i], found.ring_start[i + 1])
+    entries = slice(found.start[i], found.start[i + 1])
     x, y, weight = found.circle[:, entries]
     return dict(
         zip(found.ring[entries].tolist(), zip(x + 1j * y, weight, strict=True), strict=True)
@@ -126,7 +132,7 @@ def frame_from_the_definition(points: Points, p: NeighbourhoodParameters) -> lis
 def test_circle_is_turned_to_where_the_direction_leaves_the_ring(
     direction_deg: float, east_at_deg: float
 ) -> None:
-    ring = ring_of(neighbourhoods(plus(direction_deg)), 0)
+    ring = ring_of(rings_of(plus(direction_deg)), 0)
     assert sorted(ring) == [1, 2, 3, 4]
     for j, (place, weight) in ring.items():
         expected = np.exp(1j * np.radians(east_at_deg + 90 * (j - 1)))
@@ -163,7 +169,7 @@ def test_frames_agree_with_their_slow_twin(seed: int, size: int, second: float) 
 def test_anchored_rings_agree_with_their_slow_twin(seed: int) -> None:
     points = spread_points(np.random.default_rng(seed), 20)
     mesh = mesh_of(points)
-    found = neighbourhoods(points)
+    found = anchored_rings(points, mesh)
     for i in np.flatnonzero(mesh.interior).tolist():
         ring = mesh.one_ring(i).tolist()
         slow = parametrize(mesh.points[ring], mesh.points[i])
@@ -192,8 +198,8 @@ def test_compiled_and_interpreted_agree(
 @given(seeds)
 def test_a_minutia_that_rounding_put_outside_its_ring_has_none(seed: int) -> None:
     points = spread_points(np.random.default_rng(seed), 25)
-    before = neighbourhoods(points)
-    centre = int(np.flatnonzero(np.diff(before.ring_start))[0])
+    before = rings_of(points)
+    centre = int(np.flatnonzero(np.diff(before.start))[0])
     images = described.centre_images
 
     def with_the_first_outside(*arrays: Any) -> None:
@@ -202,11 +208,12 @@ def test_a_minutia_that_rounding_put_outside_its_ring_has_none(seed: int) -> Non
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(described, "centre_images", with_the_first_outside)
-        after = neighbourhoods(points)
+        after = rings_of(points)
+        count = neighbourhoods(points).count
     assert not ring_of(after, centre)
     for i in set(range(25)) - {centre}:
         assert ring_of(after, i) == ring_of(before, i)
-    assert after.count.tolist() == before.count.tolist()
+    assert count.tolist() == neighbourhoods(points).count.tolist()
 
 
 @given(seeds, st.floats(-math.pi, math.pi), st.complex_numbers(max_magnitude=500))
@@ -217,8 +224,9 @@ def test_turning_and_shifting_a_print_changes_no_neighbourhood(
     before, after = neighbourhoods(points), neighbourhoods(moved(points, turn, shift))
     assert before.count.tolist() == after.count.tolist()
     assert before.frame == pytest.approx(after.frame, abs=1e-4)
+    rings, turned_rings = rings_of(points), rings_of(moved(points, turn, shift))
     for i in range(25):
-        ring, turned = ring_of(before, i), ring_of(after, i)
+        ring, turned = ring_of(rings, i), ring_of(turned_rings, i)
         assert sorted(ring) == sorted(turned)
         for j in ring:
             assert ring[j] == pytest.approx(turned[j], abs=1e-6)
@@ -227,7 +235,7 @@ def test_turning_and_shifting_a_print_changes_no_neighbourhood(
 @given(seeds)
 def test_a_ring_lies_on_the_circle_and_its_weights_sum_to_one(seed: int) -> None:
     points = any_points(seed)
-    found = neighbourhoods(points)
+    found = rings_of(points)
     interior = mesh_of(points).interior
     for i in range(points.shape[1]):
         ring = ring_of(found, i)
@@ -249,11 +257,11 @@ def test_weights_of_the_listed_neighbours_have_a_mean_of_one(seed: int) -> None:
 def test_minutiae_on_the_hull_have_no_ring() -> None:
     points = spread_points(np.random.default_rng(1), 30)
     mesh = mesh_of(points)
-    found = neighbourhoods(points)
-    lengths = np.diff(found.ring_start)
+    found = anchored_rings(points, mesh)
+    lengths = np.diff(found.start)
     assert not lengths[mesh.hull].any()
     assert (lengths[mesh.interior] >= 3).all()
-    assert found.ring_start[-1] == len(found.ring) == found.circle.shape[1]
+    assert found.start[-1] == len(found.ring) == found.circle.shape[1]
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3])
@@ -262,28 +270,31 @@ def test_few_minutiae_know_one_another(n: int) -> None:
     found = neighbourhoods(points)
     assert found.count.tolist() == [max(n - 1, 0)] * n
     assert found.frame.shape == (n, 6, P.size)
-    assert found.ring_start.tolist() == [0] * (n + 1)
-    assert found.circle.shape == (3, 0)
+    rings = rings_of(points)
+    assert rings.start.tolist() == [0] * (n + 1)
+    assert rings.circle.shape == (3, 0)
 
 
 def test_minutiae_on_a_line_know_two_on_either_side() -> None:
-    found = neighbourhoods(minutiae(*((20.0 * i, 5.0 * i, 30.0) for i in range(6))))
-    assert found.count.tolist() == [2, 3, 4, 4, 3, 2]
-    assert not found.ring_start.any()
+    points = minutiae(*((20.0 * i, 5.0 * i, 30.0) for i in range(6)))
+    assert neighbourhoods(points).count.tolist() == [2, 3, 4, 4, 3, 2]
+    assert not rings_of(points).start.any()
 
 
 def test_coincident_minutiae_are_neighbours_at_no_distance() -> None:
-    found = neighbourhoods(minutiae((7, 7, 0), (7, 7, 90), (7, 7, 180), (7, 7, 0)))
+    points = minutiae((7, 7, 0), (7, 7, 90), (7, 7, 180), (7, 7, 0))
+    found = neighbourhoods(points)
     assert found.count.tolist() == [3, 3, 3, 3]
     assert not found.frame[:, [U, V]].any()
     assert found.frame[0, C, :3].tolist() == pytest.approx([0, -1, 1], abs=1e-6)
     assert found.frame[1, S, :3].tolist() == pytest.approx([-1, 1, -1], abs=1e-6)
-    assert not found.ring_start.any()
+    assert not rings_of(points).start.any()
 
 
 def test_on_a_lattice_only_inner_minutiae_have_rings() -> None:
-    found = neighbourhoods(minutiae(*((20.0 * (k % 4), 20.0 * (k // 4), 0) for k in range(16))))
-    assert np.flatnonzero(np.diff(found.ring_start)).tolist() == [5, 6, 9, 10]
+    points = minutiae(*((20.0 * (k % 4), 20.0 * (k // 4), 0) for k in range(16)))
+    found = neighbourhoods(points)
+    assert np.flatnonzero(np.diff(rings_of(points).start)).tolist() == [5, 6, 9, 10]
     assert found.count.min() >= 5
     assert np.isfinite(found.frame).all()
     # Whatever way the squares are split, the four nearest come first and come whole.
@@ -292,7 +303,8 @@ def test_on_a_lattice_only_inner_minutiae_have_rings() -> None:
 
 @given(seeds)
 def test_crowded_minutiae_keep_every_value_finite(seed: int) -> None:
-    found = neighbourhoods(on_pixels(np.random.default_rng(seed), 40, side=4))
+    points = on_pixels(np.random.default_rng(seed), 40, side=4)
+    found = neighbourhoods(points)
     assert np.isfinite(found.frame).all()
-    assert np.isfinite(found.circle).all()
+    assert np.isfinite(rings_of(points).circle).all()
     assert (found.frame[:, PRECISION] <= np.float32(P.tolerance_px**-2)).all()

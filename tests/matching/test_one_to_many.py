@@ -22,7 +22,7 @@ from matching_prints import (
     template_of,
     templates,
 )
-from matching_weights import ALWAYS, NEVER, print_for, some_weights, weighing
+from matching_weights import ALWAYS, DISMISSING, NEVER, print_for, some_weights, weighing
 from numpy.typing import NDArray
 
 from fpmatch.matching.align import AlignmentParameters
@@ -38,8 +38,8 @@ from fpmatch.matching.one_to_many import (
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
 from fpmatch.matching.ridges import RidgeParameters
-from fpmatch.matching.rounding import CIRCLE_STEP, QUALITIES, RING_WEIGHT_STEP, ROOT_WEIGHTS
-from fpmatch.matching.score import WEIGHTS_FILE, ScoreParameters, ScoreWeights
+from fpmatch.matching.rounding import QUALITIES, ROOT_WEIGHTS
+from fpmatch.matching.score import NO_GLANCE, WEIGHTS_FILE, ScoreParameters, ScoreWeights
 from fpmatch.minutiae import RidgeField, Template
 
 EXAMPLES = 30 if COMPILED else 4
@@ -48,6 +48,9 @@ FIELD_SIDE = 20 if COMPILED else 6
 
 gates = st.sampled_from([ALWAYS, NEVER, -4.0, 4.0])
 """Gates that all, no, or some comparisons pass."""
+
+glances = st.sampled_from([NO_GLANCE, DISMISSING])
+"""What the codes of all, or some, comparisons say."""
 
 
 @pytest.fixture(autouse=True)
@@ -94,15 +97,15 @@ def impressions(seed: int, kinds: int = 0) -> list[PreparedTemplate]:
     ]
 
 
-@given(seeds, gates, st.sampled_from([0, 1, 2]))
+@given(seeds, gates, st.sampled_from([0, 1, 2]), glances, st.sampled_from([-2.0, 1.0, NEVER]))
 @settings(max_examples=EXAMPLES)
 def test_similarities_are_those_of_compare_to_the_last_bit(
-    seed: int, gate: float, kinds: int
+    seed: int, gate: float, kinds: int, glance: tuple[float, float], sure: float
 ) -> None:
-    """Where all prints show their ridges, and where some do."""
+    """Where all prints show their ridges, and where some do; some dismissed, some refined alone."""
     prints = impressions(seed, kinds)
     many = PreparedMany.of(prints)
-    with weighing(some_weights(gate)):
+    with weighing(some_weights(gate, glance=glance, sure=sure)):
         for probe in prints:
             assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
 
@@ -145,14 +148,30 @@ def test_any_templates_compare_as_one_by_one(
         assert MATCHER.similarities(prints[-1], many).tolist() == one_by_one(prints[-1], prints)
 
 
-@given(seeds, gates)
+@given(seeds, gates, glances)
 @settings(max_examples=EXAMPLES)
-def test_either_side_may_be_the_probe(seed: int, gate: float) -> None:
+def test_either_side_may_be_the_probe(seed: int, gate: float, glance: tuple[float, float]) -> None:
     prints = impressions(seed)[:4]
     many = PreparedMany.of(prints)
-    with weighing(some_weights(gate)):
+    with weighing(some_weights(gate, glance=glance)):
         table = np.array([MATCHER.similarities(probe, many) for probe in prints])
     assert table.tolist() == table.T.tolist()
+
+
+def test_codes_dismiss_some_and_what_they_dismiss_is_below_all_that_are_laid() -> None:
+    """Else that both ways of comparing dismiss the same would say little."""
+    prints = impressions(3)[:6]
+    many = PreparedMany.of(prints)
+    with weighing(some_weights(-3.0)):
+        laid = np.array([MATCHER.similarities(probe, many) for probe in prints])
+    with weighing(some_weights(-3.0, glance=DISMISSING)):
+        found = np.array([MATCHER.similarities(probe, many) for probe in prints])
+        unlaid = np.array(
+            [[MATCHER.compare(a, b).transform is None for b in prints] for a in prints]
+        )
+    assert 0 < np.count_nonzero(unlaid) < unlaid.size
+    assert found[~unlaid].tolist() == laid[~unlaid].tolist()
+    assert 0 < found[unlaid].max() < np.log1p(np.exp(-3.0))
 
 
 def test_a_part_of_them_is_that_part_of_the_whole() -> None:
@@ -232,10 +251,11 @@ def test_too_few_minutiae_are_like_nothing(size: int) -> None:
 
 
 @pytest.mark.parametrize("gate", [ALWAYS, 0.0, NEVER])
+@pytest.mark.parametrize("glance", [NO_GLANCE, DISMISSING])
 def test_compiled_and_interpreted_agree(
-    interpreted: Callable[[str], ModuleType], gate: float
+    interpreted: Callable[[str], ModuleType], gate: float, glance: tuple[float, float]
 ) -> None:
-    weights = some_weights(gate)
+    weights = some_weights(gate, glance=glance, sure=2.0)
     rng = np.random.default_rng(9)
     points = [spread_points(np.random.default_rng(k), 9, size=120.0) for k in range(3)]
     points.append(jittered(rng, points[0], 1.0, 0.1))
@@ -248,7 +268,8 @@ def test_compiled_and_interpreted_agree(
     with weighing(weights):
         fast = MATCHER.similarities(prints[0], many)
     assert similarity == pytest.approx(fast, rel=1e-12)
-    assert fast.all()
+    assert fast.any()
+    assert glance == DISMISSING or fast.all()
 
 
 def plainly(
@@ -260,9 +281,9 @@ def plainly(
     weights: ScoreWeights,
 ) -> None:
     """Compare with every kernel interpreted."""
-    names = ("_print", "_local", "_align", "_ridge", "_evidence", "_one_to_many")
+    names = ("_print", "_local", "_align", "_ridge", "_evidence", "_code", "_one_to_many")
     loaded = [interpreted(f"{name}_kernel") for name in names]
-    prints, local, align, ridges, evidence, kernel = loaded
+    prints, local, align, ridges, evidence, code, kernel = loaded
     evidence.RidgeLens = ridges.RidgeLens
     kernel.as_similarity = evidence.as_similarity
     kernel.most_alike, kernel.divide_by_size = local.most_alike, local.divide_by_size
@@ -272,11 +293,12 @@ def plainly(
     after.put_a(probe.points, len(probe))
     n = probe.neighbourhoods
     index = local.NeighbourIndex(n.count, n.frame, 30.0, 4, math.radians(p.max_turn_deg), 1.2, 12)
-    largest = many[int(np.argmax(np.diff(many.ring_start)))]
+    largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
     scales = evidence.Scales(ScoreParameters(), RidgeParameters(), weights, room)
-    sides = (print_for(prints, probe), print_for(prints, largest), index, before, after)
-    packed = prints.PackedPrints(
-        many, CIRCLE_STEP, RING_WEIGHT_STEP, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08)
-    )
+    tables = code.Sieve(16, 12.0, 0.1, 11)
+    own = probe.codes
+    tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+    sides = (tables, print_for(prints, probe), print_for(prints, largest), index, before, after)
+    packed = prints.PackedPrints(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
     tools = (*sides, room, p, scales, 3)
     kernel.OneToMany(*tools).compare(packed, 0, order, similarity)

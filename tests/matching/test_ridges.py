@@ -22,6 +22,7 @@ from matching_prints import (
     template_of,
     templates,
 )
+from matching_weights import print_for
 from numpy.typing import NDArray
 
 from fpmatch.matching import _ridge_kernel
@@ -122,16 +123,6 @@ def compared(
         np.array(transform), unpaired if partner is None else partner, np.ones(len(a)), a.points
     )
     return ridge_correlation(a, b, bare, parameters)
-
-
-def print_for(module: ModuleType, print_: PreparedTemplate) -> Any:
-    """Return a print as the kernels see it, of another module than the package's own."""
-    n, r = print_.neighbourhoods, print_.region
-    found = module.Print(
-        print_.points, print_.quality, n.count, n.frame, n.ring_start, n.ring, n.circle
-    )
-    found.set_region(r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
-    return found
 
 
 def compared_interpreted(
@@ -449,16 +440,12 @@ def test_prints_unpacked_of_many_are_compared_as_they_were(
     cases.insert(2, prepare(template_of(spread_points(np.random.default_rng(1), 4))))
     many = PreparedMany.of(cases)
     prints, ridges = interpreted("_print_kernel"), interpreted("_ridge_kernel")
-    packed = prints.PackedPrints(
-        many, *(getattr(many.packed, name) for name in ("circle_step", "ring_weight_step")),
-        np.arange(256) / 100.0, np.arange(256) / 100.0, (1.0, 1.0),
-    )  # fmt: skip
+    hundredths = np.arange(256) / 100.0
+    packed = prints.PackedPrints(many, hundredths, hundredths, (1.0, 1.0))
     room = print_for(prints, cases[0])
     room.cell, room.ridges = many.cell, many.ridges
-    for name, shape in (("points", (4, 9)), ("quality", 9), ("circle", (3, 99))):
-        setattr(room, name, np.zeros(shape))
-    for name, size in (("count", 9), ("ring_start", 10), ("ring", 99)):
-        setattr(room, name, np.zeros(size, np.int32))
+    room.points, room.quality = np.zeros((4, 9)), np.zeros(9)
+    room.count = np.zeros(9, np.int32)
     room.frame = np.zeros((9, 6, many.neighbour.shape[1]), np.float32)
     lens = ridges.RidgeLens(PARAMETERS, ROOM)
     for k, case in enumerate(cases):

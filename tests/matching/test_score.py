@@ -26,7 +26,7 @@ from matching_prints import (
     template_of,
     templates,
 )
-from matching_weights import ALWAYS, NEVER, print_for, some_weights, weighing
+from matching_weights import ALWAYS, DISMISSING, NEVER, print_for, some_weights, weighing
 from numpy.typing import NDArray
 
 from fpmatch.errors import MatcherError
@@ -36,6 +36,7 @@ from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, pr
 from fpmatch.matching.ridges import RidgeParameters, ridge_correlation
 from fpmatch.matching.score import (
     FEATURES,
+    NO_GLANCE,
     STANDARD,
     WEIGHTS_FILE,
     Evidence,
@@ -367,7 +368,7 @@ def test_the_sum_is_linear_in_the_weights(seed: int, factor: float) -> None:
 
     def total(weight: Floats, bias: float) -> float:
         standard = np.stack([middle, spread, weight, np.zeros(6)])
-        return overlay(*case, ScoreWeights(standard, bias, ALWAYS, {})).total
+        return overlay(*case, ScoreWeights(standard, bias, NO_GLANCE, ALWAYS, NEVER, {})).total
 
     summed = total(first + factor * second, 3.0)
     assert summed == pytest.approx(total(first, 3.0) + factor * total(second, 0.0), abs=1e-9)
@@ -378,7 +379,7 @@ def test_the_sum_is_linear_in_the_weights(seed: int, factor: float) -> None:
 def test_similarity_is_the_logarithm_of_one_and_the_ratio(bias: float) -> None:
     print_ = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
     standard = np.array([[0.0], [1.0], [0.0], [0.0]]).repeat(6, axis=1)
-    found = alone(print_, weights=ScoreWeights(standard, bias, NEVER, {}))
+    found = alone(print_, weights=ScoreWeights(standard, bias, NO_GLANCE, NEVER, NEVER, {}))
     assert found.total == bias
     assert found.similarity == pytest.approx(np.logaddexp(0.0, bias), rel=1e-12)
     assert found.similarity > 0 or bias == -800.0
@@ -503,16 +504,19 @@ def test_a_print_that_shows_its_ridges_is_more_like_itself() -> None:
 
 
 def some_json() -> str:
-    return some_weights(gate=-1.25).as_json()
+    return some_weights(gate=-1.25, glance=DISMISSING, sure=7.5).as_json()
 
 
-@given(st.lists(st.floats(-1e6, 1e6), min_size=26, max_size=26))
+@given(st.lists(st.floats(-1e6, 1e6), min_size=29, max_size=29))
 def test_weights_read_back_are_the_same(numbers: list[float]) -> None:
     standard = np.array(numbers[:24]).reshape(4, 6)
-    weights = ScoreWeights(standard, numbers[24], numbers[25], {"sets": ["one", "two"], "n": 3})
+    bias, base, growth, gate, sure = numbers[24:]
+    provenance = {"sets": ["one", "two"], "n": 3}
+    weights = ScoreWeights(standard, bias, (base, growth), gate, sure, provenance)
     again = ScoreWeights.from_json(weights.as_json())
     assert again.standard.tolist() == standard.tolist()
-    assert (again.bias, again.gate) == (weights.bias, weights.gate)
+    assert (again.bias, again.glance) == (weights.bias, weights.glance)
+    assert (again.gate, again.sure) == (weights.gate, weights.sure)
     assert again.provenance == weights.provenance
     assert again.as_json() == weights.as_json()
 
@@ -523,7 +527,8 @@ def test_the_file_names_every_feature_and_what_is_known_of_it() -> None:
     for k, row in enumerate(document["features"]):
         assert list(row) == ["name", *STANDARD]
         assert [row[key] for key in STANDARD] == some_weights().standard[:, k].tolist()
-    assert (document["bias"], document["gate"]) == (0.4, -1.25)
+    assert (document["bias"], document["gate"], document["sure"]) == (0.4, -1.25, 7.5)
+    assert document["glance"] == list(DISMISSING)
     assert document["provenance"] == {"by": "hand"}
 
 
@@ -533,6 +538,8 @@ def test_the_weights_of_the_package_are_as_they_were_written() -> None:
     assert np.isfinite(weights.standard).all()
     assert math.isfinite(weights.bias)
     assert math.isfinite(weights.gate)
+    assert weights.sure > weights.gate
+    assert weights.glance[1] > 0
     assert (weights.standard[1] > 0).all()
     unpaired = FEATURES.index("unpaired")
     assert weights.standard[2, unpaired] < 0

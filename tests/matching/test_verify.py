@@ -11,6 +11,7 @@ from matching_prints import spread_points, template_of
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.matchers import get_matcher, matcher_names
+from fpmatch.matching.result import Explaining
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
 from fpmatch.minutiae import Minutiae, Template
 
@@ -28,7 +29,9 @@ def test_default_threshold_is_one_false_match_in_ten_thousand() -> None:
 @pytest.mark.parametrize("matcher", matcher_names())
 def test_result_hands_on_what_the_matcher_found(matcher: str) -> None:
     chosen = get_matcher(matcher)
-    compared = chosen.compare(chosen.prepare(PROBE), chosen.prepare(STRANGER))
+    prepared = chosen.prepare(PROBE), chosen.prepare(STRANGER)
+    compared = chosen.compare(*prepared)
+    compared = chosen.explain(*prepared) if isinstance(chosen, Explaining) else compared
     found = verify(PROBE, STRANGER, matcher=matcher)
     assert found.matcher == matcher
     assert found.score == load_calibration(matcher).score(compared.similarity)

@@ -8,10 +8,12 @@ count what agrees.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching._evidence_kernel import as_similarity
 from fpmatch.matching._one_to_one_kernel import fit_pairs
 from fpmatch.matching.align import at_rest, kept
 from fpmatch.matching.explain import explain, main_reason, rival_of
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.score import Evidence
     from fpmatch.minutiae import Template
 
+UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 MIN_PAIRS_FOR_SCALE: Final = 6
 MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
@@ -54,7 +57,8 @@ class UnitCircleMatcher:
         """Match locally, then globally, and weigh what was found.
 
         The two are taken in the order of their content, so that exchanging them changes nothing
-        but the direction of the transform.
+        but the direction of the transform. Where their codes have too little in common, no
+        transform is looked for.
         """
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
@@ -65,6 +69,9 @@ class UnitCircleMatcher:
             partner, weight = alignment.partner, alignment.weight
             return _comparison(a, b, partner, weight, evidence, 0.0, swapped=swapped)
         bench = bench_for(max(len(a), len(b)))
+        total = bench.dismiss(probe, reference, reference_first=swapped)
+        if total is not None:
+            return _nothing(UNLIKE, as_similarity(total))
         total = bench.lay(a, b)
         if total is None:
             return _nothing("no neighbourhood of one print is like one of the other")
@@ -73,8 +80,8 @@ class UnitCircleMatcher:
         partner, weight = table.best_partner, table.best_weight
         return _comparison(a, b, partner, weight, evidence, turn, swapped=swapped)
 
-    def explain(self, probe: PreparedTemplate, reference: PreparedTemplate) -> str:
-        """Say why two prints do not match; looks for competing transforms too, unlike `compare`.
+    def explain(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
+        """Lay two prints on one another in any case, and say why they do not match.
 
         Parameters
         ----------
@@ -83,16 +90,23 @@ class UnitCircleMatcher:
 
         Returns
         -------
-        str
-            The reason of `compare`, and what else speaks against one finger.
+        Comparison
+            Of the similarity that `compare` finds, with the best transform there is, and with all
+            that speaks against one finger, competing transforms among it.
         """
-        a, b = sorted((probe, reference), key=lambda side: side.key)
+        found = self.compare(probe, reference)
+        swapped = reference.key < probe.key
+        a, b = (reference, probe) if swapped else (probe, reference)
         laid = lay(a, b) if min(len(a), len(b)) >= MIN_MINUTIAE else None
         if laid is None:
-            return self.compare(probe, reference).reason
+            return found
         alignment, evidence = laid
+        c, s, _, _ = alignment.transform.tolist()
+        partner, weight, turn = alignment.partner, alignment.weight, -math.atan2(s, c)
+        whole = _comparison(a, b, partner, weight, evidence, turn, swapped=swapped)
         seeds = most_alike(local_likeness(a.neighbourhoods, b.neighbourhoods))
-        return explain(probe, reference, evidence, rival_of(a, b, alignment, seeds))
+        reason = explain(probe, reference, evidence, rival_of(a, b, alignment, seeds))
+        return replace(whole, similarity=found.similarity, reason=reason)
 
     def similarities(
         self,
@@ -218,8 +232,8 @@ def _comparison(
     )
 
 
-def _nothing(reason: str) -> Comparison:
-    return Comparison(0.0, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, reason)
+def _nothing(reason: str, similarity: float = 0.0) -> Comparison:
+    return Comparison(similarity, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, reason)
 
 
 def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:

@@ -81,9 +81,8 @@ def here() -> Engine:
 def cores(workers: int | None = None) -> Engine:
     """Return the engine of several processes on this machine.
 
-    Worker processes are started afresh, or forked from one that has only imported modules: from a
-    fork server on Linux, or ahead by `fpmatch.engine.local.get_ready`; never from one with threads,
-    since OpenCV's do not survive a fork. They start when there is work for them, and end with it
+    Worker processes are started afresh, or on Linux forked from one that has only imported modules:
+    OpenCV's threads do not survive a fork. They start when there is work for them, and end with it
     or, where somebody has taken hold of the engine, when that one lets go. A script that calls into
     here needs the usual ``if __name__ == "__main__":`` guard.
 

@@ -2,24 +2,40 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
-from typing import TYPE_CHECKING, TypeVar
+import signal
+import sys
+from collections import deque
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from fpmatch.engine.ahead import fork_ahead
-from fpmatch.engine.processes import Task, end
-from fpmatch.engine.team import Team
-from fpmatch.engine.threads import single_threaded
+from fpmatch.engine.task import be_worker, told, work_on
+from fpmatch.engine.threads import loaded_single_threaded, single_threaded
+from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
+    from concurrent.futures import Future, ProcessPoolExecutor
     from types import TracebackType
     from typing import Self
-
-    from fpmatch.engine.processes import Worker
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
 Result = TypeVar("Result")
+
+# A fork server forks each worker from a process that has imported what it needs and run nothing.
+_START_METHOD: Final = "forkserver" if sys.platform == "linux" else "spawn"
+CHUNKS_IN_FLIGHT: Final = 4  # a worker: what it works on, and what waits for it or to be taken
+_EVERY_WORKER_NEEDS: Final = (
+    "fpmatch.engine._fork_server",
+    "fpmatch.engine.task",
+    "concurrent.futures.process",
+    "multiprocessing.synchronize",
+)
+_BROKEN: Final = (
+    "a worker process ended before its work was done: out of memory, or started by a script "
+    'without `if __name__ == "__main__":`; one worker needs neither'
+)
 
 
 def available_cores() -> int:
@@ -30,11 +46,10 @@ def available_cores() -> int:
 
 
 def get_ready(workers: int | None, *modules: str) -> None:
-    """Start the workers, and let them import what they will need, beside what is done meanwhile.
+    """Let modules that workers will need be imported beside what this process does meanwhile.
 
-    It is for the first steps of a program, not for libraries: workers are forked here, which needs
-    a process without other threads. Elsewhere than on Linux, and where there are other threads,
-    nothing is done.
+    It is for a program's main thread, not for libraries: the process that workers are forked from
+    is made once in the life of a program. Where they are not forked, nothing is done.
 
     Parameters
     ----------
@@ -43,9 +58,18 @@ def get_ready(workers: int | None, *modules: str) -> None:
     *modules : str
         Names of modules.
     """
-    count = available_cores() if workers is None else workers
-    if count > 1:
-        fork_ahead(count, modules)
+    if _START_METHOD != "forkserver" or (workers or available_cores()) == 1:
+        return
+    from multiprocessing import forkserver  # noqa: PLC0415
+
+    context = multiprocessing.get_context(_START_METHOD)
+    context.set_forkserver_preload([*_EVERY_WORKER_NEEDS, *modules])
+    on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # so it starts, and stays silent
+    try:
+        with loaded_single_threaded():  # no threads where processes are forked from
+            forkserver.ensure_running()
+    finally:
+        signal.signal(signal.SIGINT, on_interrupt)
 
 
 class Here:
@@ -77,9 +101,6 @@ class Here:
 class Cores:
     """Work in several processes; see `fpmatch.engine.engine.Engine`.
 
-    They start with the first work, and go on to the next; where nobody has taken hold of the
-    engine, they end with the work.
-
     Parameters
     ----------
     workers : int
@@ -89,7 +110,7 @@ class Cores:
     def __init__(self, workers: int) -> None:
         self._workers = workers
         self._held = False
-        self._idle: list[Worker] = []
+        self._executor: ProcessPoolExecutor | None = None
 
     def __enter__(self) -> Self:
         self._held = True
@@ -102,8 +123,9 @@ class Cores:
         trace: TracebackType | None,
     ) -> None:
         self._held = False
-        idle, self._idle = self._idle, []
-        end(idle)
+        executor, self._executor = self._executor, None
+        if executor is not None:
+            executor.shutdown(cancel_futures=True)
 
     def map(
         self,
@@ -112,10 +134,36 @@ class Cores:
         chunks: Iterable[Chunk],
     ) -> Generator[Result, None, None]:
         """Hand out chunks a few at a time, and their results in order."""
-        team = Team(self._workers, self._idle, Task(work, shared))
+        from concurrent.futures.process import BrokenProcessPool  # noqa: PLC0415  (as in `_start`)
+
+        executor = self._executor or _start(self._workers)
+        if self._held:
+            self._executor = executor
+        waiting: deque[Future[Any]] = deque()
         try:
-            yield from team.results(chunks)
-            if self._held:
-                self._idle += team.release()
+            with told(work, shared) as task:
+                for chunk in chunks:
+                    waiting.append(executor.submit(work_on, task, chunk))
+                    if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
+                        yield waiting.popleft().result()
+                while waiting:
+                    yield waiting.popleft().result()
+        except BrokenProcessPool as error:
+            if self._executor is executor:
+                self._executor = None
+            raise EngineError(_BROKEN) from error
         finally:
-            end(team.release())
+            for future in waiting:
+                future.cancel()
+            if self._executor is not executor:
+                executor.shutdown(cancel_futures=True)
+
+
+def _start(workers: int) -> ProcessPoolExecutor:
+    from concurrent.futures import ProcessPoolExecutor  # noqa: PLC0415  (beside the fork server)
+
+    return ProcessPoolExecutor(
+        max_workers=workers,
+        mp_context=multiprocessing.get_context(_START_METHOD),
+        initializer=be_worker,
+    )

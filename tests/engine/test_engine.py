@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from contextlib import closing
 from itertools import count, islice
@@ -18,8 +19,7 @@ import pytest
 
 from fpmatch.engine import cluster
 from fpmatch.engine.engine import cores, make_engine
-from fpmatch.engine.local import Here
-from fpmatch.engine.team import CHUNKS_IN_FLIGHT
+from fpmatch.engine.local import CHUNKS_IN_FLIGHT, Here
 from fpmatch.errors import EngineError, ImageError
 
 FOLDER = Path(__file__).parent
@@ -111,14 +111,60 @@ def test_processes_end_with_the_work_where_nobody_holds_the_engine():
         assert not _is_there(process)
 
 
-@pytest.mark.usefixtures("workers_find_the_work")
-def test_two_works_at_once_have_processes_of_their_own():
+@pytest.fixture
+def temporary(tmp_path, monkeypatch):
+    """Return the folder of temporary files, of this process and those that it starts."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    monkeypatch.setenv("TMPDIR", str(folder))
+    return folder
+
+
+def _tasks(temporary):
+    return list(temporary.glob("fpmatch-*"))
+
+
+def test_two_works_in_turn_keep_what_is_theirs(engine):
     with (
-        cores(2) as engine,
-        closing(engine.map(chunk_work.process, None, count())) as first,
-        closing(engine.map(chunk_work.process, None, count())) as second,
+        closing(engine.map(chunk_work.count, [], count())) as first,
+        closing(engine.map(chunk_work.add, 10, count())) as second,
     ):
-        assert {next(first) for _ in range(6)}.isdisjoint({next(second) for _ in range(6)})
+        seen = {}
+        for number in range(12):
+            worker, before = next(first)
+            seen.setdefault(worker, []).append(before)
+            assert next(second) == 10 + number
+    assert all(sorted(order) == list(range(len(order))) for order in seen.values())
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_work_left_off_is_in_nobodys_way(temporary, tmp_path):
+    with cores(2) as engine:
+        with closing(engine.map(chunk_work.note, tmp_path, count())) as left_off:
+            assert next(left_off) == 0
+            assert next(left_off) == 1
+            assert len(_tasks(temporary)) == 1
+        assert _tasks(temporary) == []
+        assert list(engine.map(chunk_work.add, 10, range(3))) == [10, 11, 12]
+    assert len(list(tmp_path.glob("*.begun"))) < 2 * CHUNKS_IN_FLIGHT
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_work_waiting_to_be_taken_is_in_nobodys_way():
+    with cores(2) as engine, closing(engine.map(chunk_work.add, 0, count())) as first:
+        assert next(first) == 0
+        assert list(engine.map(chunk_work.add, 10, range(20))) == list(range(10, 30))
+        assert next(first) == 1
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_after_a_dead_process_a_held_engine_works_again(temporary, tmp_path):
+    with cores(2) as engine:
+        with pytest.raises(EngineError, match="a worker process ended"):
+            list(engine.map(chunk_work.die_once, tmp_path, range(8)))
+        assert _tasks(temporary) == []
+        assert list(engine.map(chunk_work.die_once, tmp_path, range(8))) == list(range(8))
 
 
 def test_what_is_larger_than_a_pipe_comes_through(engine):
@@ -155,7 +201,7 @@ def _is_there(process):
     return True
 
 
-def test_workers_end_with_the_process_that_started_them(tmp_path):
+def test_workers_end_with_the_process_that_started_them(tmp_path, temporary):
     code = (
         "from pathlib import Path; import chunk_work; from fpmatch.engine.engine import cores\n"
         "if __name__ == '__main__':\n"
@@ -168,9 +214,34 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
         while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
             assert main.poll() is None
             time.sleep(0.01)
+        assert len(_tasks(temporary)) == 1
         main.send_signal(signal.SIGKILL)
-    while any(Path(f"/proc/{worker}").exists() for worker in workers):
+    while any(_is_there(worker) for worker in workers):
         time.sleep(0.01)
+    assert _tasks(temporary) == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked from a server on Linux")
+def test_what_workers_need_is_imported_before_they_start(tmp_path):
+    code = (
+        "import os, signal; import chunk_work; from fpmatch.engine.engine import cores\n"
+        "from fpmatch.engine.local import get_ready\n"
+        "if __name__ == '__main__':\n"
+        "    before = dict(os.environ), signal.getsignal(signal.SIGINT)\n"
+        "    get_ready(1, 'no.such.module')\n"
+        "    get_ready(2, 'no.such.module', 'colorsys')\n"
+        "    assert (dict(os.environ), signal.getsignal(signal.SIGINT)) == before\n"
+        "    assert all(cores(2).map(chunk_work.is_loaded, 'colorsys', range(4)))\n"
+        "    assert not any(cores(2).map(chunk_work.is_loaded, 'wave', range(4)))\n"
+        "    assert all(cores(2).map(chunk_work.looks_for_garbage, None, range(4)))\n"
+    )
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    environment = {**os.environ, "PYTHONPATH": str(FOLDER)}
+    done = subprocess.run(
+        [sys.executable, script], env=environment, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @needs_dask

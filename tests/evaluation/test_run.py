@@ -5,8 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from fpmatch.engine import team
-from fpmatch.engine.processes import start_worker
+from fpmatch.engine import local
 from fpmatch.errors import DatasetError, FpmatchError, MatcherError
 from fpmatch.evaluation.comparison import OUTCOME
 from fpmatch.evaluation.dataset import load_dataset
@@ -52,16 +51,16 @@ def test_agrees_with_comparing_pair_by_pair(run, bench, make_database, protocol)
     assert report.mean.eer == pytest.approx(np.mean([row.rates.eer for row in report.sets]))
 
 
-def test_one_team_of_processes_extracts_and_compares(run, make_database, monkeypatch):
-    started = []
+def test_the_same_processes_extract_and_compare(run, make_database, monkeypatch):
+    started, start = [], local._start
 
-    def start():
-        started.append(start_worker())
-        return started[-1]
+    def noting(workers):
+        started.append(workers)
+        return start(workers)
 
-    monkeypatch.setattr(team, "start_worker", start)
+    monkeypatch.setattr(local, "_start", noting)
     run([make_database(fingers=8, impressions=4)], workers=2)
-    assert len(started) == 2
+    assert started == [2]
 
 
 def test_results_do_not_depend_on_the_workers(run, make_database):

@@ -9,15 +9,16 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 from contextlib import closing
+from functools import partial
 from itertools import count, islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
-from fpmatch.engine import cluster
+from fpmatch.engine import cluster, task
 from fpmatch.engine.engine import cores, make_engine
 from fpmatch.engine.local import CHUNKS_IN_FLIGHT, Here
 from fpmatch.errors import EngineError, ImageError
@@ -112,17 +113,12 @@ def test_processes_end_with_the_work_where_nobody_holds_the_engine():
 
 
 @pytest.fixture
-def temporary(tmp_path, monkeypatch):
-    """Return the folder of temporary files, of this process and those that it starts."""
-    folder = tmp_path / "temporary"
+def tasks(tmp_path, monkeypatch):
+    """Return the folder in which tasks are told."""
+    folder = tmp_path / "tasks"
     folder.mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    monkeypatch.setenv("TMPDIR", str(folder))
+    monkeypatch.setattr(task, "TemporaryDirectory", partial(TemporaryDirectory, dir=folder))
     return folder
-
-
-def _tasks(temporary):
-    return list(temporary.glob("fpmatch-*"))
 
 
 def test_two_works_in_turn_keep_what_is_theirs(engine):
@@ -139,13 +135,13 @@ def test_two_works_in_turn_keep_what_is_theirs(engine):
 
 
 @pytest.mark.usefixtures("workers_find_the_work")
-def test_work_left_off_is_in_nobodys_way(temporary, tmp_path):
+def test_work_left_off_is_in_nobodys_way(tasks, tmp_path):
     with cores(2) as engine:
         with closing(engine.map(chunk_work.note, tmp_path, count())) as left_off:
             assert next(left_off) == 0
             assert next(left_off) == 1
-            assert len(_tasks(temporary)) == 1
-        assert _tasks(temporary) == []
+            assert len(list(tasks.iterdir())) == 1
+        assert list(tasks.iterdir()) == []
         assert list(engine.map(chunk_work.add, 10, range(3))) == [10, 11, 12]
     assert len(list(tmp_path.glob("*.begun"))) < 2 * CHUNKS_IN_FLIGHT
 
@@ -159,11 +155,11 @@ def test_work_waiting_to_be_taken_is_in_nobodys_way():
 
 
 @pytest.mark.usefixtures("workers_find_the_work")
-def test_after_a_dead_process_a_held_engine_works_again(temporary, tmp_path):
+def test_after_a_dead_process_a_held_engine_works_again(tasks, tmp_path):
     with cores(2) as engine:
         with pytest.raises(EngineError, match="a worker process ended"):
             list(engine.map(chunk_work.die_once, tmp_path, range(8)))
-        assert _tasks(temporary) == []
+        assert list(tasks.iterdir()) == []
         assert list(engine.map(chunk_work.die_once, tmp_path, range(8))) == list(range(8))
 
 
@@ -201,7 +197,7 @@ def _is_there(process):
     return True
 
 
-def test_workers_end_with_the_process_that_started_them(tmp_path, temporary):
+def test_workers_end_with_the_process_that_started_them(tmp_path):
     code = (
         "from pathlib import Path; import chunk_work; from fpmatch.engine.engine import cores\n"
         "if __name__ == '__main__':\n"
@@ -209,16 +205,17 @@ def test_workers_end_with_the_process_that_started_them(tmp_path, temporary):
     )
     script = tmp_path / "script.py"
     script.write_text(code)
-    environment = {**os.environ, "PYTHONPATH": str(FOLDER)}
-    with subprocess.Popen([sys.executable, script], env=environment) as main:
-        while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
-            assert main.poll() is None
+    with TemporaryDirectory() as temporary:  # of a short name, as fork servers need it
+        environment = {**os.environ, "PYTHONPATH": str(FOLDER), "TMPDIR": temporary}
+        with subprocess.Popen([sys.executable, script], env=environment) as main:
+            while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
+                assert main.poll() is None
+                time.sleep(0.01)
+            assert len(list(Path(temporary).glob("fpmatch-*"))) == 1
+            main.send_signal(signal.SIGKILL)
+        while any(_is_there(worker) for worker in workers):
             time.sleep(0.01)
-        assert len(_tasks(temporary)) == 1
-        main.send_signal(signal.SIGKILL)
-    while any(_is_there(worker) for worker in workers):
-        time.sleep(0.01)
-    assert _tasks(temporary) == []
+        assert list(Path(temporary).glob("fpmatch-*")) == []
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="workers are forked from a server on Linux")

@@ -153,8 +153,6 @@ class Cores:
                 self._executor = None
             raise EngineError(_BROKEN) from error
         finally:
-            for future in waiting:
-                future.cancel()
             if self._executor is not executor:
                 executor.shutdown(cancel_futures=True)
 

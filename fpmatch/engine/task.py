@@ -30,7 +30,10 @@ def told(work: Callable[[Any, Any], Any], shared: object) -> Iterator[Path]:
 
 
 def work_on(task: Path, chunk: object) -> Any:
-    """Work on a chunk of a task whose file is there: what was left off fails, and is not missed."""
+    """Work on a chunk of a task; of one left off, whose file is gone, it fails and is not missed.
+
+    To cancel the chunk would be less sure: a pool that breaks meanwhile cannot bear it.
+    """
     task.stat()
     if task not in _at:
         for done in [other for other in _at if not other.exists()]:

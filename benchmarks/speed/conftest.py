@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from fpmatch.engine.local import single_threaded
+from fpmatch.engine.threads import single_threaded
 from fpmatch.image.read import read_image
 
 if TYPE_CHECKING:

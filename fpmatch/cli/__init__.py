@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -27,5 +29,7 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
         What the command is called in its help (default: as it was started).
     """
     from fpmatch.cli.group import fpmatch
+
+    atexit.register(gc.freeze)  # the system takes back all there is: no need to look for garbage
 
     fpmatch(args=args, prog_name=prog_name)

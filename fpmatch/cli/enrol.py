@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.importing import importing
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read_print
 from fpmatch.cli.words import count, first_of, notes_as_json, say_notes
-from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.gallery.enrol import Enrolment
@@ -25,11 +25,16 @@ if TYPE_CHECKING:
 FAILURES_SHOWN: Final = 20
 _STAGES: Final = {"enrol": "enrolling"}
 _WORKERS_NEED: Final = (
+    "cv2",
+    "threadpoolctl",
     "fpmatch.cli.reading",
     "fpmatch.gallery.extraction",
+    "fpmatch.gallery.entry",
     "fpmatch.gallery.prints",
+    "fpmatch.image.assess",
     "fpmatch.image.extract",
-    "threadpoolctl",
+    "fpmatch.image.pictures",
+    "fpmatch.image.read",
 )
 
 
@@ -99,12 +104,13 @@ def enrol(
     from fpmatch.engine.local import get_ready
 
     get_ready(workers, *_WORKERS_NEED)
-    from fpmatch.engine.engine import cores
-    from fpmatch.gallery import enrol as work
-    from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.names import FVC_PATTERN, NamePattern
-    from fpmatch.gallery.prints import extract_print, find_prints
-    from fpmatch.gallery.summary import summarise
+    with importing():
+        from fpmatch.engine.engine import cores
+        from fpmatch.gallery import enrol as work
+        from fpmatch.gallery.gallery import open_gallery
+        from fpmatch.gallery.names import FVC_PATTERN, NamePattern
+        from fpmatch.gallery.prints import extract_print, find_prints
+        from fpmatch.gallery.summary import summarise
 
     names = NamePattern(FVC_PATTERN if pattern is None else pattern)
     prints = find_prints(places, dpi)
@@ -132,6 +138,8 @@ def enrol(
 
 def _note(done: Enrolment, gallery: str) -> None:
     """Say on stderr what was assumed and what failed."""
+    from fpmatch.minutiae import STANDARD_DPI
+
     if done.assumed:
         click.echo(
             f"fpmatch: note: {first_of(done.assumed)} enrolled at {STANDARD_DPI:g} dpi, assumed: "

@@ -9,23 +9,24 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.enhance import enhance_option
+from fpmatch.cli.importing import importing
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.reading import read
 from fpmatch.cli.words import first_of, notes_as_json, say_notes
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
-from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.evaluation.report import EvaluationReport
 
 _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 _WORKERS_NEED = (
-    "fpmatch.cli",
+    "cv2",
+    "threadpoolctl",
+    "fpmatch.cli.reading",
     "fpmatch.evaluation.comparison",
     "fpmatch.evaluation.extraction",
     "fpmatch.image.extract",
     "fpmatch.matching.matchers.unit_circle",
-    "threadpoolctl",
 )
 
 
@@ -162,15 +163,18 @@ def evaluate(
     from fpmatch.engine.local import get_ready
 
     get_ready(workers, *_WORKERS_NEED)
-    from fpmatch.evaluation import extraction, run
-    from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
-    from fpmatch.evaluation.dataset_names import named_apart
-    from fpmatch.evaluation.minutiae_report import measure_minutiae
-    from fpmatch.evaluation.minutiae_table import format_minutiae
-    from fpmatch.evaluation.minutiae_truth import load_truth
-    from fpmatch.evaluation.scores_file import write_scores
-    from fpmatch.evaluation.scores_reader import read_scores
-    from fpmatch.output import check_writable
+    with importing():
+        import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
+
+        from fpmatch.evaluation import extraction, run
+        from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
+        from fpmatch.evaluation.dataset_names import named_apart
+        from fpmatch.evaluation.minutiae_report import measure_minutiae
+        from fpmatch.evaluation.minutiae_table import format_minutiae
+        from fpmatch.evaluation.minutiae_truth import load_truth
+        from fpmatch.evaluation.scores_file import write_scores
+        from fpmatch.evaluation.scores_reader import read_scores
+        from fpmatch.output import check_writable
 
     if scores is not None:
         check_writable(scores)
@@ -222,6 +226,8 @@ def _chosen(names: tuple[str, ...]) -> list[str]:
 
 def _note(report: EvaluationReport) -> None:
     """Say on stderr what a reader of the rates should know about the prints."""
+    from fpmatch.minutiae import STANDARD_DPI
+
     if report.dpi_assumed:
         click.echo(
             f"fpmatch: note: {first_of(report.dpi_assumed)}: {STANDARD_DPI:g} dpi assumed; "

@@ -13,7 +13,8 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch._version import __version__
-from fpmatch.engine.local import CHUNKS_IN_FLIGHT, single_threaded
+from fpmatch.engine.local import CHUNKS_IN_FLIGHT
+from fpmatch.engine.threads import single_threaded
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:

@@ -81,9 +81,10 @@ def here() -> Engine:
 def cores(workers: int | None = None) -> Engine:
     """Return the engine of several processes on this machine.
 
-    Worker processes are started afresh, or forked from one that was started afresh and has only
-    imported modules ("forkserver", on Linux), never from this one: OpenCV's threads do not survive
-    a fork. A script that calls into here needs the usual ``if __name__ == "__main__":`` guard.
+    Worker processes are started afresh, or on Linux forked from one that has only imported modules:
+    OpenCV's threads do not survive a fork. They start when there is work for them, and end with it
+    or, where somebody has taken hold of the engine, when that one lets go. A script that calls into
+    here needs the usual ``if __name__ == "__main__":`` guard.
 
     Parameters
     ----------

@@ -6,19 +6,16 @@ import multiprocessing
 import os
 import signal
 import sys
-import threading
 from collections import deque
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from fpmatch.engine.task import be_worker, told, work_on
+from fpmatch.engine.threads import loaded_single_threaded, single_threaded
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Iterator
-    from concurrent.futures import Future
+    from collections.abc import Callable, Generator, Iterable
+    from concurrent.futures import Future, ProcessPoolExecutor
     from types import TracebackType
     from typing import Self
 
@@ -28,8 +25,13 @@ Result = TypeVar("Result")
 
 # A fork server forks each worker from a process that has imported what it needs and run nothing.
 _START_METHOD: Final = "forkserver" if sys.platform == "linux" else "spawn"
-_BLAS_THREADS: Final = "OPENBLAS_NUM_THREADS"
 CHUNKS_IN_FLIGHT: Final = 4  # a worker: what it works on, and what waits for it or to be taken
+_EVERY_WORKER_NEEDS: Final = (
+    "fpmatch.engine._fork_server",
+    "fpmatch.engine.task",
+    "concurrent.futures.process",
+    "multiprocessing.synchronize",
+)
 _BROKEN: Final = (
     "a worker process ended before its work was done: out of memory, or started by a script "
     'without `if __name__ == "__main__":`; one worker needs neither'
@@ -60,21 +62,18 @@ def get_ready(workers: int | None, *modules: str) -> None:
         return
     from multiprocessing import forkserver  # noqa: PLC0415
 
-    multiprocessing.get_context(_START_METHOD).set_forkserver_preload(list(modules))
-    kept = os.environ.get(_BLAS_THREADS)
-    os.environ[_BLAS_THREADS] = "1"  # no threads where processes are forked from
+    context = multiprocessing.get_context(_START_METHOD)
+    context.set_forkserver_preload([*_EVERY_WORKER_NEEDS, *modules])
     on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # so it starts, and stays silent
     try:
-        forkserver.ensure_running()
+        with loaded_single_threaded():  # no threads where processes are forked from
+            forkserver.ensure_running()
     finally:
         signal.signal(signal.SIGINT, on_interrupt)
-        del os.environ[_BLAS_THREADS]
-        if kept is not None:
-            os.environ[_BLAS_THREADS] = kept
 
 
-class Local:
-    """Let go of nothing: what a `map` starts on this machine, it ends."""
+class Here:
+    """Work in this process; see `fpmatch.engine.engine.Engine`."""
 
     def __enter__(self) -> Self:
         return self
@@ -86,10 +85,6 @@ class Local:
         trace: TracebackType | None,
     ) -> None:
         pass
-
-
-class Here(Local):
-    """Work in this process; see `fpmatch.engine.engine.Engine`."""
 
     def map(
         self,
@@ -103,7 +98,7 @@ class Here(Local):
                 yield work(shared, chunk)
 
 
-class Cores(Local):
+class Cores:
     """Work in several processes; see `fpmatch.engine.engine.Engine`.
 
     Parameters
@@ -114,6 +109,23 @@ class Cores(Local):
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
+        self._held = False
+        self._executor: ProcessPoolExecutor | None = None
+
+    def __enter__(self) -> Self:
+        self._held = True
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._held = False
+        executor, self._executor = self._executor, None
+        if executor is not None:
+            executor.shutdown(cancel_futures=True)
 
     def map(
         self,
@@ -122,65 +134,34 @@ class Cores(Local):
         chunks: Iterable[Chunk],
     ) -> Generator[Result, None, None]:
         """Hand out chunks a few at a time, and their results in order."""
-        executor = ProcessPoolExecutor(
-            max_workers=self._workers,
-            mp_context=multiprocessing.get_context(_START_METHOD),
-            initializer=_start_worker,
-            initargs=(work, shared),
-        )
+        from concurrent.futures.process import BrokenProcessPool  # noqa: PLC0415  (as in `_start`)
+
+        executor = self._executor or _start(self._workers)
+        if self._held:
+            self._executor = executor
         waiting: deque[Future[Any]] = deque()
         try:
-            for chunk in chunks:
-                waiting.append(executor.submit(_work_on, chunk))
-                if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
+            with told(work, shared) as task:
+                for chunk in chunks:
+                    waiting.append(executor.submit(work_on, task, chunk))
+                    if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
+                        yield waiting.popleft().result()
+                while waiting:
                     yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
         except BrokenProcessPool as error:
+            if self._executor is executor:
+                self._executor = None
             raise EngineError(_BROKEN) from error
         finally:
-            executor.shutdown(cancel_futures=True)
+            if self._executor is not executor:
+                executor.shutdown(cancel_futures=True)
 
 
-@contextmanager
-def single_threaded() -> Iterator[None]:
-    """Keep OpenCV and numpy on one thread, so that the cores are not asked twice."""
-    import cv2  # noqa: PLC0415
-    from threadpoolctl import threadpool_limits  # noqa: PLC0415
+def _start(workers: int) -> ProcessPoolExecutor:
+    from concurrent.futures import ProcessPoolExecutor  # noqa: PLC0415  (beside the fork server)
 
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        with threadpool_limits(1):
-            yield
-    finally:
-        cv2.setNumThreads(threads)
-
-
-# What this worker process was started with; stays empty in the process that started it.
-_held: dict[str, Any] = {}
-
-
-def _start_worker(work: Callable[[Any, Any], Any], shared: object) -> None:
-    import cv2  # noqa: PLC0415
-    import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
-    from threadpoolctl import threadpool_limits  # noqa: PLC0415
-
-    # Ctrl-C reaches the whole process group: a worker falls silent, its parent reports.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    cv2.setNumThreads(1)
-    _held["threads"] = threadpool_limits(1)
-    _held["work"], _held["shared"] = work, shared
-
-
-def _end_with_parent() -> None:
-    """End this worker when the process that started it is gone, however it went."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
-
-
-def _work_on(chunk: object) -> Any:
-    return _held["work"](_held["shared"], chunk)
+    return ProcessPoolExecutor(
+        max_workers=workers,
+        mp_context=multiprocessing.get_context(_START_METHOD),
+        initializer=be_worker,
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import closing
+from contextlib import closing, nullcontext
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from fpmatch.engine.engine import cores
@@ -10,6 +10,8 @@ from fpmatch.engine.local import available_cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    from fpmatch.engine.engine import Engine
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
@@ -33,6 +35,7 @@ def run_chunks(
     chunks: Sequence[Chunk],
     *,
     workers: int | None = None,
+    engine: Engine | None = None,
     finished: Callable[[Chunk], None] = lambda _: None,
 ) -> list[Result]:
     """Return ``[work(shared, chunk) for chunk in chunks]``, computed by several processes.
@@ -47,6 +50,8 @@ def run_chunks(
         The pieces of work.
     workers : int, optional
         How many processes (default: one a core); 1 works in this process.
+    engine : Engine, optional
+        An engine that somebody has taken hold of, to work there instead.
     finished : callable
         Called with each chunk, in order, once its result is there.
 
@@ -65,8 +70,8 @@ def run_chunks(
     count = available_cores() if workers is None else workers
     results = []
     with (
-        cores(min(count, max(1, len(chunks)))) as engine,
-        closing(engine.map(work, shared, chunks)) as stream,
+        cores(min(count, max(1, len(chunks)))) if engine is None else nullcontext(engine) as place,
+        closing(place.map(work, shared, chunks)) as stream,
     ):
         for result, chunk in zip(stream, chunks, strict=True):
             results.append(result)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.evaluation.protocol import Pairs
     from fpmatch.matching.result import Comparison, Matcher
@@ -75,6 +76,7 @@ def compare_sets(
     matcher: Matcher,
     *,
     workers: int | None = None,
+    engine: Engine | None = None,
     progress: Progress = no_progress,
 ) -> list[NDArray[np.void]]:
     """Compare the chosen pairs of every database.
@@ -89,6 +91,8 @@ def compare_sets(
         The matcher; it is sent to the workers, so it must pickle.
     workers : int, optional
         Processes to use (default: one a core).
+    engine : Engine, optional
+        As for `fpmatch.engine.workers.run_chunks`.
     progress : callable
         Told of stage "compare", in pairs.
 
@@ -113,7 +117,12 @@ def compare_sets(
 
     progress("compare", 0, total)
     results = run_chunks(
-        _compare_chunk, _Bench(matcher, templates), chunks, workers=workers, finished=finished
+        _compare_chunk,
+        _Bench(matcher, templates),
+        chunks,
+        workers=workers,
+        engine=engine,
+        finished=finished,
     )
     outcomes = np.concatenate(results) if results else np.empty(0, OUTCOME)
     return np.split(outcomes, np.cumsum([len(p) for p in pairs])[:-1])

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from fpmatch.engine.engine import Engine
     from fpmatch.engine.workers import Progress
     from fpmatch.evaluation.dataset import Dataset
 
@@ -28,6 +29,7 @@ def for_each_image(
     *,
     stage: str,
     workers: int | None,
+    engine: Engine | None = None,
     progress: Progress,
 ) -> list[tuple[Result, ...]]:
     """Return what some work finds of every image, a database at a time.
@@ -45,6 +47,8 @@ def for_each_image(
         What `progress` is told that this is.
     workers : int or None
         Processes to use (None: one a core).
+    engine : Engine, optional
+        As for `run_chunks`.
     progress : callable
         Told how many images are done.
 
@@ -63,6 +67,6 @@ def for_each_image(
         progress(stage, done, len(images))
 
     progress(stage, 0, len(images))
-    results = run_chunks(work, shared, chunks, workers=workers, finished=finished)
+    results = run_chunks(work, shared, chunks, workers=workers, engine=engine, finished=finished)
     each = iter([result for chunk in results for result in chunk])
     return [tuple(next(each) for _ in dataset.impressions) for dataset in datasets]

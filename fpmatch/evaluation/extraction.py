@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
+    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.dataset import Dataset
     from fpmatch.evaluation.each_image import ImageChunk
     from fpmatch.image.read import GreyImage
@@ -112,6 +113,7 @@ def extract_datasets(
     *,
     extractor: Extractor = extract_image,
     workers: int | None = None,
+    engine: Engine | None = None,
     progress: Progress = no_progress,
 ) -> list[ExtractedSet]:
     """Extract a template from every impression of some databases.
@@ -126,6 +128,8 @@ def extract_datasets(
         `extract_image`.
     workers : int, optional
         Processes to use (default: one a core).
+    engine : Engine, optional
+        As for `fpmatch.engine.workers.run_chunks`.
     progress : callable
         Told of stage "extract", in images.
 
@@ -135,7 +139,13 @@ def extract_datasets(
         The databases in their order. Images that cannot be used are kept as failures.
     """
     found = for_each_image(
-        datasets, _extract_chunk, extractor, stage="extract", workers=workers, progress=progress
+        datasets,
+        _extract_chunk,
+        extractor,
+        stage="extract",
+        workers=workers,
+        engine=engine,
+        progress=progress,
     )
     return [ExtractedSet(*row) for row in zip(datasets, found, strict=True)]
 

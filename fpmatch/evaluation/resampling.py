@@ -14,10 +14,11 @@ analysis of pattern recognition systems: the subsets bootstrap", CVIU 93 (2004),
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from numpy.random import default_rng
 
 from fpmatch.evaluation.rates import FMR_LIMITS, error_rates
 from fpmatch.evaluation.weighted_rates import RankedScores
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 RESAMPLED: Final = ("eer", *FMR_LIMITS)
 """The rates that are resampled; those of a single extreme score cannot be."""
 
-_WEIGHTS_AT_A_TIME: Final = 4_000_000
-_EERS_KEPT: Final = 4  # impostors are kept down to where FMR is so many times the EER, and a bit
+_WEIGHTS_AT_A_TIME: Final = 2_000_000
+_EERS_KEPT: Final = 2  # impostors are kept down to where FMR is so many times the EER, and a bit
 _SHARE_KEPT: Final = 0.05
 
 
@@ -103,7 +104,7 @@ def draw_fingers(fingers: int, resamples: int, seed: int, set_index: int = 0) ->
     >>> draw_fingers(4, 2, seed=1).sum(axis=1).tolist()
     [4, 4]
     """
-    rng = np.random.default_rng([seed, set_index])
+    rng = default_rng([seed, set_index])
     return rng.multinomial(fingers, np.full(fingers, 1 / fingers), size=resamples)
 
 
@@ -183,39 +184,39 @@ def _replicate(
     ndarray of intp
         The draws for which these scores do not reach low enough.
     """
-    kept = [_kept(t, min(low, lowest[-1])) for t, low in zip(trials, lowest, strict=False)]
+    everything = (*trials, _together(trials))
     ranked = [
         RankedScores.of(t.similarity, t.genuine, low)
-        for t, low in zip((*kept, _together(kept)), lowest, strict=True)
+        for t, low in zip(everything, lowest, strict=True)
     ]
     between = [_impostors_between(t) for t in trials]
     complete = np.ones(draws.size, bool)
-    pairs = sum(t.similarity.size for t in kept)
-    for part in _slices(draws.size, pairs):
+    for part in _slices(draws.size, max(r.genuine.size + r.impostor.size for r in ranked)):
         rows = draws[part]
         drawn = [c[rows] for c in counts]
         totals = [_impostor_weight(b, c) for b, c in zip(between, drawn, strict=True)]
-        weights = [_pair_weights(t, c) for t, c in zip(kept, drawn, strict=True)]
-        for k, (w, total) in enumerate(zip(weights, totals, strict=True)):
-            result.sets[k, rows], told = ranked[k].rates(w, total)
+        for k, total in enumerate(totals):
+            result.sets[k, rows], told = _rates(ranked[k], trials[k], drawn[k], total)
             complete[part] &= told
         if len(trials) == 1:
             result.pooled[rows] = result.sets[0, rows]
             continue
-        everything = np.concatenate(weights, axis=1)
-        result.pooled[rows], told = ranked[-1].rates(everything, np.sum(totals, axis=0))
+        of_all, total = np.concatenate(drawn, axis=1), np.sum(totals, axis=0)
+        result.pooled[rows], told = _rates(ranked[-1], everything[-1], of_all, total)
         complete[part] &= told
     return draws[~complete]
 
 
-def _kept(trials: Trials, lowest: float) -> Trials:
-    chosen = trials.genuine | (trials.similarity >= lowest)
-    return replace(
-        trials,
-        similarity=trials.similarity[chosen],
-        probe=trials.probe[chosen],
-        reference=trials.reference[chosen],
-    )
+def _rates(
+    ranked: RankedScores, trials: Trials, counts: NDArray[np.int64], total: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the rates of draws, and whether the scores ranked reach low enough to tell them."""
+    highest = trials.similarity.size * int(counts.max()) ** 2
+    drawn = counts.astype(np.int32 if highest <= np.iinfo(np.int32).max else np.int64)
+    genuine = np.take(drawn, trials.probe[ranked.genuine], axis=1)
+    impostor = np.take(drawn, trials.probe[ranked.impostor], axis=1)
+    impostor *= np.take(drawn, trials.reference[ranked.impostor], axis=1)
+    return ranked.rates(genuine, impostor, total)
 
 
 def _impostors_between(trials: Trials) -> NDArray[np.float64]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fpmatch.engine.engine import cores
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.comparison import compare_sets
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.extraction import ExtractedSet, Extractor
     from fpmatch.matching.result import Matcher
 
@@ -98,17 +100,18 @@ def evaluate_matchers(
     """
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
-    extracted = extract_datasets(loaded, extractor=extractor, workers=workers, progress=progress)
-    return [
-        evaluate_templates(
-            extracted,
-            matcher=matcher,
-            protocol=protocol,
-            workers=workers,
-            progress=_part(progress, k, len(chosen)),
-        )
-        for k, matcher in enumerate(chosen)
-    ]
+    with cores(workers) as engine:
+        extracted = extract_datasets(loaded, extractor=extractor, engine=engine, progress=progress)
+        return [
+            evaluate_templates(
+                extracted,
+                matcher=matcher,
+                protocol=protocol,
+                engine=engine,
+                progress=_part(progress, k, len(chosen)),
+            )
+            for k, matcher in enumerate(chosen)
+        ]
 
 
 def _part(progress: Progress, index: int, parts: int) -> Progress:
@@ -126,12 +129,16 @@ def evaluate_templates(
     matcher: str | Matcher = DEFAULT_MATCHER,
     protocol: str = "extended",
     workers: int | None = None,
+    engine: Engine | None = None,
     progress: Progress = no_progress,
 ) -> EvaluationReport:
-    """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`."""
+    """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`.
+
+    `engine` is as for `fpmatch.engine.workers.run_chunks`.
+    """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     pairs = [choose_pairs(extracted.dataset.impressions, protocol) for extracted in sets]
-    outcomes = compare_sets(sets, pairs, chosen, workers=workers, progress=progress)
+    outcomes = compare_sets(sets, pairs, chosen, workers=workers, engine=engine, progress=progress)
     rows = [summarise_set(*row) for row in zip(sets, pairs, outcomes, strict=True)]
     return summarise(chosen.name, protocol, rows)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -58,14 +58,18 @@ class RankedScores:
         )
 
     def rates(
-        self, weights: NDArray[np.int64], total_impostor: NDArray[np.int64]
+        self,
+        genuine: NDArray[np.integer[Any]],
+        impostor: NDArray[np.integer[Any]],
+        total_impostor: NDArray[np.int64],
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Return the rates of draws, and whether the scores reach low enough to tell them.
 
         Parameters
         ----------
-        weights : ndarray of int64, shape (B, number of pairs)
-            How often each pair counts in each draw.
+        genuine, impostor : ndarray of int, shapes (B, G) and (B, I)
+            How often each pair of `genuine` and of `impostor` counts in each draw; of a type that
+            holds their sums.
         total_impostor : ndarray of int64, shape (B,)
             Weight of all impostors of each draw, those left out included.
 
@@ -76,11 +80,10 @@ class RankedScores:
         complete : ndarray of bool, shape (B,)
             False where a rate hangs on impostors that were left out.
         """
-        below_g = _cumulated(weights, self.genuine)
-        below_i = _cumulated(weights, self.impostor)
-        below_i += (total_impostor - below_i[:, -1])[:, np.newaxis]
+        below_g, below_i = _cumulated(genuine), _cumulated(impostor)
         total_g, total_i = below_g[:, -1], total_impostor
-        rows = np.arange(len(weights))
+        total_ranked = below_i[:, -1]
+        rows = np.arange(len(genuine))
         rates = np.full((rows.size, 1 + len(FMR_LIMITS)), np.nan)
         usable = (total_g > 0) & (total_i > 0)
         if not usable.any():
@@ -90,10 +93,11 @@ class RankedScores:
         nonzero_g, nonzero_i = np.maximum(total_g, 1), np.maximum(total_i, 1)
 
         def fmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
-            return (total_i - below_i[rows, self.impostor_below[t]]) / nonzero_i
+            matched = total_ranked - below_i[rows, self.impostor_below[t]]
+            return np.asarray(matched / nonzero_i)
 
         def fnmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
-            return below_g[rows, self.genuine_below[t]] / nonzero_g
+            return np.asarray(below_g[rows, self.genuine_below[t]] / nonzero_g)
 
         after = _first(lambda t: fmr(t) <= fnmr(t), self.genuine_below.size - 1, rows.size)
         complete = after > 0
@@ -102,7 +106,7 @@ class RankedScores:
         way = fall / np.maximum(fall + rise, np.finfo(np.float64).tiny)
         rates[:, 0] = fmr(before) + way * (fmr(after) - fmr(before))
         for column, limit in enumerate(FMR_LIMITS.values(), start=1):
-            needed = total_i - np.floor(limit * total_i + ROUNDING)
+            needed = total_ranked - np.floor(limit * total_i + ROUNDING)
             kept = _first(partial(_reaches, below_i, needed), self.impostor.size, rows.size)
             complete &= kept > 0
             rejected = self.genuine_up_to[np.maximum(kept - 1, 0)]
@@ -111,15 +115,17 @@ class RankedScores:
         return rates, complete | ~usable
 
 
-def _cumulated(weights: NDArray[np.int64], order: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Return the weight of the first 0, 1, 2, … pairs of an order, of shape (rows, pairs + 1)."""
-    sums = np.zeros((len(weights), order.size + 1), np.int64)
-    np.cumsum(np.take(weights, order, axis=1), axis=1, out=sums[:, 1:])
+def _cumulated(weights: NDArray[np.integer[Any]]) -> NDArray[np.integer[Any]]:
+    """Return the weight of the first 0, 1, 2, … pairs, of shape (rows, pairs + 1)."""
+    rows, pairs = weights.shape
+    sums = np.empty((rows, pairs + 1), weights.dtype)
+    sums[:, 0] = 0
+    np.cumsum(weights, axis=1, out=sums[:, 1:])
     return sums
 
 
 def _reaches(
-    below: NDArray[np.int64], needed: NDArray[np.float64], k: NDArray[np.intp]
+    below: NDArray[np.integer[Any]], needed: NDArray[np.float64], k: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
     """Return of each row whether the weight below its k-th impostor is what must be rejected."""
     enough: NDArray[np.bool_] = below[np.arange(k.size), k] >= needed

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prints import PrintFile
 
-IMAGES_PER_CHUNK: Final = 4
+IMAGES_PER_CHUNK: Final = 2
+IMAGES_PER_COMMIT: Final = 4
 IMAGES_PER_LOOK: Final = 32  # of which it is asked at once whether they are enrolled
 
 
@@ -101,9 +102,13 @@ def enrol(
         engine or cores() as place,
         closing(place.map(extract_jobs, extractor, run.new(prints))) as results,
     ):
+        extracted: list[ExtractedJob] = []
         for chunk in results:
-            run.take(chunk)
-    run.take([])
+            extracted += chunk
+            if len(extracted) >= IMAGES_PER_COMMIT:
+                run.take(extracted)
+                extracted = []
+    run.take(extracted)
     failures, assumed = tuple(run.failures), tuple(run.assumed)
     return Enrolment(run.enrolled, run.known, failures, assumed, by_note(run.noted))
 

@@ -8,9 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, QualityError, TemplateError
-from fpmatch.formats.files import is_template_file
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.formats.registry import CODECS
 from fpmatch.gallery.read_print import read_print
 from fpmatch.image.print_folder import describe_folder, images_in
 from fpmatch.minutiae import check_dpi
@@ -206,6 +204,9 @@ def _templates_in(folder: Path) -> list[Path]:
     JSON and CSV are suffixes of much else: of these the files that begin like templates, and,
     beside such, those that are no JSON or CSV at all: damaged ones are to be told, not passed over.
     """
+    from fpmatch.formats.files import is_template_file  # noqa: PLC0415  (asks all the formats)
+    from fpmatch.formats.registry import CODECS  # noqa: PLC0415
+
     suffixes = [suffix for codec in sorted(CODECS, key=_rank) for suffix in codec.suffixes]
     try:
         files = [path for path in folder.iterdir() if path.suffix.lower() in suffixes]

@@ -5,9 +5,6 @@ from __future__ import annotations
 import stat
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.image.pictures import picture_reader_of
-from fpmatch.image.read import read_image
-
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
@@ -19,7 +16,7 @@ _LONGEST_SIGNATURE: Final = 16  # bytes
 
 
 def read_print(
-    path: Path, image_reader: Callable[[Path], GreyImage] = read_image
+    path: Path, image_reader: Callable[[Path], GreyImage] | None = None
 ) -> GreyImage | TemplateRecord:
     """Read a file as a template if it is one, else as an image.
 
@@ -28,7 +25,7 @@ def read_print(
     path : Path
         The file. One that has both an image and minutiae, as AN2 may, is read as an image.
     image_reader : callable
-        Reads images (default: `read_image`).
+        Reads images (default: `fpmatch.image.read.read_image`).
 
     Returns
     -------
@@ -40,14 +37,19 @@ def read_print(
     TemplateError, ImageReadError, ImageError
         If it cannot be read.
     """
+    from fpmatch.image.read import read_image  # noqa: PLC0415  (takes OpenCV's time)
+
+    read = image_reader or read_image
     if _begins_like_a_picture(path):  # then no codec of templates is needed to tell
-        return image_reader(path)
+        return read(path)
     from fpmatch.formats.files import holds_minutiae_only, load_record  # noqa: PLC0415
 
-    return load_record(path) if holds_minutiae_only(path) else image_reader(path)
+    return load_record(path) if holds_minutiae_only(path) else read(path)
 
 
 def _begins_like_a_picture(path: Path) -> bool:
+    from fpmatch.image.pictures import picture_reader_of  # noqa: PLC0415  (takes OpenCV's time)
+
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             return False

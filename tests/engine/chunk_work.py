@@ -1,5 +1,6 @@
 """Work to hand to engines; a module, so that workers can import it."""
 
+import gc
 import os
 import signal
 import sys
@@ -30,6 +31,27 @@ def die_once(folder, chunk):
     return chunk
 
 
+def process(shared, chunk):
+    """Return which process this is, late enough for another to begin with the next chunk."""
+    time.sleep(0.02)
+    return os.getpid()
+
+
+def fail_at(last, chunk):
+    if chunk == last:
+        raise ValueError(chunk)
+    return chunk
+
+
+def back_and_forth(shared, chunk):
+    return chunk + shared
+
+
+def looks_for_garbage(shared, chunk):
+    """Tell whether this worker does, but not in what it has from where it was forked."""
+    return gc.isenabled() and gc.get_freeze_count() > 0
+
+
 def is_loaded(name, chunk):
     return name in sys.modules
 
@@ -37,3 +59,10 @@ def is_loaded(name, chunk):
 def sleep_long(folder, chunk):
     (folder / str(os.getpid())).touch()
     time.sleep(60)
+
+
+def note(folder, chunk):
+    """Leave a mark that this chunk was begun, and take a while."""
+    (folder / f"{chunk}.begun").touch()
+    time.sleep(0.1)
+    return chunk

@@ -11,12 +11,14 @@ import subprocess
 import sys
 import time
 from contextlib import closing
+from functools import partial
 from itertools import count, islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
-from fpmatch.engine import cluster
+from fpmatch.engine import cluster, task
 from fpmatch.engine.engine import cores, make_engine
 from fpmatch.engine.local import CHUNKS_IN_FLIGHT, Here
 from fpmatch.errors import EngineError, ImageError
@@ -93,9 +95,106 @@ def test_an_error_of_the_work_comes_through(engine):
 
 
 @pytest.mark.usefixtures("workers_find_the_work")
+def test_processes_go_on_to_the_next_work_while_the_engine_is_held():
+    with cores(2) as engine:
+        first = set(engine.map(chunk_work.process, None, range(8)))
+        again = set(engine.map(chunk_work.process, None, range(8)))
+        assert first == again
+        assert len(first) == 2
+    assert not any(_is_there(process) for process in first)
+    assert first.isdisjoint(engine.map(chunk_work.process, None, range(8)))
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_processes_end_with_the_work_where_nobody_holds_the_engine():
+    engine = cores(2)
+    for process in set(engine.map(chunk_work.process, None, range(8))):
+        assert not _is_there(process)
+
+
+@pytest.fixture
+def tasks(tmp_path, monkeypatch):
+    """Return the folder in which tasks are told."""
+    folder = tmp_path / "tasks"
+    folder.mkdir()
+    monkeypatch.setattr(task, "TemporaryDirectory", partial(TemporaryDirectory, dir=folder))
+    return folder
+
+
+def test_two_works_in_turn_keep_what_is_theirs(engine):
+    with (
+        closing(engine.map(chunk_work.count, [], count())) as first,
+        closing(engine.map(chunk_work.add, 10, count())) as second,
+    ):
+        seen = {}
+        for number in range(12):
+            worker, before = next(first)
+            seen.setdefault(worker, []).append(before)
+            assert next(second) == 10 + number
+    assert all(sorted(order) == list(range(len(order))) for order in seen.values())
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_work_left_off_is_in_nobodys_way(tasks, tmp_path):
+    with cores(2) as engine:
+        with closing(engine.map(chunk_work.note, tmp_path, count())) as left_off:
+            assert next(left_off) == 0
+            assert next(left_off) == 1
+            assert len(list(tasks.iterdir())) == 1
+        assert list(tasks.iterdir()) == []
+        assert list(engine.map(chunk_work.add, 10, range(3))) == [10, 11, 12]
+    assert len(list(tmp_path.glob("*.begun"))) < 2 * CHUNKS_IN_FLIGHT
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_work_waiting_to_be_taken_is_in_nobodys_way():
+    with cores(2) as engine, closing(engine.map(chunk_work.add, 0, count())) as first:
+        assert next(first) == 0
+        assert list(engine.map(chunk_work.add, 10, range(20))) == list(range(10, 30))
+        assert next(first) == 1
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_after_a_dead_process_a_held_engine_works_again(tasks, tmp_path):
+    with cores(2) as engine:
+        with pytest.raises(EngineError, match="a worker process ended"):
+            list(engine.map(chunk_work.die_once, tmp_path, range(8)))
+        assert list(tasks.iterdir()) == []
+        assert list(engine.map(chunk_work.die_once, tmp_path, range(8))) == list(range(8))
+
+
+def test_what_is_larger_than_a_pipe_comes_through(engine):
+    large = bytes(300_000)
+    found = list(engine.map(chunk_work.back_and_forth, large, [large] * 12))
+    assert found == [2 * large] * 12
+
+
+def test_results_before_an_error_come_first(engine):
+    found = []
+    with pytest.raises(ValueError, match="3"):
+        found.extend(engine.map(chunk_work.fail_at, 3, range(8)))
+    assert found == [0, 1, 2]
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
+def test_where_an_error_was_raised_is_told():
+    with pytest.raises(ValueError, match="0") as raised:
+        list(cores(2).map(chunk_work.fail_at, 0, range(2)))
+    assert "chunk_work.py" in str(raised.value.__cause__)
+
+
+@pytest.mark.usefixtures("workers_find_the_work")
 def test_a_dead_process_is_said(tmp_path):
     with pytest.raises(EngineError, match="a worker process ended before its work was done"):
         list(cores(2).map(chunk_work.die_once, tmp_path, range(8)))
+
+
+def _is_there(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def test_workers_end_with_the_process_that_started_them(tmp_path):
@@ -106,14 +205,17 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
     )
     script = tmp_path / "script.py"
     script.write_text(code)
-    environment = {**os.environ, "PYTHONPATH": str(FOLDER)}
-    with subprocess.Popen([sys.executable, script], env=environment) as main:
-        while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
-            assert main.poll() is None
+    with TemporaryDirectory() as temporary:  # of a short name, as fork servers need it
+        environment = {**os.environ, "PYTHONPATH": str(FOLDER), "TMPDIR": temporary}
+        with subprocess.Popen([sys.executable, script], env=environment) as main:
+            while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
+                assert main.poll() is None
+                time.sleep(0.01)
+            assert len(list(Path(temporary).glob("fpmatch-*"))) == 1
+            main.send_signal(signal.SIGKILL)
+        while any(_is_there(worker) for worker in workers):
             time.sleep(0.01)
-        main.send_signal(signal.SIGKILL)
-    while any(Path(f"/proc/{worker}").exists() for worker in workers):
-        time.sleep(0.01)
+        assert list(Path(temporary).glob("fpmatch-*")) == []
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="workers are forked from a server on Linux")
@@ -128,6 +230,7 @@ def test_what_workers_need_is_imported_before_they_start(tmp_path):
         "    assert (dict(os.environ), signal.getsignal(signal.SIGINT)) == before\n"
         "    assert all(cores(2).map(chunk_work.is_loaded, 'colorsys', range(4)))\n"
         "    assert not any(cores(2).map(chunk_work.is_loaded, 'wave', range(4)))\n"
+        "    assert all(cores(2).map(chunk_work.looks_for_garbage, None, range(4)))\n"
     )
     script = tmp_path / "script.py"
     script.write_text(code)

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from fpmatch.engine import local
 from fpmatch.errors import DatasetError, FpmatchError, MatcherError
 from fpmatch.evaluation.comparison import OUTCOME
 from fpmatch.evaluation.dataset import load_dataset
@@ -48,6 +49,18 @@ def test_agrees_with_comparing_pair_by_pair(run, bench, make_database, protocol)
     pooled, is_genuine = np.concatenate(everything), np.concatenate(genuine)
     assert report.pooled == error_rates(pooled[is_genuine], pooled[~is_genuine])
     assert report.mean.eer == pytest.approx(np.mean([row.rates.eer for row in report.sets]))
+
+
+def test_the_same_processes_extract_and_compare(run, make_database, monkeypatch):
+    started, start = [], local._start
+
+    def noting(workers):
+        started.append(workers)
+        return start(workers)
+
+    monkeypatch.setattr(local, "_start", noting)
+    run([make_database(fingers=8, impressions=4)], workers=2)
+    assert started == [2]
 
 
 def test_results_do_not_depend_on_the_workers(run, make_database):

@@ -246,4 +246,20 @@ def test_pictures_come_in_chunks_of_the_new_ones(gallery, folder, extractor, mon
 
     monkeypatch.setattr(enrol_module, "extract_jobs", noting)
     enrol(gallery, find_prints([folder]), engine=here(), extractor=extractor)
-    assert sizes == [4, 4, 4, 4, 4, 4]
+    assert sizes == [2] * 12
+
+
+def test_what_is_done_is_committed_a_few_pictures_at_a_time(
+    gallery, folder, extractor, monkeypatch
+):
+    sizes = []
+    add = gallery.add
+
+    def noting(new, failures=()):
+        sizes.append(len(new))
+        return add(new, failures)
+
+    monkeypatch.setattr(gallery, "add", noting)
+    prints = [file for file in find_prints([folder]) if file.path.stem[0] in "12"]
+    enrol(gallery, prints[:7], engine=here(), extractor=extractor)
+    assert sizes == [4, 3]

@@ -6,7 +6,9 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 from collections import deque
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch.engine.task import be_worker, told, work_on
@@ -14,7 +16,7 @@ from fpmatch.engine.threads import loaded_single_threaded, single_threaded
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable
+    from collections.abc import Callable, Generator, Iterable, Iterator
     from concurrent.futures import Future, ProcessPoolExecutor
     from types import TracebackType
     from typing import Self
@@ -143,7 +145,8 @@ class Cores:
         try:
             with told(work, shared) as task:
                 for chunk in chunks:
-                    waiting.append(executor.submit(work_on, task, chunk))
+                    with _interrupted_later():  # for this may start a worker
+                        waiting.append(executor.submit(work_on, task, chunk))
                     if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
                         yield waiting.popleft().result()
                 while waiting:
@@ -155,6 +158,22 @@ class Cores:
         finally:
             if self._executor is not executor:
                 executor.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _interrupted_later() -> Iterator[None]:
+    """Let Ctrl-C wait for what is done meanwhile: a pool half started neither works nor ends."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    usual = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
+    if came:
+        signal.raise_signal(signal.SIGINT)
 
 
 def _start(workers: int) -> ProcessPoolExecutor:

@@ -49,8 +49,9 @@ def be_worker() -> None:
     import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
     from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
-    # Ctrl-C reaches the whole process group: a worker falls silent, its parent reports.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Ctrl-C reaches the whole process group: the parent reports, and lets its workers go when they
+    # have done what they are at. One that died in mid-answer would leave it waiting for the rest.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
     cv2.setNumThreads(1)
     threadpool_limits(1)

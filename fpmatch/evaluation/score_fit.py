@@ -79,6 +79,9 @@ class FitParameters:
         Share of the impostor comparisons whose best alignment at the first look is refined alone.
     dismissed : float
         Share of the genuine comparisons that pass the first look which the codes may dismiss.
+    most_asked : float
+        The most that codes must say, of however many minutiae: where a print has a great many, most
+        are spurious, and those that are not say no more than in another print.
     steepest, slopes : float, int
         What the codes must say more a minutia, at most, and how many such slopes are tried.
     turns : int
@@ -95,7 +98,8 @@ class FitParameters:
     every_impostor: int = 4
     looked_at: float = 0.25
     unsure: float = 0.001
-    dismissed: float = 0.0015
+    dismissed: float = 0.0005
+    most_asked: float = 30.0
     steepest: float = 3.0
     slopes: int = 61
     turns: int = 4
@@ -265,8 +269,8 @@ def fit_weights(
 
 def _glance(
     passing: NDArray[np.float64], impostors: NDArray[np.float64], p: FitParameters
-) -> tuple[float, float]:
-    """Return what codes must say: so much, and so much more a minutia of the smaller print.
+) -> tuple[float, float, float]:
+    """Return what codes must say: so much, so much more a minutia of the smaller print, the most.
 
     Both are rows as of `ScoreSample.codes`; of `passing`, all but a share must pass.
     """
@@ -274,13 +278,15 @@ def _glance(
         return NO_GLANCE
     lost = int(p.dismissed * len(passing))
     found = []
+    certain = passing[:, 0] >= p.most_asked
     for slope in np.linspace(0.0, p.steepest, p.slopes):
-        base = float(np.sort(passing[:, 0] - slope * passing[:, 1])[lost])
-        dismissed = np.count_nonzero(impostors[:, 0] - slope * impostors[:, 1] < base)
-        found.append((dismissed, base, float(slope)))
+        left = np.where(certain, p.most_asked, passing[:, 0] - slope * passing[:, 1])
+        base = float(np.sort(left)[lost])
+        asked = np.minimum(base + slope * impostors[:, 1], p.most_asked)
+        found.append((np.count_nonzero(impostors[:, 0] < asked), base, float(slope)))
     _, base, slope = max(found)
     base, slope = _rounded(np.array([base, slope]), p.digits).tolist()
-    return base, slope
+    return base, slope, p.most_asked
 
 
 def _fit(

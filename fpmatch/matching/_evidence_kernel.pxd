@@ -12,7 +12,7 @@ cdef class Scales:
     cdef RidgeLens lens
     cdef double most
     cdef int found
-    cdef double bias, glance, glance_growth, gate, sure, margin, doubt_pairs, doubt_cells
+    cdef double bias, glance, glance_growth, glance_most, gate, sure, margin, doubt_pairs, doubt_cells
 
     cpdef double lacking(self, int weight, Py_ssize_t smaller) noexcept nogil
     cpdef double dismissed(self, double lacking) noexcept nogil

@@ -59,7 +59,7 @@ class Scales:
         self.feature = np.zeros(FEATURES)
         self.standard = weights.standard
         self.bias = weights.bias
-        self.glance, self.glance_growth = weights.glance
+        self.glance, self.glance_growth, self.glance_most = weights.glance
         self.gate = weights.gate
         self.sure = weights.sure
         self.most = 0.0
@@ -87,7 +87,8 @@ class Scales:
         `weight` is what they say, `smaller` the minutiae of the smaller print. Where nothing is
         lacking the number is not positive.
         """
-        return self.glance + self.glance_growth * smaller - weight
+        enough: cython.double = self.glance + self.glance_growth * smaller
+        return (enough if enough < self.glance_most else self.glance_most) - weight
 
     @cython.ccall
     @cython.nogil

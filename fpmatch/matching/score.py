@@ -55,7 +55,7 @@ STANDARD: Final = ("middle", "spread", "weight", "stranger")
 """What is known of each feature, in the order of the rows of `ScoreWeights.standard`."""
 
 
-NO_GLANCE: Final = (-1.0, 0.0)
+NO_GLANCE: Final = (-1.0, 0.0, -1.0)
 """What the codes of any two prints say."""
 
 
@@ -139,7 +139,8 @@ class ScoreWeights:
         What is added to the sum.
     glance : tuple of float
         What the codes of two prints must say at least, see `fpmatch.matching.codes`, for them to be
-        laid on one another: so much, and so much more a minutia of the smaller print.
+        laid on one another: so much, and so much more a minutia of the smaller print, but no more
+        than the third number.
     gate : float
         Sum under a rigid alignment above which prints are refined, and their ridges looked at;
         up to there the ridges count as those of strangers.
@@ -151,7 +152,7 @@ class ScoreWeights:
 
     standard: NDArray[np.float64]
     bias: float
-    glance: tuple[float, float]
+    glance: tuple[float, float, float]
     gate: float
     sure: float
     provenance: Mapping[str, Any]
@@ -186,9 +187,9 @@ class ScoreWeights:
             if tuple(row["name"] for row in rows) != FEATURES:
                 raise MatcherError("weights of the score: of other features than this version has")
             standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
-            base, growth = map(float, document["glance"])
+            base, growth, most = map(float, document["glance"])
             bias, gate, sure = (float(document[name]) for name in ("bias", "gate", "sure"))
-            return cls(standard, bias, (base, growth), gate, sure, document["provenance"])
+            return cls(standard, bias, (base, growth, most), gate, sure, document["provenance"])
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("weights of the score: not such a file") from error
 

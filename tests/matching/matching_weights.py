@@ -19,14 +19,14 @@ ALWAYS = -math.inf
 NEVER = math.inf
 """Gates through which ridges are looked at, whatever the minutiae say, or not."""
 
-DISMISSING = (9.0, 1.0)
+DISMISSING = (9.0, 1.0, 33.0)
 """What codes must say, so that many prints are dismissed at a glance, and not all."""
 
 
 def some_weights(
     gate: float = ALWAYS,
     bias: float = 0.4,
-    glance: tuple[float, float] = NO_GLANCE,
+    glance: tuple[float, float, float] = NO_GLANCE,
     sure: float = math.inf,
 ) -> ScoreWeights:
     """Return weights under which the unpaired speak against one finger, all else for it."""

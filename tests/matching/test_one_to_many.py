@@ -100,7 +100,7 @@ def impressions(seed: int, kinds: int = 0) -> list[PreparedTemplate]:
 @given(seeds, gates, st.sampled_from([0, 1, 2]), glances, st.sampled_from([-2.0, 1.0, NEVER]))
 @settings(max_examples=EXAMPLES)
 def test_similarities_are_those_of_compare_to_the_last_bit(
-    seed: int, gate: float, kinds: int, glance: tuple[float, float], sure: float
+    seed: int, gate: float, kinds: int, glance: tuple[float, float, float], sure: float
 ) -> None:
     """Where all prints show their ridges, and where some do; some dismissed, some refined alone."""
     prints = impressions(seed, kinds)
@@ -150,7 +150,9 @@ def test_any_templates_compare_as_one_by_one(
 
 @given(seeds, gates, glances)
 @settings(max_examples=EXAMPLES)
-def test_either_side_may_be_the_probe(seed: int, gate: float, glance: tuple[float, float]) -> None:
+def test_either_side_may_be_the_probe(
+    seed: int, gate: float, glance: tuple[float, float, float]
+) -> None:
     prints = impressions(seed)[:4]
     many = PreparedMany.of(prints)
     with weighing(some_weights(gate, glance=glance)):
@@ -253,7 +255,7 @@ def test_too_few_minutiae_are_like_nothing(size: int) -> None:
 @pytest.mark.parametrize("gate", [ALWAYS, 0.0, NEVER])
 @pytest.mark.parametrize("glance", [NO_GLANCE, DISMISSING])
 def test_compiled_and_interpreted_agree(
-    interpreted: Callable[[str], ModuleType], gate: float, glance: tuple[float, float]
+    interpreted: Callable[[str], ModuleType], gate: float, glance: tuple[float, float, float]
 ) -> None:
     weights = some_weights(gate, glance=glance, sure=2.0)
     rng = np.random.default_rng(9)

@@ -507,12 +507,12 @@ def some_json() -> str:
     return some_weights(gate=-1.25, glance=DISMISSING, sure=7.5).as_json()
 
 
-@given(st.lists(st.floats(-1e6, 1e6), min_size=29, max_size=29))
+@given(st.lists(st.floats(-1e6, 1e6), min_size=30, max_size=30))
 def test_weights_read_back_are_the_same(numbers: list[float]) -> None:
     standard = np.array(numbers[:24]).reshape(4, 6)
-    bias, base, growth, gate, sure = numbers[24:]
+    bias, base, growth, most, gate, sure = numbers[24:]
     provenance = {"sets": ["one", "two"], "n": 3}
-    weights = ScoreWeights(standard, bias, (base, growth), gate, sure, provenance)
+    weights = ScoreWeights(standard, bias, (base, growth, most), gate, sure, provenance)
     again = ScoreWeights.from_json(weights.as_json())
     assert again.standard.tolist() == standard.tolist()
     assert (again.bias, again.glance) == (weights.bias, weights.glance)

@@ -24,6 +24,10 @@ cdef class Scales:
         self, Print a, Print b, LightTable table, int[:, ::1] seeds, Py_ssize_t count,
         float[:, ::1] likeness,
     ) noexcept nogil
+    cdef int _refine(
+        self, Print a, Print b, LightTable table, int[:, ::1] seeds, Py_ssize_t first,
+        Py_ssize_t count, Py_ssize_t best, float[:, ::1] likeness,
+    ) noexcept nogil
     cdef bint _keep_better(
         self, Print a, Print b, LightTable table, float[:, ::1] likeness
     ) noexcept nogil

@@ -94,7 +94,7 @@ class Scales:
     @cython.nogil
     @cython.exceptval(check=False)
     def dismissed(self, lacking: cython.double) -> cython.double:
-        """Return the sum for prints whose codes lack so much: below all that are laid."""
+        """Return the sum for prints whose codes lack so much: below the gate."""
         return (self.gate if self.gate < 0.0 else 0.0) - LACKING * lacking
 
     @cython.ccall
@@ -150,32 +150,52 @@ class Scales:
         """
         k: cython.Py_ssize_t
         best: cython.Py_ssize_t = 0
-        kept: cython.bint
+        passes: cython.bint
         first: cython.Py_ssize_t = table.first_seeds if table.first_seeds < count else count
         self.found = 0
         for k in range(table.propose(seeds, first)):
             table.sketch(k)
-            kept = self._keep_better(a, b, table, likeness)
-            best = k if kept else best
+            best = k if self._keep_better(a, b, table, likeness) else best
         if self.found == 0:
             return 0.0
-        if not self.most > self.gate:
-            for k in range(ENTRIES):
-                self.evidence[k] = self.best[k]
+        passes = self.most > self.gate
+        if passes:
+            self._refine(a, b, table, seeds, first, count, best, likeness)
+        for k in range(ENTRIES):
+            self.evidence[k] = self.best[k]
+        if not passes:
             return self._total()
+        return self._look(
+            a, b, table.best_partner, table.best_c, table.best_s, table.best_x, table.best_y
+        )
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _refine(
+        self,
+        a: Print,
+        b: Print,
+        table: LightTable,
+        seeds: cython.int[:, ::1],
+        first: cython.Py_ssize_t,
+        count: cython.Py_ssize_t,
+        best: cython.Py_ssize_t,
+        likeness: cython.float[:, ::1],
+    ) -> cython.int:
+        """Refine the best candidate of the first seeds, where it is sure, or those of all seeds."""
+        k: cython.Py_ssize_t
         self.found = 0
         if self.most > self.sure:
             table.take(best)
             self._keep_better(a, b, table, likeness)
-        else:
-            for k in range(table.propose_more(seeds, first, count)):
-                table.take(k)
-                self._keep_better(a, b, table, likeness)
-        for k in range(ENTRIES):
-            self.evidence[k] = self.best[k]
-        return self._look(
-            a, b, table.best_partner, table.best_c, table.best_s, table.best_x, table.best_y
-        )
+            return self.found
+        for k in range(table.propose_more(seeds, first, count)):
+            table.take(k)
+            self._keep_better(a, b, table, likeness)
+        return self.found
 
     @cython.cfunc
     @cython.nogil

@@ -11,7 +11,7 @@ features are
 - the correlation of the ridges, and the logarithm of the area where they could be compared.
 
 Prints whose codes have too little in common are not laid on one another at all: their sum lies
-below that of all others, the lower the less there is. Of the others, each feature is standardised,
+below the gate, the lower the less there is. Of the others, each feature is standardised,
 so that 0 lies midway between genuine and impostor prints, then weighed. Where the minutiae leave no
 doubt at first sight, or a print does not show its ridges, the ridges count as those of strangers
 do. The sum is a logarithm of a ratio, and ``log(1 + e^sum)``, which is positive, the similarity.

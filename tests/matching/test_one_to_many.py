@@ -160,7 +160,7 @@ def test_either_side_may_be_the_probe(
     assert table.tolist() == table.T.tolist()
 
 
-def test_codes_dismiss_some_and_what_they_dismiss_is_below_all_that_are_laid() -> None:
+def test_codes_dismiss_some_and_what_they_dismiss_is_below_the_gate() -> None:
     """Else that both ways of comparing dismiss the same would say little."""
     prints = impressions(3)[:6]
     many = PreparedMany.of(prints)

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from disturbed_prints import sample_templates
-from one_to_many import MOVE_PX, SHARE_KEPT, TURN_RAD, laying_all
+from one_to_many import MOVE_PX, SHARE_KEPT, TURN_RAD, without_prefilter
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
@@ -127,15 +127,15 @@ def times(few: PreparedMany, count: int) -> dict[str, float]:
     """Return processor time, in microseconds a print, of a search of so many prints."""
     coding = seconds(lambda: [coded(few[k]) for k in range(COMPARED)])
     coding = (coding - seconds(lambda: [few[k] for k in range(COMPARED)])) / COMPARED
-    weighing, comparing, laying, searching = [], [], [], []
+    weighing, comparing, aligning, searching = [], [], [], []
     share = max(1, round(SHORTLIST_SHARE * count))
     probes = [few[k * len(few) // PROBES] for k in range(PROBES)]
     for k, probe in enumerate(probes):
         first = k * COMPARED % (len(few) - COMPARED)
         part = partial(MATCHER.similarities, probe, few, first, first + COMPARED)
         comparing.append(seconds(part) / COMPARED)
-        with laying_all():
-            laying.append(seconds(part) / COMPARED)
+        with without_prefilter():
+            aligning.append(seconds(part) / COMPARED)
         standing = np.zeros(count)
         spent = 0.0
         for begin in range(0, count, len(few)):  # the same prints stand for all
@@ -155,8 +155,8 @@ def times(few: PreparedMany, count: int) -> dict[str, float]:
         "weighing_us": micro * float(np.median(weighing)),
         "search_us": micro * float(np.median(searching)),
         "comparing_all_us": micro * float(np.median(comparing)),
-        "laying_all_us": micro * float(np.median(laying)),
-        "share_of_time": float(np.median(searching) / np.median(laying)),
+        "laying_all_us": micro * float(np.median(aligning)),
+        "share_of_time": float(np.median(searching) / np.median(aligning)),
         "code_bytes": (few.turn.nbytes + few.around.nbytes + few.along.nbytes) / len(few),
         "print_bytes": few.nbytes / len(few),
     }

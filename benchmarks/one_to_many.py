@@ -56,10 +56,11 @@ MAX_GROWTH = 4 / 3
 
 
 @contextmanager
-def laying_all() -> Iterator[None]:
-    """Let the matcher lay all prints on one another, whatever their codes say."""
+def without_prefilter() -> Iterator[None]:
+    """Align all prints, whatever the score of their bit descriptors."""
     usual = score.load_weights
-    every = replace(usual(), glance=score.NO_GLANCE)
+    with_ridges, alone = (replace(model, prefilter=score.NO_PREFILTER) for model in usual().models)
+    every = replace(usual(), models=(with_ridges, alone))
     score.load_weights = lambda: every
     try:
         yield

@@ -7,7 +7,10 @@ import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch import StageRecorder, __version__, extract
+from fpmatch import StageRecorder, __version__, extract, read_image, verify
+from fpmatch.drawing.case_study.case import make_case
+from fpmatch.drawing.case_study.figures import draw_case_study
+from fpmatch.drawing.paper_figures.figures import write_point_figures
 from fpmatch.drawing.stage_sheet import write_stages
 
 if TYPE_CHECKING:
@@ -16,6 +19,8 @@ if TYPE_CHECKING:
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 STAGES: Final = ROOT / "docs" / "generated" / "stages"
+CASE_STUDY: Final = ROOT / "docs" / "generated" / "case_study"
+CASE_PAIR: Final = ("103_1", "103_2")
 SHOWN_PRINT: Final = ROOT / "sample_data" / "101_4.tif"
 
 project = "fpmatch"
@@ -55,6 +60,7 @@ from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
 from fpmatch.evaluation.rates import bar_at_fmr, error_curves, error_rates
 from fpmatch.formats.points_csv import load_points
 from fpmatch.matching.calibration import Calibration, load_calibration
+from fpmatch.pointset.delaunay import triangulate
 from fpmatch.synthesis.database import make_database
 _here, _there = os.getcwd(), tempfile.mkdtemp()
 shutil.copytree({str(ROOT / "sample_data")!r}, os.path.join(_there, "sample_data"))
@@ -76,6 +82,18 @@ def draw_stages(app: Sphinx) -> None:
     for old in STAGES.glob("*.png"):
         old.unlink()
     write_stages(recorder.stages, STAGES)
+
+
+def draw_case(app: Sphinx) -> None:
+    """Draw the pictures of the case study, by the matchers as they are now."""
+    images = [read_image(ROOT / "sample_data" / f"{name}.tif") for name in CASE_PAIR]
+    templates = [extract(image) for image in images]
+    pixels = [image.pixels for image in images]
+    probe, reference = zip(CASE_PAIR, pixels, strict=True)
+    found = (verify(*templates), verify(*templates, matcher="paper"))
+    for old in CASE_STUDY.glob("*.png"):
+        old.unlink()
+    write_point_figures(draw_case_study(make_case(probe, reference, *found)), CASE_STUDY)
 
 
 def without_folders(app: Sphinx, page: str, source: list[str]) -> None:
@@ -139,6 +157,7 @@ def _escaped(line: str) -> str:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Draw before reading; put the help of the commands into words."""
     app.connect("builder-inited", draw_stages)
+    app.connect("builder-inited", draw_case)
     app.connect("source-read", without_folders)
     for part in ("description", "options", "epilog"):
         app.connect(f"sphinx-click-process-{part}", as_plain_words)

@@ -46,9 +46,12 @@ def as_rows(
     v = verification
     bound = "at most " if v.score >= MAX_SCORE else ""  # the score is clipped there
     caution = f" (extrapolated: measured up to {odds(v.fmr_reach)})" if v.extrapolated else ""
-    rows = [
-        ("Score", f"{v.score:.1f} on a scale to 100; a match needs {v.threshold:.1f}"),
-        ("FMR", f"{bound}{odds(v.fmr)} pairs of different fingers scores as high{caution}"),
+    rows = _decision_rows(v)
+    if not math.isnan(v.score):
+        rows.append(
+            ("FMR", f"{bound}{odds(v.fmr)} pairs of different fingers scores as high{caution}")
+        )
+    rows += [
         (
             "Minutiae",
             f"{len(v.pairs)} pairs among {len(v.probe.minutiae)} of the probe "
@@ -76,6 +79,21 @@ def as_rows(
     return rows
 
 
+def _decision_rows(v: Verification) -> list[tuple[str, str]]:
+    """Return what decided, and the score."""
+    if v.rho is None:
+        return [("Score", f"{v.score:.1f} on a scale to 100; a match needs {v.threshold:.1f}")]
+    if math.isnan(v.score):
+        score = "none: the matcher is not calibrated"
+    else:
+        score = f"{v.score:.1f} on a scale to 100; it does not decide here"
+    share = (
+        f"{v.matched_share:.1%} of the minutiae of the smaller print are paired; a match needs "
+        f"more than {v.rho:.4g} of them (rho)"
+    )
+    return [("Matched", share), ("Score", score)]
+
+
 def as_dict(
     verification: Verification,
     probe: str | Path,
@@ -100,16 +118,19 @@ def as_dict(
     -------
     dict
         JSON values only; ``transform`` and ``rms_px`` are None where no transform was found,
-        ``pairs`` is their number.
+        ``pairs`` is their number; ``rho`` is None where the score decides, ``score``, ``fmr`` and
+        ``threshold`` are None where rho decides and the matcher is not calibrated.
     """
     t = verification.transform
     found = t is not None and math.isfinite(verification.rms_px)
     return {
         "match": bool(verification.match),
-        "score": float(verification.score),
-        "fmr": float(verification.fmr),
+        "score": _number(verification.score),
+        "fmr": _number(verification.fmr),
         "extrapolated": bool(verification.extrapolated),
-        "threshold": float(verification.threshold),
+        "threshold": _number(verification.threshold),
+        "matched_share": float(verification.matched_share),
+        "rho": verification.rho,
         "pairs": len(verification.pairs),
         "transform": None
         if t is None
@@ -123,6 +144,10 @@ def as_dict(
         "probe": str(probe),
         "reference": str(reference),
     }
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else float(value)
 
 
 def scale_in_words(scale: ScaleMeasurement, probe_dpi: float, reference_dpi: float) -> str:

@@ -23,8 +23,8 @@ from fpmatch.matching.matchers import matcher_names
 ROOT: Final = Path(__file__).resolve().parent.parent
 DOCS: Final = ROOT / "docs"
 PAGES: Final = sorted(DOCS.rglob("*.md"))
-EXTRA: Final = ("sphinx", "myst_parser", "sphinx_click", "numpydoc", "furo")
-GENERATED: Final = DOCS / "generated" / "stages"
+EXTRA: Final = ("matplotlib", "sphinx", "myst_parser", "sphinx_click", "numpydoc", "furo")
+GENERATED: Final = DOCS / "generated"
 LINK: Final = re.compile(r"\]\(([^)\s]+)\)|^```\{(?:figure|literalinclude)\} (\S+)$", re.MULTILINE)
 BLOCKS_WITH_LINKS: Final = ("```{figure}", "```{literalinclude}")
 
@@ -72,7 +72,7 @@ def test_local_links_lead_to_files_and_to_headings_in_them(page: Path) -> None:
     for path, anchor in links_of(page):
         target = (page.parent / path).resolve() if path else page
         if GENERATED in target.parents:
-            continue  # the next test looks after these
+            continue  # the next tests look after these
         assert target.exists(), path
         assert ROOT in target.parents, path
         assert not anchor or anchor in anchors_of(target), f"{path}#{anchor}"
@@ -84,6 +84,22 @@ def test_every_stage_of_an_extraction_is_shown(fingers: list[NDArray[np.uint8]])
     shown = [Path(path).name for path, _ in links_of(DOCS / "guide" / "how_it_works.md")]
     drawn = [name for name in shown if re.match(r"\d\d_", name)]
     assert drawn == [f"{n:02}_{name}.png" for n, name in enumerate(recorder.stages, start=1)]
+
+
+def test_every_step_of_the_case_study_is_shown() -> None:
+    pytest.importorskip("matplotlib")
+    from fpmatch.drawing.case_study.case import make_case
+    from fpmatch.drawing.case_study.figures import draw_case_study
+
+    names = "103_1", "103_2"
+    images = [fpmatch.read_image(ROOT / "sample_data" / f"{name}.tif") for name in names]
+    templates = [fpmatch.extract(image) for image in images]
+    found = fpmatch.verify(*templates), fpmatch.verify(*templates, matcher="paper")
+    pixels = [image.pixels for image in images]
+    probe, reference = zip(names, pixels, strict=True)
+    figures = draw_case_study(make_case(probe, reference, *found))
+    shown = [Path(path).name for path, _ in links_of(DOCS / "guide" / "case_study.md")]
+    assert [name for name in shown if name.endswith(".png")] == [f.file_name for f in figures]
 
 
 def test_every_page_has_its_place_in_the_contents() -> None:

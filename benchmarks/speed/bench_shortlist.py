@@ -1,4 +1,4 @@
-"""Searching a large gallery by a shortlist, against laying the probe on every print of it."""
+"""Searching a large gallery by a shortlist, against aligning the probe with every print."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from in_turn import OURS, cpu, in_turn
-from one_to_many import laying_all, prints, repeated
+from one_to_many import prints, repeated, without_prefilter
 
 from fpmatch.gallery.identify import shortlist_size
 from fpmatch.gallery.search import Search
@@ -31,7 +31,7 @@ def search() -> Search:
 @cpu("search by a shortlist")
 @in_turn(3)
 def test_search(benchmark: Any, side: str, search: Search) -> None:
-    """Weigh the codes of all prints and compare the shortlist; the yardstick lays all in full."""
+    """Weigh the codes of all prints and compare the shortlist; the yardstick aligns all."""
     probe = search.references[0]
     size = shortlist_size(search)
     assert size is not None
@@ -40,7 +40,7 @@ def test_search(benchmark: Any, side: str, search: Search) -> None:
         return search.similarities(probe, search.shortlist(probe, size))
 
     def yardstick() -> NDArray[np.float64]:
-        with laying_all():
+        with without_prefilter():
             return MATCHER.similarities(probe, search.references, 0, COMPARED)
 
     benchmark.extra_info["calls"] = PRINTS if side == OURS else COMPARED

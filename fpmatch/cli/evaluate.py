@@ -59,7 +59,7 @@ Columns with --minutiae:
             near the border of the print or image; no ridges can be seen there; near another
             extracted minutia, as where a ridge is split or doubled
   judged    genuine pairs with at least 12 true minutiae to be seen in both prints
-  MATCH     share of the judged that are decided a match at the default threshold
+  MATCH     share of the judged that are decided a match, as fpmatch verify does by default
   in place  share with the rotation within 2° and the shift within 4 px of truth
   rotation  median error, and below it 95 in 100; so shift (of the overlap's middle) and scale
   residual  median distance over the overlap of what is mapped from where it truly lies;

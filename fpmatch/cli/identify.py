@@ -85,7 +85,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     type=float,
     metavar="SCORE",
     default=0.0,
-    help="Leave out candidates that score less, 0 to 100.",
+    help="Leave out candidates that score less, 0 to 100; this command ranks and does not decide.",
 )
 @click.option("--transform", "transforms", is_flag=True, help="Tell how the probe lies on each.")
 @click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")

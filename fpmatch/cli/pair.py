@@ -19,12 +19,23 @@ if TYPE_CHECKING:
 
     from fpmatch.cli.prints import GivenPrint
     from fpmatch.image.raw import RawSize
+    from fpmatch.matching.matchers.paper import PaperMatcher
     from fpmatch.matching.result import Verification
     from fpmatch.scale import ScaleMeasurement
 
 IMAGE: Final = click.Path(path_type=Path)
 FMR_HELP: Final = (
-    "Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  [default: 0.0001]"
+    "Decide at this false match rate: 0.0001 accepts one impostor in 10,000.  [default: 0.0001; "
+    "with --matcher paper, --rho decides]"
+)
+RHO_HELP: Final = (
+    "Matcher paper: match where more than this share of the smaller print's minutiae is paired. "
+    "--fmr or --threshold decide by the score instead.  [default: 0.6, the least of the paper's "
+    "experiments; its others, 0.9 and 0.95, reject most pairs of one finger]"
+)
+AREA_HELP: Final = (
+    "Matcher paper: how far the areas of alike rings on the unit circle may differ, which the "
+    "paper does not say; less is faster and finds less.  [default: 0.1]"
 )
 
 
@@ -44,6 +55,8 @@ class PairOptions:
         False match rate or score to decide at; at most one of them.
     calibration : Path or None
         What `fpmatch calibrate` wrote; None for the package's own.
+    rho, area_tolerance : float or None
+        Parameters of the matcher "paper"; None for its defaults.
     raw : tuple of RawSize
         Sizes of files that are bare pixels.
     enhance : str
@@ -59,6 +72,8 @@ class PairOptions:
     fmr: float | None
     threshold: float | None
     calibration: Path | None
+    rho: float | None = None
+    area_tolerance: float | None = None
     raw: tuple[RawSize, ...] = ()
     enhance: str = WAYS[0]
 
@@ -80,6 +95,8 @@ def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
             click.option(
                 "--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use."
             ),
+            click.option("--rho", type=float, metavar="SHARE", help=RHO_HELP),
+            click.option("--area-tolerance", type=float, metavar="AREA", help=AREA_HELP),
             click.option(
                 "--calibration",
                 metavar="FILE",
@@ -104,6 +121,7 @@ def compare(options: PairOptions) -> tuple[GivenPrint, GivenPrint, Verification]
     from fpmatch.matching.verify import verify
 
     threshold = _threshold(options)
+    matcher = _matcher(options)
     calibration = (
         load_calibration(options.matcher, options.calibration) if options.calibration else None
     )
@@ -122,15 +140,21 @@ def compare(options: PairOptions) -> tuple[GivenPrint, GivenPrint, Verification]
     verification = verify(
         probe.template,
         reference.template,
-        matcher=options.matcher,
+        matcher=matcher,
         threshold=threshold,
         calibration=calibration,
     )
+    _say_calibrated_otherwise(options)
     return probe, reference, verification
 
 
 def scale_between(verification: Verification, options: PairOptions) -> ScaleMeasurement | None:
-    """Return the scale between the prints of a verification, at the resolutions that they claim."""
+    """Return the scale between the prints of a verification, at the resolutions that they claim.
+
+    Other scales are not tried for a matcher that decides by itself: it finds the same pairs there.
+    """
+    if verification.rho is not None and not verification.match:
+        return None
     from functools import partial
 
     from fpmatch.matching.calibration import load_calibration
@@ -139,20 +163,41 @@ def scale_between(verification: Verification, options: PairOptions) -> ScaleMeas
 
     same = partial(
         verify,
-        matcher=options.matcher,
-        threshold=verification.threshold,
+        matcher=_matcher(options),
+        threshold=_threshold(options),
         calibration=load_calibration(options.matcher, options.calibration),
     )
     return find_scale(verification, same)
 
 
-def _threshold(options: PairOptions) -> float:
-    """Return the score to decide at."""
+def _matcher(options: PairOptions) -> str | PaperMatcher:
+    """Return the matcher, by name unless it has parameters."""
+    if options.rho is None and options.area_tolerance is None:
+        return options.matcher
+    from fpmatch.matching.matchers.paper import matcher_with
+
+    return matcher_with(options.matcher, options.rho, options.area_tolerance)
+
+
+def _say_calibrated_otherwise(options: PairOptions) -> None:
+    """Say on stderr where the score is of another area tolerance than the one that is used."""
+    from fpmatch.pointset.unit_circle_matcher import DEFAULT_AREA_TOLERANCE
+
+    used = options.area_tolerance
+    if used not in {None, DEFAULT_AREA_TOLERANCE} and options.calibration is None:
+        click.echo(
+            f"fpmatch: note: the score is as measured at an area tolerance of "
+            f"{DEFAULT_AREA_TOLERANCE:g}, not {used:g}",
+            err=True,
+        )
+
+
+def _threshold(options: PairOptions) -> float | None:
+    """Return the score to decide at; None for the matcher's own decision."""
     from fpmatch.matching.calibration import fmr_to_score
-    from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
     if options.fmr is not None and options.threshold is not None:
         raise click.UsageError("--fmr and --threshold exclude each other")
-    if options.fmr is not None:
-        return fmr_to_score(options.fmr)
-    return DEFAULT_THRESHOLD if options.threshold is None else options.threshold
+    if options.rho is not None and (options.fmr, options.threshold) != (None, None):
+        raise click.UsageError("--rho decides without a score: give no --fmr or --threshold")
+    return options.threshold if options.fmr is None else fmr_to_score(options.fmr)

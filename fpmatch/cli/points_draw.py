@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from fpmatch.drawing.paper_figures.pair import PointPair
     from fpmatch.drawing.paper_figures.sheet import FileFormat
 
@@ -23,12 +26,14 @@ Pictures:
   figure_5_weights          how the weights come about
   figure_6a_two_circles     the unit circles of two rings that correspond
   figure_6b_rotation        their rotation, and P laid on Q by it
+  figure_7_flow_chart       the matching algorithm, the same for all sets
 
 \b
 Examples:
   fpmatch points draw -o figures
   fpmatch points draw stars.csv -o figures --format png
   fpmatch points draw stars.csv catalogue.csv -o figures --ring 12
+  fpmatch points draw minutiae.csv -o figures   # upright, of what fpmatch extract wrote
 """,
 )
 @click.argument("p", metavar="[P.csv]", required=False, type=click.Path(path_type=Path))
@@ -62,6 +67,12 @@ Examples:
     "[default: one of 5 to 7 points that is easy to read]",
 )
 @click.option(
+    "--y-axis",
+    type=click.Choice(["up", "down"]),
+    help="Where y of the points points: up as in a plot, or down as in an image.  [default: down "
+    "for templates, such as fpmatch extract writes, up for all else]",
+)
+@click.option(
     "--json", "as_json", is_flag=True, help="Print the numbers drawn, as one JSON object."
 )
 def points_draw(
@@ -71,13 +82,15 @@ def points_draw(
     file_format: FileFormat,
     seed: int | None,
     ring: int | None,
+    y_axis: Literal["up", "down"] | None,
     as_json: bool,
 ) -> None:
-    """Draw Figures 2 to 6 of the paper for the sets P and Q.
+    """Draw Figures 2 to 7 of the paper for the sets P and Q.
 
     Without files, P is random, and Q is P rotated, scaled and jittered. With one, Q is P rotated.
-    With two, `fpmatch points match` says which points are partners. In the pictures x points to
-    the right and y up; angles are counter-clockwise. Needs matplotlib (the extra "plot").
+    With two, `fpmatch points match` says which points are partners. A file is a CSV of points or a
+    template, whose minutiae are drawn as they stand in the image. In the pictures x points to the
+    right; angles are counter-clockwise. Needs matplotlib (the extra "plot").
     """
     from fpmatch.drawing.paper_figures.choice import choose_ring_pair
     from fpmatch.drawing.paper_figures.figures import (
@@ -86,7 +99,7 @@ def points_draw(
         write_point_figures,
     )
 
-    pair = _pair(p, q, seed)
+    pair = _pair(p, q, seed, y_axis)
     rings = choose_ring_pair(pair, ring)
     figures = draw_point_figures(pair, rings, file_format)
     files = write_point_figures(figures, output)
@@ -102,7 +115,9 @@ def points_draw(
     )
 
 
-def _pair(p: Path | None, q: Path | None, seed: int | None) -> PointPair:
+def _pair(
+    p: Path | None, q: Path | None, seed: int | None, y_axis: Literal["up", "down"] | None
+) -> PointPair:
     """Return the sets that the files, or their absence, ask for."""
     from fpmatch.drawing.paper_figures.pair import (
         EASY_SEED,
@@ -110,13 +125,32 @@ def _pair(p: Path | None, q: Path | None, seed: int | None) -> PointPair:
         random_point_pair,
         rotated_point_pair,
     )
-    from fpmatch.formats.points_csv import load_points
 
     chosen = EASY_SEED if seed is None else seed
     if p is None:
+        if y_axis is not None:
+            raise click.UsageError("--y-axis has no use where the sets are random")
         return random_point_pair(chosen)
+    points, of_image = _points(p)
     if q is None:
-        return rotated_point_pair(load_points(p), str(p), chosen)
+        y_down = of_image if y_axis is None else y_axis == "down"
+        return rotated_point_pair(points, str(p), chosen, y_down=y_down)
     if seed is not None:
         raise click.UsageError("--seed has no use where both sets are given")
-    return matched_point_pair(load_points(p), load_points(q), str(p), str(q))
+    others, both = _points(q)
+    if y_axis is None and of_image != both:
+        raise click.UsageError("one file is a template, the other is not: --y-axis must be given")
+    y_down = of_image if y_axis is None else y_axis == "down"
+    return matched_point_pair(points, others, str(p), str(q), y_down=y_down)
+
+
+def _points(path: Path) -> tuple[NDArray[np.float64], bool]:
+    """Return the points of a file, and whether they are a template's, whose y points down."""
+    import numpy as np
+
+    from fpmatch.formats.files import is_template_file, load_template
+    from fpmatch.formats.points_csv import load_points
+
+    if is_template_file(path):
+        return load_template(path).minutiae.xy.astype(np.float64), True
+    return load_points(path), False

@@ -33,14 +33,24 @@ JSON:
   rms            root mean square distance of the pairs, in the units of Q; or null
   chance         matches as good expected between independent sets; or null
   local_matches  how many local matches the search followed
+  reason         why there is no match, where the matcher can tell; else empty
   points         how many points P and Q have
-  matcher, tolerance, p, q: as given
+  matcher, tolerance, rho, area_tolerance, p, q: as given; null where not
+
+\b
+Matchers:
+  triangles      fast, and right where points are missing, moved and strewn among others; matches
+                 where so many pairs are not to be expected by chance
+  paper          the method of Choi, Lee and Lee; matches where more than a share --rho of the
+                 points of the smaller set are paired
+  van-wamelen    the paper's baseline; matches where a share --rho of P is paired
 
 \b
 Examples:
   fpmatch points match stars.csv catalogue.csv
   fpmatch points match stars.csv catalogue.csv --text --plot match.png
   fpmatch points match spots.csv gel.csv --tolerance 2.5 --pairs pairs.csv
+  fpmatch points match stars.csv catalogue.csv --matcher paper --rho 0.9
   cut -f 2,3 stars.tsv | fpmatch points match - catalogue.csv
 
 Exit status: 0 match, 1 no match, 2 could not decide (bad input).
@@ -53,8 +63,7 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
     type=click.Choice(POINT_MATCHERS),
     default="triangles",
     show_default=True,
-    help="Matcher to use; the others are there to compare with, and paper returns its best "
-    "transform however little matches.",
+    help="Matcher to use; the others are there to compare with.",
 )
 @click.option(
     "--tolerance",
@@ -62,6 +71,20 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
     metavar="T",
     help="How far a partner may lie from its place, in the units of Q.  "
     "[default: a share of Q's mean spacing]",
+)
+@click.option(
+    "--rho",
+    type=float,
+    metavar="SHARE",
+    help="Share of the points that must be paired, of matchers paper (more than it) and "
+    "van-wamelen.  [default: 0.6, the least of the paper's experiments]",
+)
+@click.option(
+    "--area-tolerance",
+    type=float,
+    metavar="AREA",
+    help="Matcher paper: how far the areas of alike rings on the unit circle may differ; the paper "
+    "gives no value.  [default: 0.1]",
 )
 @click.option(
     "--json/--text", "json_wanted", default=True, help="One JSON object (default), or words."
@@ -86,6 +109,8 @@ def points_match(
     q: Path,
     matcher: PointMatcher,
     tolerance: float | None,
+    rho: float | None,
+    area_tolerance: float | None,
     json_wanted: bool,
     plot: Path | None,
     pairs: Path | None,
@@ -108,14 +133,15 @@ def points_match(
     if pairs is not None:
         check_writable(pairs)
     ours, theirs = _read(p), _read(q)
-    match = match_points(ours.points, theirs.points, tolerance=tolerance, matcher=matcher)
+    given = {"tolerance": tolerance, "rho": rho, "area_tolerance": area_tolerance}
+    match = match_points(ours.points, theirs.points, matcher=matcher, **given)
     if pairs is not None:
         write_pairs(pairs, ours, theirs, match)
     if plot is not None:
         names = ours.name, theirs.name
         save_point_plot(plot, ours.points, theirs.points, match, names=names)
     click.echo(
-        as_json(ours, theirs, match, matcher=matcher, tolerance=tolerance)
+        as_json(ours, theirs, match, matcher=matcher, parameters=given)
         if json_wanted
         else as_text(ours, theirs, match)
     )

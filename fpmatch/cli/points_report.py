@@ -14,6 +14,7 @@ from fpmatch.drawing.point_caption import match_facts, match_verdict
 from fpmatch.output import replacing
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -50,7 +51,7 @@ def as_json(
     match: PointMatch,
     *,
     matcher: str,
-    tolerance: float | None,
+    parameters: Mapping[str, float | None],
 ) -> str:
     """Return a match as one JSON object, a member a line; what does not exist is null."""
     t = match.transform
@@ -63,9 +64,10 @@ def as_json(
         "rms": None if t is None else match.rms,
         "chance": match.chance,
         "local_matches": match.local_matches,
+        "reason": match.reason,
         "points": {"p": len(p.points), "q": len(q.points)},
         "matcher": matcher,
-        "tolerance": tolerance,
+        **parameters,
         "p": str(p.path),
         "q": str(q.path),
     }
@@ -77,6 +79,7 @@ def as_text(p: NamedPoints, q: NamedPoints, match: PointMatch) -> str:
     """Return the decision on the first line, and below it what was found."""
     counts = " and ".join(f"{len(given.points):,} in {given.name}" for given in (p, q))
     rows = [("Points", counts), *match_facts(match)]
+    rows += [("Reason", match.reason)] if match.reason else []
     lines = (f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)
     return "\n".join([match_verdict(match), *lines])
 

@@ -32,7 +32,8 @@ _SIDE: Final = "DIR|GALLERY"
     epilog="""\b
 Columns:
   probe, reference  the prints: file names of a folder, labels of a gallery
-  similarity        the matcher's own, to the last bit
+  similarity        the matcher's own, to the last bit; of matcher paper the share of the smaller
+                    print's minutiae that are paired, where more than rho (0.6) is a match
   score             -10 log10 of the false match rate, 0 to 100; empty without a calibration
   reason            where there is no similarity: which print has no template, and why
 

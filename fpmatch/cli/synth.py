@@ -23,6 +23,7 @@ _PRESETS: Final = {
     "easy": "turned a little, small scratches and spots",
     "normal": "as in the FVC sets: turned, stretched, partly outside, dry or damp, worn",
     "hard": "more of all that, and smeared",
+    "stretched": "as normal, the skin twisted and dragged as far as it goes",
 }
 _SENSORS: Final = {
     "optical-388x374": "as FVC2002 DB1: white ground",

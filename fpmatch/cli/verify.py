@@ -19,6 +19,7 @@ Examples:
   fpmatch verify probe.tif reference.tif --fmr 0.001 --overlay overlay.png
   fpmatch verify probe.png reference.png --probe-dpi 500 --reference-dpi 569 --json
   fpmatch verify probe.iso reference.tif
+  fpmatch verify probe.tif reference.tif --matcher paper --rho 0.6
 
 Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 """
@@ -40,6 +41,10 @@ def verify(ctx: click.Context, /, overlay_file: Path | None, as_json: bool, **va
     templates (ISO/IEC 19794-2, ANSI 378, XYT, AN2, JSON, CSV), found by content. The score is
     -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000 would
     reach it. The transform maps the probe's pixels onto the reference's.
+
+    With --matcher paper, the method of Choi, Lee and Lee, more than a share --rho of the smaller
+    print's minutiae must be paired, and the score only stands beside the decision; --threshold and
+    --fmr decide by the score instead.
     """
     options = PairOptions(**values)
     probe, reference, verification = compare(options)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +10,7 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
+from fpmatch.evaluation.all_pairs import compare_all_pairs
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.extraction import extract_image
 from fpmatch.evaluation.intervals import trials_of
@@ -19,10 +18,9 @@ from fpmatch.evaluation.resampling import Trials
 from fpmatch.evaluation.run import evaluate
 from fpmatch.evaluation.scores_reader import choose_matcher, read_scores
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepared_many import PreparedMany
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
@@ -149,23 +147,17 @@ def impostors_among(
     ImpostorSet
         One for all.
     """
-    prints, shown = [], []
+    templates, shown = [], []
     for number, one in enumerate(sets):
         for impression, found in zip(one.dataset.impressions, one.extractions, strict=True):
             if found.template is not None:
-                prints.append(MATCHER.prepare(found.template))
+                templates.append(found.template)
                 shown.append((number, impression.finger))
-    many = PreparedMany.of(prints)
     # of no impressions at all the list has no rows
     fingers, finger = np.unique(np.array(shown, int).reshape(-1, 2), axis=0, return_inverse=True)
     finger = finger.ravel()
-
-    def with_the_rest(k: int) -> NDArray[np.float64]:
-        return MATCHER.similarities(prints[k], many, k + 1)
-
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        similarity = np.concatenate([np.empty(0), *pool.map(with_the_rest, range(len(prints)))])
-    probe, reference = (finger[side] for side in np.triu_indices(len(prints), 1))
+    similarity = compare_all_pairs(templates, workers=workers)
+    probe, reference = (finger[side] for side in np.triu_indices(len(templates), 1))
     trials = Trials(similarity, probe, reference, len(fingers))
     return _impostors_of(name, trials, np.ones(len(similarity), bool))
 

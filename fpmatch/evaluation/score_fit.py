@@ -7,18 +7,21 @@ It is logistic regression with five particulars.
 - A share of the genuine comparisons is taken for lost: nothing in common was found, and their
   features are those of impostors. Without it these few pull the fit away from all others.
 - Every database, and in it every kind, has the same weight, however many its comparisons.
-- Prints whose codes have too little in common are dismissed at a glance. What is enough grows with
+- The prefilter rejects prints whose bit descriptors have too low a score. The threshold grows with
   the smaller print; of all such lines under which hardly a genuine comparison is lost that would
-  not be lost at the first look, that is taken which dismisses the most of the impostors.
-- Of the ways in which two prints can be laid on one another that counts for which the minutiae
-  speak the most. Which one that is, the weights say, so that choosing and fitting take turns.
+  not be lost in coarse alignment, that is taken which rejects the most impostors.
+- Of the hypotheses of a comparison the one of the greatest sum counts. Which one that is depends on
+  the weights, so that choosing and fitting take turns.
+
+Two models are learned, of the same prints: one with their ridges, one on their minutiae alone. The
+second is brought to the scale of the first by the scores of impostors.
 
 It is solved by Newton's steps, the lost share by expectation and maximisation between them.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -26,17 +29,17 @@ import numpy as np
 from fpmatch._version import __version__
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
-from fpmatch.matching.align import AlignmentParameters, candidates, sketches
+from fpmatch.matching.align import AlignmentParameters, aligner_of
 from fpmatch.matching.codes import common
-from fpmatch.matching.local import local_likeness, most_alike
+from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
 from fpmatch.matching.score import (
     FEATURES,
-    NO_GLANCE,
+    NO_PREFILTER,
+    ScoreModel,
     ScoreWeights,
-    gather_evidence,
-    scales,
+    evidence_scorer,
 )
 
 if TYPE_CHECKING:
@@ -45,11 +48,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet
-    from fpmatch.matching._evidence_kernel import Scales
+    from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching.prepare import PreparedTemplate
 
 
-OF_RIDGES: Final = np.array(["ridges" in name for name in FEATURES])
+RIDGE_FEATURES: Final = ("ridges", "area of the ridges")
+OF_RIDGES: Final = np.array([name in RIDGE_FEATURES for name in FEATURES])
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,20 +76,25 @@ class FitParameters:
         Significant digits kept, so that rounding in other orders of summing changes nothing.
     every_impostor : int
         Of so many impostor comparisons of a database one is taken.
-    looked_at : float
-        Share of the impostor comparisons that a first look at the minutiae leaves a doubt of, so
-        that they are refined and their ridges looked at.
-    unsure : float
-        Share of the impostor comparisons whose best alignment at the first look is refined alone.
-    dismissed : float
-        Share of the genuine comparisons that pass the first look which the codes may dismiss.
-    most_asked : float
-        The most that codes must say, of however many minutiae: where a print has a great many, most
-        are spurious, and those that are not say no more than in another print.
+    refined : float
+        Share of the impostor comparisons that coarse alignment leaves in doubt, so that they are
+        refined and their ridges compared.
+    confident : float
+        Share of the impostor comparisons whose best hypothesis in coarse alignment is refined
+        alone.
+    prefilter_loss : float
+        Share of the genuine comparisons that pass coarse alignment which the prefilter may reject.
+    relaxation_loss : float
+        Share of those genuine comparisons whose local matches may be taken for weak.
+    prefilter_limit : float
+        The greatest prefilter threshold, of however many minutiae: where a print has a great many,
+        most are spurious, and the others agree in no more bits than in another print.
     steepest, slopes : float, int
-        What the codes must say more a minutia, at most, and how many such slopes are tried.
+        The greatest growth of the prefilter threshold a minutia, and how many slopes are tried.
     turns : int
         How many times to choose and to fit.
+    anchors : tuple of float
+        Shares of the impostor comparisons whose scores are the same under both models.
     """
 
     impostor_weight: float = 10.0
@@ -96,13 +105,15 @@ class FitParameters:
     longest_step: float = 2.0
     digits: int = 6
     every_impostor: int = 4
-    looked_at: float = 0.25
-    unsure: float = 0.001
-    dismissed: float = 0.0005
-    most_asked: float = 30.0
+    refined: float = 0.25
+    confident: float = 0.001
+    prefilter_loss: float = 0.0005
+    relaxation_loss: float = 0.002
+    prefilter_limit: float = 30.0
     steepest: float = 3.0
     slopes: int = 61
     turns: int = 4
+    anchors: tuple[float, float] = (0.99, 0.999)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,14 +124,15 @@ class ScoreSample:
     ----------
     name : str
         The database.
-    features : ndarray of float64, shape (N, C, 6)
-        Those of the comparisons that found something, of each way to lay the prints on one another,
-        that of most support first; NaN where there are fewer. See
-        `fpmatch.matching.score.FEATURES`.
-    first : ndarray of float64, shape (N, C, 6)
-        Those of a first look, see `fpmatch.matching.align.sketches`, at the minutiae alone.
-    codes : ndarray of float64, shape (N, 2)
-        What their codes have in common, and the minutiae of the smaller print.
+    features : ndarray of float64, shape (N, H, 11)
+        Those of the comparisons that found something, of each hypothesis, refined, its ridges
+        compared; NaN where there are fewer. See `fpmatch.matching.score.FEATURES`.
+    coarse : ndarray of float64, shape (N, H, 11)
+        Those in coarse alignment, of the minutiae alone.
+    descriptors : ndarray of float64, shape (N, 2)
+        The prefilter's score, and the minutiae of the smaller print.
+    strength : ndarray of float64, shape (N,)
+        That of the relaxed local matches.
     genuine : ndarray of bool, shape (N,)
         Whether both prints are of one finger.
     nothing : tuple of int
@@ -129,13 +141,16 @@ class ScoreSample:
 
     name: str
     features: NDArray[np.float64]
-    first: NDArray[np.float64]
-    codes: NDArray[np.float64]
+    coarse: NDArray[np.float64]
+    descriptors: NDArray[np.float64]
+    strength: NDArray[np.float64]
     genuine: NDArray[np.bool_]
     nothing: tuple[int, int]
 
 
-def sample_of(extracted: ExtractedSet, parameters: FitParameters | None = None) -> ScoreSample:
+def sample_of(
+    extracted: ExtractedSet, parameters: FitParameters | None = None, *, ridges: bool = True
+) -> ScoreSample:
     """Compare the impressions of a database with one another.
 
     Parameters
@@ -144,6 +159,8 @@ def sample_of(extracted: ExtractedSet, parameters: FitParameters | None = None) 
         The database and its templates, which must show their ridges.
     parameters : FitParameters, optional
         What share of the impostors to take.
+    ridges : bool
+        Whether the templates keep their ridges; else their minutiae alone are compared.
 
     Returns
     -------
@@ -153,84 +170,98 @@ def sample_of(extracted: ExtractedSet, parameters: FitParameters | None = None) 
     p = parameters or FitParameters()
     pairs = choose_pairs(extracted.dataset.impressions)
     prints = [
-        None if one.template is None else MATCHER.prepare(one.template)
-        for one in extracted.extractions
+        None if one is None else MATCHER.prepare(one if ridges else replace(one, field=None))
+        for one in (extraction.template for extraction in extracted.extractions)
     ]
-    on = scales(max((len(one) for one in prints if one), default=0), _no_weights())
+    room = max((len(one) for one in prints if one), default=0)
+    scorers = tuple(evidence_scorer(room, _no_weights(refine)) for refine in (np.inf, -1.0))
     rows: list[NDArray[np.float64]] = []
-    codes, genuine, nothing, passed = [], [], [0, 0], 0
+    descriptors, strength, genuine, nothing, passed = [], [], [], [0, 0], 0
     for i, j, same in zip(pairs.probe, pairs.reference, pairs.genuine, strict=True):
         passed += not same
         if not same and passed % p.every_impostor:
             continue
         a, b = prints[i], prints[j]
-        row = None if a is None or b is None else _features(a, b, on)
+        row = None if a is None or b is None else _features(a, b, scorers)
         if a is None or b is None or row is None:
             nothing[0 if same else 1] += 1
         else:
-            rows.append(row)
-            codes.append(_codes_of(a, b))
+            rows.append(row[0])
+            strength.append(row[1])
+            descriptors.append(_descriptors_of(a, b))
             genuine.append(bool(same))
-    shape = (len(rows), 2, AlignmentParameters().candidates, len(FEATURES))
+    shape = (len(rows), 2, AlignmentParameters().hypotheses, len(FEATURES))
     features = np.array(rows).reshape(shape)
     return ScoreSample(
         extracted.dataset.name,
-        features[:, 0],
         features[:, 1],
-        np.array(codes, np.float64).reshape(-1, 2),
+        features[:, 0],
+        np.array(descriptors, np.float64).reshape(-1, 2),
+        np.array(strength, np.float64),
         np.array(genuine, bool),
         (nothing[0], nothing[1]),
     )
 
 
-def _no_weights() -> ScoreWeights:
-    """Return what weighs nothing and looks at all ridges."""
+def _no_weights(refine: float) -> ScoreWeights:
+    """Return weights of 0; the ridges are compared where `refine` is negative."""
     standard = np.zeros((4, len(FEATURES)))
     standard[1] = 1.0
-    return ScoreWeights(standard, 0.0, NO_GLANCE, -1.0, np.inf, {})
+    model = ScoreModel(standard, 0.0, NO_PREFILTER, -1.0, refine, np.inf)
+    return ScoreWeights((model, model), {})
 
 
-def _codes_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, int]:
-    """Return what the codes of two prints have in common, and the minutiae of the smaller."""
+def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, int]:
+    """Return the prefilter's score of two prints, and the minutiae of the smaller."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
     return common(a.codes, b.codes), min(len(a), len(b))
 
 
 def _features(
-    probe: PreparedTemplate, reference: PreparedTemplate, on: Scales
-) -> NDArray[np.float64] | None:
-    """Return the features of two prints, shape (2, C, 6), their ridges looked at in any case.
+    probe: PreparedTemplate,
+    reference: PreparedTemplate,
+    scorers: tuple[EvidenceScorer, ...],
+) -> tuple[NDArray[np.float64], float] | None:
+    """Return the features of two prints by each hypothesis, and the strength of the local matches.
 
-    The second are those of the first look.
+    The features, shape (2, H, 11), are those of coarse alignment and of the refined one.
     """
     a, b = sorted((probe, reference), key=lambda side: side.key)
     if min(len(a), len(b)) < MIN_MINUTIAE:
         return None
-    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    seeds = most_alike(likeness)
-    laid = [lay(a.points, b.points, seeds) for lay in (candidates, sketches)]
-    if not all(laid):
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    aligner = aligner_of(a.points, b.points)
+    sides = a.for_kernels(), b.for_kernels()
+    found = np.full((2, AlignmentParameters().hypotheses, len(FEATURES)), np.nan)
+    aligner.relax(similarity)
+    for steps, scorer, rows in zip(
+        (aligner.start_hypothesis, aligner.refine), scorers, found, strict=True
+    ):
+        for k, row in enumerate(rows):
+            if steps(k):
+                scorer.score_alignment(*sides, aligner, similarity)
+                row[:] = scorer.feature
+    if np.isnan(found[..., 0]).all(axis=1).any():
         return None
-    found = np.full((2, AlignmentParameters().candidates, len(FEATURES)), np.nan)
-    for ways, row in zip(laid, found, strict=True):
-        for k, alignment in enumerate(ways):
-            row[k] = gather_evidence(a, b, alignment, likeness, on).features
-    return found
+    return found, aligner.relaxation.strength
 
 
 def fit_weights(
     samples: Sequence[ScoreSample],
+    alone: Sequence[ScoreSample],
     *,
     without: Collection[str] = (),
     command: str = "",
     parameters: FitParameters | None = None,
 ) -> ScoreWeights:
-    """Learn the weights.
+    """Learn the weights of both models.
 
     Parameters
     ----------
     samples : sequence of ScoreSample
-        The databases.
+        The databases, with ridges.
+    alone : sequence of ScoreSample
+        The same, of minutiae alone.
     without : collection of str
         Features that are to have no weight.
     command : str
@@ -244,14 +275,7 @@ def fit_weights(
         The same for the same samples.
     """
     p = parameters or FitParameters()
-    every = np.concatenate([one.features for one in samples])
     genuine = np.concatenate([one.genuine for one in samples])
-    share = np.concatenate([_shares(one) for one in samples]) / len(samples)
-    used = np.array([name not in without for name in FEATURES])
-    x = every[:, 0]
-    for _ in range(p.turns):
-        standard, bias = _fit(x, genuine, share, used, p)
-        x = _chosen(every, standard, bias)[0]
     provenance: dict[str, Any] = {
         "sets": [one.name for one in samples],
         "genuine": int(genuine.sum()),
@@ -259,34 +283,91 @@ def fit_weights(
         "version": __version__,
         "command": command,
     }
-    at_first = _chosen(np.concatenate([one.first for one in samples]), standard, bias)[1]
-    passed = np.quantile(at_first[~genuine], [1.0 - p.looked_at, 1.0 - p.unsure])
-    gate, sure = _rounded(passed, p.digits).tolist()
-    codes = np.concatenate([one.codes for one in samples])
-    glance = _glance(codes[genuine & (at_first > gate)], codes[~genuine], p)
-    return ScoreWeights(standard, bias, glance, gate, sure, provenance)
+    first = fit_model(samples, without=without, parameters=p)
+    second = fit_model(alone, without={*without, *RIDGE_FEATURES}, parameters=p)
+    second = _on_scale_of(first, second, samples, alone, p)
+    return ScoreWeights((first, second), provenance)
 
 
-def _glance(
+def fit_model(
+    samples: Sequence[ScoreSample],
+    *,
+    without: Collection[str] = (),
+    parameters: FitParameters | None = None,
+) -> ScoreModel:
+    """Learn one model; the parameters are those of `fit_weights`."""
+    p = parameters or FitParameters()
+    every = np.concatenate([one.features for one in samples])
+    genuine = np.concatenate([one.genuine for one in samples])
+    share = np.concatenate([_shares(one) for one in samples]) / len(samples)
+    used = np.array([name not in without for name in FEATURES])
+    x = every[np.arange(len(every)), (~np.isnan(every[..., 0])).argmax(axis=1)]
+    for _ in range(p.turns):
+        standard, bias = _fit(x, genuine, share, used, p)
+        x = _chosen(every, standard, bias)[0]
+    every = np.concatenate([one.coarse for one in samples])
+    coarse = _chosen(every, standard, bias, coarse=True)[1]
+    passed = np.quantile(coarse[~genuine], [1.0 - p.refined, 1.0 - p.confident])
+    refine, confident = _rounded(passed, p.digits).tolist()
+    descriptors = np.concatenate([one.descriptors for one in samples])
+    passing = genuine & (coarse > refine)
+    prefilter = _prefilter(descriptors[passing], descriptors[~genuine], p)
+    strength = np.sort(np.concatenate([one.strength for one in samples])[passing])
+    lost = int(p.relaxation_loss * len(strength))
+    weak = float(_rounded(strength[lost : lost + 1], p.digits)[0]) if len(strength) else -1.0
+    return ScoreModel(standard, bias, prefilter, weak, refine, confident)
+
+
+def _on_scale_of(
+    first: ScoreModel,
+    second: ScoreModel,
+    samples: Sequence[ScoreSample],
+    alone: Sequence[ScoreSample],
+    p: FitParameters,
+) -> ScoreModel:
+    """Return the second model with its sums mapped so that impostors score as under the first."""
+    goal, given = (
+        np.quantile(np.concatenate([_sums(one, model)[1] for one in sets]), p.anchors)
+        for model, sets in ((first, samples), (second, alone))
+    )
+    rise, run = float(goal[1] - goal[0]), float(given[1] - given[0])
+    if not (rise > 0.0 and run > 0.0):
+        return second
+    slope = rise / run
+    shift = float(goal[0] - slope * given[0])
+    standard = second.standard.copy()
+    standard[2] = _rounded(slope * standard[2], p.digits)
+    moved = [
+        slope * value + shift
+        for value in (second.bias, second.refine_threshold, second.confident_threshold)
+    ]
+    bias, refine, confident = _rounded(np.array(moved), p.digits).tolist()
+    return ScoreModel(
+        standard, bias, second.prefilter, second.relaxation_threshold, refine, confident
+    )
+
+
+def _prefilter(
     passing: NDArray[np.float64], impostors: NDArray[np.float64], p: FitParameters
 ) -> tuple[float, float, float]:
-    """Return what codes must say: so much, so much more a minutia of the smaller print, the most.
+    """Return the prefilter threshold: its base, its growth a minutia, and its limit.
 
-    Both are rows as of `ScoreSample.codes`; of `passing`, all but a share must pass.
+    Both are rows as of `ScoreSample.descriptors`; of `passing`, all but a share must pass.
     """
     if not len(passing) or not len(impostors):
-        return NO_GLANCE
-    lost = int(p.dismissed * len(passing))
+        return NO_PREFILTER
+    lost = int(p.prefilter_loss * len(passing))
     found = []
-    certain = passing[:, 0] >= p.most_asked
+    limit = p.prefilter_limit
+    certain = passing[:, 0] >= limit
     for slope in np.linspace(0.0, p.steepest, p.slopes):
-        left = np.where(certain, p.most_asked, passing[:, 0] - slope * passing[:, 1])
+        left = np.where(certain, limit, passing[:, 0] - slope * passing[:, 1])
         base = float(np.sort(left)[lost])
-        asked = np.minimum(base + slope * impostors[:, 1], p.most_asked)
-        found.append((np.count_nonzero(impostors[:, 0] < asked), base, float(slope)))
+        threshold = np.minimum(base + slope * impostors[:, 1], limit)
+        found.append((np.count_nonzero(impostors[:, 0] < threshold), base, float(slope)))
     _, base, slope = max(found)
     base, slope = _rounded(np.array([base, slope]), p.digits).tolist()
-    return base, slope, p.most_asked
+    return base, slope, limit
 
 
 def _fit(
@@ -296,38 +377,45 @@ def _fit(
     used: NDArray[np.bool_],
     p: FitParameters,
 ) -> tuple[NDArray[np.float64], float]:
-    """Return what is known of each feature, as `ScoreWeights.standard` has it, and the bias."""
+    """Return what is known of each feature, as `ScoreModel.standard` has it, and the bias."""
     means = [share[k] @ x[k] / share[k].sum() for k in (genuine, ~genuine)]
     middle = _rounded((means[0] + means[1]) / 2, p.digits)
     spread = _rounded(np.sqrt(share @ (x - middle) ** 2 / share.sum()), p.digits)
+    spread[spread == 0.0] = 1.0  # of the ridges, where minutiae alone are compared
     z = np.column_stack([((x - middle) / spread)[:, used], np.ones(len(x))])
     found = _newton(z, genuine, share, p)
     weight = np.zeros(len(FEATURES))
     weight[used] = _rounded(found[:-1], p.digits)
-    stranger = _rounded(means[1], p.digits)
-    return np.stack([middle, spread, weight, stranger]), float(_rounded(found[-1:], p.digits)[0])
+    impostor_mean = _rounded(means[1], p.digits)
+    return np.stack([middle, spread, weight, impostor_mean]), float(
+        _rounded(found[-1:], p.digits)[0]
+    )
 
 
 def _chosen(
-    every: NDArray[np.float64], standard: NDArray[np.float64], bias: float
+    every: NDArray[np.float64], standard: NDArray[np.float64], bias: float, *, coarse: bool = False
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the features of each comparison as the minutiae choose, and the minutiae's sums."""
-    middle, spread, weight, stranger = standard
-    of_minutiae = bias + (np.where(OF_RIDGES, stranger, every) - middle) / spread @ weight
-    of_minutiae = np.where(np.isnan(every[..., 0]), -np.inf, of_minutiae)
-    best = of_minutiae.argmax(axis=1)
+    """Return the features of the hypothesis of the greatest sum of each comparison, and the sum.
+
+    In coarse alignment the ridges are not compared.
+    """
+    middle, spread, weight, impostor_mean = standard
+    known = np.where(OF_RIDGES, impostor_mean, every) if coarse else every
+    total = bias + (known - middle) / spread @ weight
+    total = np.where(np.isnan(every[..., 0]), -np.inf, total)
+    best = total.argmax(axis=1)
     rows = np.arange(len(every))
-    return every[rows, best], of_minutiae[rows, best]
+    return every[rows, best], total[rows, best]
 
 
-def rates_of(samples: Sequence[ScoreSample], weights: Sequence[ScoreWeights]) -> dict[str, Any]:
-    """Return the error rates of databases, each weighed by its own weights, in percent.
+def rates_of(samples: Sequence[ScoreSample], models: Sequence[ScoreModel]) -> dict[str, Any]:
+    """Return the error rates of databases, each scored by its own model, in percent.
 
     Parameters
     ----------
     samples : sequence of ScoreSample
         The databases.
-    weights : sequence of ScoreWeights
+    models : sequence of ScoreModel
         One for each.
 
     Returns
@@ -335,7 +423,7 @@ def rates_of(samples: Sequence[ScoreSample], weights: Sequence[ScoreWeights]) ->
     dict
         Under ``"sets"``, ``"mean"`` and ``"pooled"`` the EER and the FNMR at an FMR of 0.1 %.
     """
-    scores = [_sums(*row) for row in zip(samples, weights, strict=True)]
+    scores = [_sums(*row) for row in zip(samples, models, strict=True)]
     sets = [_rates(*row) for row in scores]
     mean = {name: round(float(np.mean([one[name] for one in sets])), 3) for name in sets[0]}
     pooled = _rates(*(np.concatenate(kind) for kind in zip(*scores, strict=True)))
@@ -381,17 +469,15 @@ def _newton(
 
 
 def _sums(
-    sample: ScoreSample, weights: ScoreWeights
+    sample: ScoreSample, model: ScoreModel
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the sums of the genuine and the impostor comparisons; least where nothing was found.
 
     They are in the order of the similarities, which are those of ``log(1 + e^sum)``.
     """
-    middle, spread, weight, _ = weights.standard
-    features, _ = _chosen(sample.features, weights.standard, weights.bias)
-    _, at_first = _chosen(sample.first, weights.standard, weights.bias)
-    total = weights.bias + (features - middle) / spread @ weight
-    total = np.where(at_first > weights.gate, total, at_first)
+    _, total = _chosen(sample.features, model.standard, model.bias)
+    _, coarse = _chosen(sample.coarse, model.standard, model.bias, coarse=True)
+    total = np.where(coarse > model.refine_threshold, total, coarse)
     least = float(total.min(initial=0.0)) - 1.0
     kinds = (total[sample.genuine], total[~sample.genuine])
     genuine, impostor = (

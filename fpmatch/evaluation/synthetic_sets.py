@@ -18,6 +18,8 @@ KINDS: Final = (  # preset and sensor
     ("hard", "optical-328x364"),
     ("hard", "capacitive-300x300"),
     ("hard", "optical-640x480"),
+    ("stretched", "optical-640x480"),
+    ("stretched", "optical-388x374"),
 )
 
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching.calibration import calibrated_matchers, load_calibration
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.evaluation.decision import decide
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
 
@@ -35,7 +34,7 @@ class TransformError:
     Parameters
     ----------
     match : bool
-        Whether the decision is a match, at the default threshold.
+        Whether the decision is a match, as `fpmatch.verify` decides by default.
     rotation_deg : float
         Error of the rotation, 0 to 180 degrees.
     shift_px : float
@@ -125,7 +124,7 @@ def measure_transforms(
     truths : sequence of ImpressionTruth
         The truth about each impression, in the order of the database.
     matcher : str
-        The matcher's name; one without a calibration decides on no match.
+        The matcher's name; one that has no rule of its own and no calibration finds no match.
     min_common : int
         Pairs with fewer true minutiae to be seen in both prints are not judged; 2 at least.
 
@@ -135,9 +134,7 @@ def measure_transforms(
         One a pair judged.
     """
     errors = []
-    score = np.zeros(len(result.pairs))
-    if matcher in calibrated_matchers():
-        score = load_calibration(matcher).scores(result.outcomes["similarity"])
+    decided = decide(matcher, result.outcomes["similarity"])
     templates = [extraction.template for extraction in result.extracted.extractions]
     for k in np.flatnonzero(result.pairs.genuine):
         i, j = int(result.pairs.probe[k]), int(result.pairs.reference[k])
@@ -150,7 +147,7 @@ def measure_transforms(
                 found,
                 truths[i],
                 truths[j],
-                match=found is not None and bool(score[k] >= DEFAULT_THRESHOLD),
+                match=found is not None and bool(decided[k]),
                 dpi=STANDARD_DPI if reference is None else reference.dpi,
             )
         )

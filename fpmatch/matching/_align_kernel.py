@@ -1,4 +1,10 @@
-"""Kernel: lay one print over the other and pair their minutiae, one to one.
+"""Kernel: align two prints: pair their minutiae, one to one, and fit the transform of the pairs.
+
+The pairs come from hypotheses of the relaxed local matches (`_relaxation_kernel`). The Delaunay
+mesh of the pairs (`_pair_mesh_kernel`) predicts where every minutia of print A lies in print B;
+minutiae are paired anew near their predictions, and so on for a few rounds, in which the mesh grows
+and loses the pairs that do not fit their rings. One similarity transform (eq. 1) is fitted to the
+pairs; it maps the frame points of the mesh and is what is reported.
 
 Minutiae are columns of an array (4, N): x, y in pixels at 500 dpi with y pointing up, and the unit
 vector (c, s) of the direction. A transform is (c, s, x, y): the scale times cosine and sine of the
@@ -9,9 +15,14 @@ import cython
 import numpy as np
 
 if cython.compiled:
+    from cython.cimports.fpmatch.matching._pair_mesh_kernel import PairMesh
+    from cython.cimports.fpmatch.matching._relaxation_kernel import Relaxation
     from cython.cimports.libc.math import sqrt
 else:
     from math import sqrt
+
+    from fpmatch.matching._pair_mesh_kernel import PairMesh
+    from fpmatch.matching._relaxation_kernel import Relaxation
 
 COMPILED = cython.compiled
 
@@ -20,42 +31,34 @@ CELL_PX = cython.declare(cython.double, 16.0)
 MOST_CELLS = cython.declare(cython.int, 32)  # along what the minutiae take up; if need be larger
 MOST_REACHED = cython.declare(cython.int, 6)  # cells in a line within the reach of one minutia
 MARGIN = cython.declare(cython.double, 0.01)  # px, more than rounding does to a cell's border
-STILLNESS = cython.declare(cython.double, 0.6)  # the weight of the belief that skin has not bent
-STIFFNESS = cython.declare(cython.double, 800.0)  # px²: of that it bends everywhere alike
-MOMENTS = cython.declare(cython.Py_ssize_t, 12)
-DIRECTION_ARM2 = cython.declare(cython.double, 900.0)  # px²: see `LightTable.fit`
+DIRECTION_ARM2 = cython.declare(cython.double, 900.0)  # px²: see `Aligner.fit`
 LEAST_SCALE = cython.declare(cython.double, 0.94)
 MOST_SCALE = cython.declare(cython.double, 1.06)
 FEWEST_FOR_SCALE = cython.declare(cython.int, 4)
-FAR_AWAY = cython.declare(cython.double, 1e12)  # px², farther than any other minutia
 
 
 @cython.final
 @cython.cclass
-class LightTable:
-    """A table on which print A is laid over print B.
+class Aligner:
+    """Align print A with print B.
 
-    There is room for `size_a` and `size_b` minutiae and for `seeds` seeds; `parameters` are an
-    `fpmatch.matching.align.AlignmentParameters`. ``laid[:4]`` are the minutiae of A as moved by
-    the transform at hand, ``laid[4:]`` their places once bent with the skin; ``partner[i]`` the
-    index in B of what minutia i of A is paired with, or -1, and ``weight[i]`` how well it fits;
-    ``paired[:pairs]`` lists those of A that are paired.
+    There is room for `size_a` and `size_b` minutiae; the parameters are an
+    `fpmatch.matching.align.AlignmentParameters`, a `RelaxationParameters` and a
+    `PairMeshParameters`. ``predicted[:, i]`` is where minutia i of A lies in B, as the mesh of
+    pairs predicts it; ``partner[i]`` the index in B of what minutia i is paired with, or -1, and
+    ``weight[i]`` how well it fits; ``paired[:pairs]`` lists the minutiae of A that are paired.
     """
 
-    def __init__(self, size_a, size_b, seeds, parameters) -> None:
+    def __init__(self, size_a, size_b, parameters, relaxation, mesh) -> None:
         p = parameters
         self.size_a = 0
         self.size_b = 0
         self.a = np.empty((4, size_a))
         self.b = np.empty((4, size_b))
-        self.laid = np.empty((6, size_a))
-        self.apart = np.empty((size_a, size_a))
-        self.pull = np.empty((size_a, size_a))
-        self.known = np.zeros(size_a, np.int32)
+        self.relaxation = Relaxation(relaxation, size_a, size_b)
+        self.mesh = PairMesh(mesh, size_a)
+        self.predicted = self.mesh.predicted
         self.reach = np.empty(size_a)
-        self.moments = np.empty((MOMENTS, size_a))
-        self.own_moments = np.empty(MOMENTS)
-        self.nearest = np.empty(size_a)
         self.pairs = 0
         self.best_pairs = 0
         self.paired = np.empty(size_a, np.int32)
@@ -65,29 +68,24 @@ class LightTable:
         self.rival_weight = np.empty(size_b)
         self.best_partner = np.full(size_a, -1, np.int32)
         self.best_weight = np.zeros(size_a)
-        self.best_bent = np.empty((4, size_a))
-        self.transforms = np.empty((seeds, 4))
-        self.support = np.empty(seeds)
-        self.spent = np.zeros(seeds, np.int32)
-        self.chosen = np.empty(seeds, np.int32)
-        self.sketched = np.empty((p.candidates, size_a), np.int32)
-        self.sketches = 0
+        self.best_predicted = np.empty((4, size_a))
+        self.coarse_partner = np.empty((p.hypotheses, size_a), np.int32)
+        self.coarse_weight = np.empty((p.hypotheses, size_a))
+        self.coarse_transform = np.empty((p.hypotheses, 4))
+        self.hypotheses = p.hypotheses
+        self.coarse_rounds = p.coarse_rounds
+        self.rounds = p.rounds
         self.min_cosine = p.min_cosine
-        self.candidates = p.candidates
-        self.first_seeds = p.first_seeds
-        self.seed_near = p.seed_reach_px
-        self.seed_spread = p.seed_reach_per_px
-        self.seed_far = p.seed_reach_limit_px
-        self.rigid_rounds = p.rigid_rounds
-        self.rigid_reach = p.rigid_reach_px
-        self.bend_rounds = p.bend_rounds
-        self.bend_scale = -0.5 / (p.bend_sigma_px * p.bend_sigma_px)
-        self.bend_near = p.bend_reach_px
-        self.bend_spread = p.bend_reach_per_px
-        self.bend_far = p.bend_reach_limit_px
-        self.farthest = max(self.seed_far, self.rigid_reach, self.bend_far)
+        self.reach_px = p.reach_px
+        self.reach_per_px = p.reach_per_px
+        self.reach_limit_px = p.reach_limit_px
         self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 1, np.int32)
         self.item = np.empty(MOST_REACHED * MOST_REACHED * size_b, np.int32)
+        self.c = 1.0
+        self.s = self.x = self.y = 0.0
+        self.best_c = 1.0
+        self.best_s = self.best_x = self.best_y = 0.0
+        self.at_hand = -1
         self.columns = 0
         self.rows = 0
         self.x0 = 0.0
@@ -135,7 +133,7 @@ class LightTable:
         x1: cython.double
         y1: cython.double
         side: cython.double
-        reach: cython.double = self.farthest + MARGIN
+        reach: cython.double = self.reach_limit_px + MARGIN
         self.size_b = size
         self.columns = 0
         self.rows = 0
@@ -199,371 +197,173 @@ class LightTable:
 
     @cython.ccall
     @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def propose(self, seeds: cython.int[:, ::1], count: cython.Py_ssize_t) -> cython.int:
-        """List the candidates that the first `count` seeds lead to; return their number."""
+    def relax(self, similarity: cython.float[:, ::1]) -> cython.int:
+        """Select and relax the local matches; return how many candidates there are."""
         self.best_pairs = 0
-        self.sketches = 0
-        self.support_of_seeds(seeds, 0, count)
-        return self.choose(count)
+        return self.relaxation.load(self.a, self.size_a, self.b, self.size_b, similarity)
 
     @cython.ccall
     @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def propose_more(
-        self, seeds: cython.int[:, ::1], known: cython.Py_ssize_t, count: cython.Py_ssize_t
-    ) -> cython.int:
-        """List those that `count` seeds lead to where `known` have proposed; return their number.
+    def start_hypothesis(self, k: cython.Py_ssize_t) -> cython.int:
+        """Align by hypothesis k, coarsely; return the number of pairs.
 
-        What the table has kept stays.
+        The hypotheses are taken in their order, each once. It is 0 where there are no more, and
+        where nothing is paired.
         """
-        self.sketches = 0
-        self.support_of_seeds(seeds, known, count)
-        return self.choose(count)
+        self.pairs = 0
+        self.at_hand = -1
+        if self.relaxation.hypothesis(self.size_a, k == 0, self.partner, self.weight) == 0:
+            self._save_coarse(k)
+            return 0
+        self._list_pairs()
+        self._first_fit()
+        self.grow(self.coarse_rounds, False)
+        self.at_hand = k
+        self.relaxation.explain(self.partner)
+        self._save_coarse(k)
+        return self.pairs
 
     @cython.ccall
     @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def sketch(self, k: cython.Py_ssize_t) -> cython.double:
-        """Pair under the k-th candidate's own transform, rigidly; return the weight of the pairs.
-
-        It is the first round of `take`.
-        """
-        n: cython.Py_ssize_t = self.chosen[k]
-        self.c = self.transforms[n, 0]
-        self.s = self.transforms[n, 1]
-        self.x = self.transforms[n, 2]
-        self.y = self.transforms[n, 3]
-        return self.begin()
-
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def begin(self) -> cython.double:
-        """Pair rigidly under the transform at hand; return the weight of the pairs."""
+    def refine(self, k: cython.Py_ssize_t) -> cython.int:
+        """Grow the mesh of hypothesis k to the end; return the number of pairs."""
         i: cython.Py_ssize_t
-        total: cython.double
+        predicted: cython.bint = self.at_hand == k
+        self.at_hand = -1
         for i in range(self.size_a):
-            self.reach[i] = self.rigid_reach
-        self.move()
-        total = self.pair(0)
+            self.partner[i] = self.coarse_partner[k, i]
+            self.weight[i] = self.coarse_weight[k, i]
+        self.c = self.coarse_transform[k, 0]
+        self.s = self.coarse_transform[k, 1]
+        self.x = self.coarse_transform[k, 2]
+        self.y = self.coarse_transform[k, 3]
+        if self._list_pairs() > 0:
+            self.grow(self.rounds - self.coarse_rounds, predicted)
+        return self.pairs
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _save_coarse(self, k: cython.Py_ssize_t) -> cython.int:
+        """Keep the pairs at hand as those of hypothesis k."""
+        i: cython.Py_ssize_t
         for i in range(self.size_a):
-            self.laid[4, i] = self.laid[0, i]
-            self.laid[5, i] = self.laid[1, i]
-        return total
-
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def take(self, k: cython.Py_ssize_t) -> cython.double:
-        """Refine the k-th candidate; return the weight of its pairs.
-
-        Nothing is paired where it begins with the same pairs as one taken before it.
-        """
-        i: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        differing: cython.int
-        self.sketch(k)
-        for e in range(self.sketches):
-            differing = 0
-            for i in range(self.size_a):
-                differing += self.sketched[e, i] != self.partner[i]
-            if differing == 0:
-                self.pairs = 0
-                return 0.0
-        for i in range(self.size_a):
-            self.sketched[self.sketches, i] = self.partner[i]
-        self.sketches += 1
-        return self.finish()
-
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def support_of_seeds(
-        self, seeds: cython.int[:, ::1], first: cython.Py_ssize_t, last: cython.Py_ssize_t
-    ) -> cython.int:
-        """Let seeds, pairs of minutiae (i, j), propose a transform each; refine it once; weigh it.
-
-        These are those from number `first` up to, not including, `last`.
-
-        The seed's own directions give the rotation, its positions the shift. Minutiae are paired
-        within a reach that grows with the distance from the seed; the transform fitted to these
-        pairs goes to ``transforms[k]``, the sum of the pairs' weights to ``support[k]``.
-        """
-        k: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        p: cython.Py_ssize_t
-        q: cython.Py_ssize_t
-        r: cython.double
-        px: cython.double
-        py: cython.double
-        a: cython.double[:, ::1] = self.a
-        b: cython.double[:, ::1] = self.b
-        reach: cython.double[::1] = self.reach
-        near: cython.double = self.seed_near
-        spread: cython.double = self.seed_spread
-        far: cython.double = self.seed_far
-        for k in range(first, last):
-            p = seeds[k, 0]
-            q = seeds[k, 1]
-            self.c = a[2, p] * b[2, q] + a[3, p] * b[3, q]
-            self.s = a[2, p] * b[3, q] - a[3, p] * b[2, q]
-            self.x = b[0, q] - self.c * a[0, p] + self.s * a[1, p]
-            self.y = b[1, q] - self.s * a[0, p] - self.c * a[1, p]
-            px = a[0, p]
-            py = a[1, p]
-            for i in range(self.size_a):
-                r = (a[0, i] - px) * (a[0, i] - px) + (a[1, i] - py) * (a[1, i] - py)
-                r = near + spread * sqrt(r)
-                reach[i] = r if r < far else far
-            self.move()
-            self.support[k] = self.pair(0)
-            self.fit()
-            self.transforms[k, 0] = self.c
-            self.transforms[k, 1] = self.s
-            self.transforms[k, 2] = self.x
-            self.transforms[k, 3] = self.y
-        return 0
-
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def choose(self, count: cython.Py_ssize_t) -> cython.int:
-        """List up to `candidates` seeds of most support in `chosen`; return their number.
-
-        Of those that led to the same transform, and of those of equal support, the first comes.
-        """
-        k: cython.Py_ssize_t
-        n: cython.Py_ssize_t
-        best: cython.Py_ssize_t
-        found: cython.int = 0
-        same: cython.int
-        most: cython.double
-        for k in range(count):
-            self.spent[k] = 0
-        while found < self.candidates:
-            best = -1
-            most = -1.0
-            for k in range(count):
-                if not self.spent[k] and self.support[k] > most:
-                    most = self.support[k]
-                    best = k
-            if best < 0:
-                break
-            self.spent[best] = 1
-            same = 0
-            for k in range(found):
-                n = self.chosen[k]
-                if (
-                    self.transforms[n, 0] == self.transforms[best, 0]
-                    and self.transforms[n, 1] == self.transforms[best, 1]
-                    and self.transforms[n, 2] == self.transforms[best, 2]
-                    and self.transforms[n, 3] == self.transforms[best, 3]
-                ):
-                    same = 1
-            if not same:
-                self.chosen[found] = cython.cast(cython.int, best)
-                found += 1
-        return found
-
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def finish(self) -> cython.double:
-        """Refit and re-pair in turn, first rigidly, then bending with the skin; return the weight.
-
-        The pairs at hand are those of the first rigid round.
-        """
-        i: cython.Py_ssize_t
-        r: cython.int
-        total: cython.double = 0.0
-        self.fit()
-        for r in range(1, self.rigid_rounds):
-            self.move()
-            total = self.pair(0)
-            self.fit()
-        self.move()
-        for i in range(self.size_a):
-            self.known[i] = 0
-            self.laid[4, i] = self.laid[0, i]
-            self.laid[5, i] = self.laid[1, i]
-        for r in range(self.bend_rounds):
-            self.bend()
-            total = self.pair(4)
-        return total
-
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def bend(self) -> cython.int:
-        """Bend print A with the skin, and set the reach of its minutiae.
-
-        Every minutia is displaced as the other pairs are: by the residual, where it lies, of the
-        plane fitted to theirs by weighted least squares, the near ones weighing the most. Its reach
-        grows with the distance from the nearest other pair.
-        """
-        i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        p: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        g: cython.double
-        w: cython.double
-        x: cython.double
-        y: cython.double
-        rx: cython.double
-        ry: cython.double
-        mx: cython.double
-        my: cython.double
-        sxx: cython.double
-        sxy: cython.double
-        syy: cython.double
-        n: cython.Py_ssize_t = self.size_a
-        near: cython.double = self.bend_near
-        spread: cython.double = self.bend_spread
-        far: cython.double = self.bend_far
-        laid: cython.double[:, ::1] = self.laid
-        pull: cython.double[:, ::1] = self.pull
-        apart: cython.double[:, ::1] = self.apart
-        own: cython.double[::1] = self.own_moments
-        m: cython.double[:, ::1] = self.moments
-        nearest: cython.double[::1] = self.nearest
-        reach: cython.double[::1] = self.reach
-        for e in range(MOMENTS):
-            for i in range(n):
-                m[e, i] = 0.0
-        for i in range(n):
-            nearest[i] = FAR_AWAY
-        for p in range(self.pairs):
-            k = self.paired[p]
-            if not self.known[k]:
-                self._know(k)
-            w = self.weight[k]
-            x = laid[0, k]
-            y = laid[1, k]
-            rx = w * (self.b[0, self.partner[k]] - x)
-            ry = w * (self.b[1, self.partner[k]] - y)
-            own[0] = w
-            own[1] = w * x
-            own[2] = w * y
-            own[3] = w * x * x
-            own[4] = w * x * y
-            own[5] = w * y * y
-            own[6] = rx
-            own[7] = rx * x
-            own[8] = rx * y
-            own[9] = ry
-            own[10] = ry * x
-            own[11] = ry * y
-            for e in range(MOMENTS):
-                w = own[e]
-                for i in range(n):
-                    m[e, i] += w * pull[k, i]
-            for i in range(n):
-                nearest[i] = apart[k, i] if apart[k, i] < nearest[i] else nearest[i]
-        for i in range(n):
-            # about minutia i
-            x = laid[0, i]
-            y = laid[1, i]
-            mx = m[1, i] - x * m[0, i]
-            my = m[2, i] - y * m[0, i]
-            sxx = m[3, i] - x * (m[1, i] + mx) + STIFFNESS
-            sxy = m[4, i] - x * m[2, i] - y * mx
-            syy = m[5, i] - y * (m[2, i] + my) + STIFFNESS
-            # what is left of mass and residuals once the slopes have taken their part
-            g = 1.0 / (sxx * syy - sxy * sxy)
-            rx = (syy * mx - sxy * my) * g
-            ry = (sxx * my - sxy * mx) * g
-            g = 1.0 / (m[0, i] + STILLNESS - rx * mx - ry * my)
-            w = 1.0 + rx * x + ry * y
-            laid[4, i] = x + (w * m[6, i] - rx * m[7, i] - ry * m[8, i]) * g
-            laid[5, i] = y + (w * m[9, i] - rx * m[10, i] - ry * m[11, i]) * g
-            g = near + spread * sqrt(nearest[i])
-            reach[i] = g if g < far else far
+            self.coarse_partner[k, i] = self.partner[i]
+            self.coarse_weight[k, i] = self.weight[i]
+        self.coarse_transform[k, 0] = self.c
+        self.coarse_transform[k, 1] = self.s
+        self.coarse_transform[k, 2] = self.x
+        self.coarse_transform[k, 3] = self.y
         return 0
 
     @cython.cfunc
     @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def _know(self, k: cython.Py_ssize_t) -> cython.int:
-        """Note how far minutia k is from the others, and how much they are drawn by it."""
+    def _list_pairs(self) -> cython.int:
+        """List the minutiae of A that have a partner; return their number."""
         i: cython.Py_ssize_t
-        dx: cython.double
-        dy: cython.double
-        g: cython.double
-        p: cython.double
-        px: cython.double = self.laid[0, k]
-        py: cython.double = self.laid[1, k]
-        scale: cython.double = self.bend_scale / -64.0
-        laid: cython.double[:, ::1] = self.laid
-        apart: cython.double[:, ::1] = self.apart
-        pull: cython.double[:, ::1] = self.pull
+        self.pairs = 0
         for i in range(self.size_a):
-            dx = px - laid[0, i]
-            dy = py - laid[1, i]
-            apart[k, i] = dx * dx + dy * dy
-        for i in range(self.size_a):
-            # e^(-64g) is 1/(e^g)^64, where a few terms of the series are as good as all
-            g = scale * float(apart[k, i])
-            p = 1.0 + g * (1 / 5.0) * (1.0 + g * (1 / 6.0) * (1.0 + g * (1 / 7.0)))
-            p = 1.0 + g * (1.0 + g * (1 / 2.0) * (1.0 + g * (1 / 3.0) * (1.0 + g * (1 / 4.0) * p)))
-            p *= p
-            p *= p
-            p *= p
-            p *= p
-            p *= p
-            p *= p
-            pull[k, i] = 1.0 / p
-        self.apart[k, k] = FAR_AWAY
-        self.pull[k, k] = 0.0
-        self.known[k] = 1
-        return 0
+            if self.partner[i] >= 0:
+                self.paired[self.pairs] = cython.cast(cython.int, i)
+                self.pairs += 1
+        return self.pairs
 
-    @cython.ccall
+    @cython.cfunc
     @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
     @cython.exceptval(check=False)
-    def move(self) -> cython.int:
-        """Lay print A as the transform says; directions turn, their length stays one."""
-        i: cython.Py_ssize_t
+    def _first_fit(self) -> cython.int:
+        """Fit the transform to the pairs at hand, of which there is one at least."""
+        i: cython.Py_ssize_t = self.paired[0]
+        j: cython.Py_ssize_t = self.partner[i]
         a: cython.double[:, ::1] = self.a
-        laid: cython.double[:, ::1] = self.laid
-        c: cython.double = self.c
-        s: cython.double = self.s
-        x: cython.double = self.x
-        y: cython.double = self.y
-        scale: cython.double = sqrt(c * c + s * s)
+        b: cython.double[:, ::1] = self.b
+        # of a single pair: its own directions and positions
+        self.c = a[2, i] * b[2, j] + a[3, i] * b[3, j]
+        self.s = a[2, i] * b[3, j] - a[3, i] * b[2, j]
+        self.x = b[0, j] - self.c * a[0, i] + self.s * a[1, i]
+        self.y = b[1, j] - self.s * a[0, i] - self.c * a[1, i]
+        return self.fit()
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def grow(self, rounds: cython.int, predicted: cython.bint) -> cython.int:
+        """Predict by the mesh of the pairs and pair anew, in turn; then measure the mesh.
+
+        Where already `predicted`, the mesh at hand is that of the pairs at hand. Return the number
+        of pairs. The reach of a minutia grows with its distance from the nearest other pair.
+        """
+        i: cython.Py_ssize_t
+        r: cython.int
+        reach: cython.double
+        for r in range(rounds):
+            if r > 0 or not predicted:
+                self._predict(False)
+            for i in range(self.size_a):
+                reach = self.reach_px + self.reach_per_px * self.mesh.nearest[i]
+                self.reach[i] = reach if reach < self.reach_limit_px else self.reach_limit_px
+            self.pair()
+            self.fit()
+            if self.pairs == 0:
+                return 0
+        return self.measure()
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def measure(self) -> cython.int:
+        """Predict all minutiae by the mesh of the pairs at hand, and measure the pairs.
+
+        Return the number of pairs.
+        """
+        self._predict(True)
+        return self.pairs
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _predict(self, measured: cython.bint) -> cython.int:
+        """Build the mesh of the pairs at hand, and predict by it."""
+        self.mesh.build(self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y)
+        return self.mesh.predict(
+            self.a,
+            self.size_a,
+            self.b,
+            self.partner,
+            self.c,
+            self.s,
+            self.x,
+            self.y,
+            measured,
+        )
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def impose(
+        self,
+        partner: cython.int[::1],
+        c: cython.double,
+        s: cython.double,
+        x: cython.double,
+        y: cython.double,
+    ) -> cython.int:
+        """Take given pairs and a given transform for the alignment at hand, and measure them."""
+        i: cython.Py_ssize_t
         for i in range(self.size_a):
-            laid[0, i] = x + c * a[0, i] - s * a[1, i]
-            laid[1, i] = y + s * a[0, i] + c * a[1, i]
-        c /= scale
-        s /= scale
-        for i in range(self.size_a):
-            laid[2, i] = c * a[2, i] - s * a[3, i]
-            laid[3, i] = s * a[2, i] + c * a[3, i]
-        return 0
+            self.partner[i] = partner[i]
+            self.weight[i] = 1.0 if partner[i] >= 0 else 0.0
+        self.c = c
+        self.s = s
+        self.x = x
+        self.y = y
+        self.at_hand = -1
+        self._list_pairs()
+        return self.measure()
 
     @cython.ccall
     @cython.nogil
@@ -571,11 +371,11 @@ class LightTable:
     @cython.wraparound(False)
     @cython.cdivision(True)
     @cython.exceptval(check=False)
-    def pair(self, row: cython.Py_ssize_t) -> cython.double:
+    def pair(self) -> cython.double:
         """Pair minutiae of A with those of B, each with the one it fits best, where it is mutual.
 
-        Those of A lie where rows `row` and ``row + 1`` of `laid` say. A pair at distance d within
-        the reach r of its minutia, with directions at cosine t, weighs
+        Those of A lie where `predicted` says. A pair at distance d within the reach r of its
+        minutia, with directions at cosine t, weighs
         ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``. The sum of the weights is returned.
         """
         i: cython.Py_ssize_t
@@ -602,8 +402,8 @@ class LightTable:
         for i in range(self.size_a):
             self.partner[i] = -1
             self.weight[i] = 0.0
-            x = self.laid[row, i]
-            y = self.laid[row + 1, i]
+            x = self.predicted[0, i]
+            y = self.predicted[1, i]
             place = (x - self.x0) * self.per_px
             line = (y - self.y0) * self.per_px
             if not (0.0 <= place < self.columns and 0.0 <= line < self.rows):
@@ -617,8 +417,8 @@ class LightTable:
                 j = self.item[e]
                 d2 = (self.b[0, j] - x) * (self.b[0, j] - x)
                 d2 += (self.b[1, j] - y) * (self.b[1, j] - y)
-                cosine = self.laid[2, i] * self.b[2, j] + self.laid[3, i] * self.b[3, j]
-                # both told at once, for that one of them fails nearly always, but either often not
+                cosine = self.predicted[2, i] * self.b[2, j] + self.predicted[3, i] * self.b[3, j]
+                # one test of both: one of them nearly always fails, each of them often does not
                 if not (cython.cast(cython.int, d2 < r2) & cython.cast(cython.int, cosine > least)):
                     continue
                 value = (1.0 - 0.5 * d2 / r2) * (cosine - least) * scale
@@ -730,9 +530,10 @@ class LightTable:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def keep(self) -> cython.int:
+    def save_best(self) -> cython.int:
         """Keep the alignment at hand as the best; return the number of its pairs."""
         i: cython.Py_ssize_t
+        row: cython.Py_ssize_t
         self.best_pairs = self.pairs
         self.best_c = self.c
         self.best_s = self.s
@@ -741,8 +542,7 @@ class LightTable:
         for i in range(self.size_a):
             self.best_partner[i] = self.partner[i]
             self.best_weight[i] = self.weight[i]
-            self.best_bent[0, i] = self.laid[4, i]
-            self.best_bent[1, i] = self.laid[5, i]
-            self.best_bent[2, i] = self.laid[2, i]
-            self.best_bent[3, i] = self.laid[3, i]
+        for row in range(4):
+            for i in range(self.size_a):
+                self.best_predicted[row, i] = self.predicted[row, i]
         return self.pairs

@@ -1,4 +1,4 @@
-"""Kernel: what two prints say to an alignment of theirs, and what that is worth.
+"""Kernel: the evidence in an alignment of two prints, and its weighted sum.
 
 A transform is (c, s, x, y) as `_align_kernel` has it; ``evidence`` has the entries named below.
 Interpreted, the class and the functions run as they stand.
@@ -8,14 +8,14 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._align_kernel import LightTable
+    from cython.cimports.fpmatch.matching._align_kernel import Aligner
     from cython.cimports.fpmatch.matching._print_kernel import Print
     from cython.cimports.fpmatch.matching._ridge_kernel import RidgeLens
     from cython.cimports.libc.math import exp, log, log1p, sqrt
 else:
     from math import exp, log, log1p, sqrt
 
-    from fpmatch.matching._align_kernel import LightTable
+    from fpmatch.matching._align_kernel import Aligner
     from fpmatch.matching._print_kernel import Print
     from fpmatch.matching._ridge_kernel import RidgeLens
 
@@ -27,30 +27,55 @@ LOCAL = cython.declare(cython.Py_ssize_t, 1)
 UNPAIRED = cython.declare(cython.Py_ssize_t, 2)
 COMMON = cython.declare(cython.Py_ssize_t, 3)
 OVERLAP = cython.declare(cython.Py_ssize_t, 4)
-RIDGES = cython.declare(cython.Py_ssize_t, 5)
-CELLS = cython.declare(cython.Py_ssize_t, 6)
-ENTRIES = cython.declare(cython.Py_ssize_t, 7)
+RELAXED = cython.declare(cython.Py_ssize_t, 5)
+PLACES = cython.declare(cython.Py_ssize_t, 6)
+WEIGHTS = cython.declare(cython.Py_ssize_t, 7)
+FULLNESS = cython.declare(cython.Py_ssize_t, 8)
+TURNED = cython.declare(cython.Py_ssize_t, 9)
+STRAIN = cython.declare(cython.Py_ssize_t, 10)
+RIDGES = cython.declare(cython.Py_ssize_t, 11)
+CELLS = cython.declare(cython.Py_ssize_t, 12)
+ENTRIES = cython.declare(cython.Py_ssize_t, 13)
 
-# What a step of weight that the codes lack takes off the sum: about as much as it is worth.
-LACKING = cython.declare(cython.double, 0.25)
+# What a unit of the prefilter's shortfall takes off the sum: about as much as it is worth.
+SHORTFALL = cython.declare(cython.double, 0.25)
 
-FEATURES = cython.declare(cython.Py_ssize_t, 6)
+FEATURES = cython.declare(cython.Py_ssize_t, 11)
+# Added to the relaxed similarity before its logarithm is taken
+LEAST_RELAXED = cython.declare(cython.double, 0.01)
 
 # Rows of `standard`:
 MIDDLE = cython.declare(cython.Py_ssize_t, 0)
 SPREAD = cython.declare(cython.Py_ssize_t, 1)
 WEIGHT = cython.declare(cython.Py_ssize_t, 2)
-STRANGER = cython.declare(cython.Py_ssize_t, 3)
+IMPOSTOR = cython.declare(cython.Py_ssize_t, 3)
+
+# Entries of `limits`:
+PREFILTER_BASE = cython.declare(cython.Py_ssize_t, 0)
+PREFILTER_GROWTH = cython.declare(cython.Py_ssize_t, 1)
+PREFILTER_LIMIT = cython.declare(cython.Py_ssize_t, 2)
+RELAXATION = cython.declare(cython.Py_ssize_t, 3)
+REFINE = cython.declare(cython.Py_ssize_t, 4)
+CONFIDENT = cython.declare(cython.Py_ssize_t, 5)
+BIAS = cython.declare(cython.Py_ssize_t, 6)
+
+MOST_HYPOTHESES = cython.declare(cython.Py_ssize_t, 16)
+UNPAIRED_SUM = cython.declare(cython.double, -1e9)  # of a hypothesis under which nothing is paired
+
+# The two models of the score:
+WITH_RIDGES = cython.declare(cython.Py_ssize_t, 0)
+MINUTIAE_ALONE = cython.declare(cython.Py_ssize_t, 1)
 
 
 @cython.final
 @cython.cclass
-class Scales:
-    """Weigh alignments of two prints.
+class EvidenceScorer:
+    """Score alignments of two prints.
 
     `score` is an `fpmatch.matching.score.ScoreParameters`, `ridges` a `RidgeParameters`, `weights`
     a `ScoreWeights`; there is room for so many minutiae of print B. `evidence` and `feature` are
-    those of the alignment weighed last.
+    those of the alignment scored last. Where both prints have pictures of their ridges the model
+    with ridges scores, else the model of minutiae alone.
     """
 
     def __init__(self, score, ridges, weights, room) -> None:
@@ -58,22 +83,23 @@ class Scales:
         self.best = np.zeros(ENTRIES)
         self.feature = np.zeros(FEATURES)
         self.standard = weights.standard
-        self.bias = weights.bias
-        self.glance, self.glance_growth, self.glance_most = weights.glance
-        self.gate = weights.gate
-        self.sure = weights.sure
+        self.limits = weights.limits
+        self.model = 0
         self.most = 0.0
+        self.last = 0.0
+        self.coarse = np.zeros(MOST_HYPOTHESES)
         self.found = 0
-        self.taken = np.empty(room, np.int32)
+        self.paired_b = np.empty(room, np.int32)
         self.lens = RidgeLens(ridges, room)
         self.margin = score.margin_px
+        self.hull_margin = score.hull_margin_px
         self.doubt_pairs = score.doubt_pairs
         self.doubt_cells = score.doubt_cells
 
     @cython.boundscheck(False)
     @cython.wraparound(False)
-    def said(self) -> tuple:
-        """Return the evidence and the features of the alignment weighed last, as lists."""
+    def last_evidence(self) -> tuple:
+        """Return the evidence and the features of the alignment scored last, as lists."""
         return [self.evidence[k] for k in range(ENTRIES)], [
             self.feature[k] for k in range(FEATURES)
         ]
@@ -81,147 +107,149 @@ class Scales:
     @cython.ccall
     @cython.nogil
     @cython.exceptval(check=False)
-    def lacking(self, weight: cython.int, smaller: cython.Py_ssize_t) -> cython.double:
-        """Return how much the codes of two prints lack to be laid on one another.
-
-        `weight` is what they say, `smaller` the minutiae of the smaller print. Where nothing is
-        lacking the number is not positive.
-        """
-        enough: cython.double = self.glance + self.glance_growth * smaller
-        return (enough if enough < self.glance_most else self.glance_most) - weight
-
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def dismissed(self, lacking: cython.double) -> cython.double:
-        """Return the sum for prints whose codes lack so much: below the gate."""
-        return (self.gate if self.gate < 0.0 else 0.0) - LACKING * lacking
+    def choose_model(self, ridges_a: cython.bint, ridges_b: cython.bint) -> cython.int:
+        """Take the model for prints that have pictures of their ridges, or have not."""
+        self.model = WITH_RIDGES if ridges_a and ridges_b else MINUTIAE_ALONE
+        return cython.cast(cython.int, self.model)
 
     @cython.ccall
     @cython.nogil
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def weigh(
-        self,
-        a: Print,
-        b: Print,
-        partner: cython.int[::1],
-        bent: cython.double[:, ::1],
-        c: cython.double,
-        s: cython.double,
-        x: cython.double,
-        y: cython.double,
-        likeness: cython.float[:, ::1],
-    ) -> cython.double:
-        """Return the weighted sum of the features of an alignment of A on B.
+    def prefilter_shortfall(self, weight: cython.int, smaller: cython.Py_ssize_t) -> cython.double:
+        """Return by how much the prefilter's score of two prints falls short of its threshold.
 
-        ``partner[i]`` is the index in B of what minutia i of A is paired with, or -1; `bent` holds
-        where it lies. The ridges are looked at only where the minutiae leave a doubt.
+        `weight` is that score, `smaller` the number of minutiae of the smaller print. Where two
+        prints pass, the result is not positive. The model is chosen before.
+        """
+        enough: cython.double = self.limits[self.model, PREFILTER_BASE]
+        limit: cython.double = self.limits[self.model, PREFILTER_LIMIT]
+        enough += self.limits[self.model, PREFILTER_GROWTH] * smaller
+        return (enough if enough < limit else limit) - weight
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def prefilter_rejected(self, shortfall: cython.double) -> cython.double:
+        """Return the sum for prints that the prefilter rejects: below the refine threshold."""
+        refine: cython.double = self.limits[self.model, REFINE]
+        return (refine if refine < 0.0 else 0.0) - SHORTFALL * shortfall
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def score_alignment(
+        self, a: Print, b: Print, aligner: Aligner, similarity: cython.float[:, ::1]
+    ) -> cython.double:
+        """Return the weighted sum of the features of the alignment at hand in the aligner.
+
+        The ridges are compared only where the minutiae leave a doubt.
         """
         total: cython.double
-        self._gather(a, b, partner, bent, 0, c, s, x, y, likeness)
+        self.choose_model(a.has_ridges, b.has_ridges)
+        self._gather(a, b, aligner, similarity)
         total = self._total()
-        return self._look(a, b, partner, c, s, x, y) if total > self.gate else total
+        if total > self.limits[self.model, REFINE]:
+            total = self._compare_ridges(
+                a, b, aligner.partner, aligner.c, aligner.s, aligner.x, aligner.y
+            )
+        return total
 
     @cython.ccall
     @cython.nogil
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def lay(
-        self,
-        a: Print,
-        b: Print,
-        table: LightTable,
-        seeds: cython.int[:, ::1],
-        count: cython.Py_ssize_t,
-        likeness: cython.float[:, ::1],
+    def align(
+        self, a: Print, b: Print, aligner: Aligner, similarity: cython.float[:, ::1]
     ) -> cython.double:
-        """Lay A on B as the first `count` seeds say; return the weighted sum of the features.
+        """Align A with B, which the aligner holds; return the weighted sum of the features.
 
-        A few seeds are looked at first, their candidates laid rigidly. Where the minutiae do not
-        speak for any of these so much that it passes the gate, the best of them stands: so it is
-        with most prints of different fingers. Where they leave no doubt that the best of them is
-        right, it alone is refined. Else the candidates of all seeds are refined, and the table
-        keeps the one that the minutiae speak for the most. Then the ridges are looked at.
+        The hypotheses of the relaxed local matches are aligned coarsely, one after the other, until
+        the minutiae leave no doubt that one of them is right (the confident threshold): that one
+        alone is refined. Where relaxation leaves the local matches weak, only the first hypothesis
+        that pairs anything is tried. Where the best of all does not pass the refine threshold, as
+        with most prints of different fingers, it stands as it is. Else those that pass are refined,
+        their ridges are compared, and the aligner saves the one of the greatest sum.
 
-        Where nothing is paired by any, the table's `best_pairs` are 0, and so is the sum.
+        Where nothing is paired by any, the aligner's `best_pairs` are 0, and so is the sum.
         """
         k: cython.Py_ssize_t
-        best: cython.Py_ssize_t = 0
-        passes: cython.bint
-        first: cython.Py_ssize_t = table.first_seeds if table.first_seeds < count else count
+        hypotheses: cython.Py_ssize_t = aligner.hypotheses
+        first: cython.Py_ssize_t = 0
+        count: cython.Py_ssize_t = 0
+        refine: cython.double
+        confident: cython.double
+        weak: cython.bint
+        self.choose_model(a.has_ridges, b.has_ridges)
         self.found = 0
-        for k in range(table.propose(seeds, first)):
-            table.sketch(k)
-            best = k if self._keep_better(a, b, table, likeness) else best
+        aligner.relax(similarity)
+        refine = self.limits[self.model, REFINE]
+        confident = self.limits[self.model, CONFIDENT]
+        weak = aligner.relaxation.strength < self.limits[self.model, RELAXATION]
+        if hypotheses > MOST_HYPOTHESES:
+            hypotheses = MOST_HYPOTHESES
+        for k in range(hypotheses):
+            self.coarse[k] = UNPAIRED_SUM
+            count = k + 1
+            if aligner.start_hypothesis(k) > 0:
+                self._save_better(a, b, aligner, similarity, False)
+                self.coarse[k] = self.last
+                if self.last > confident:
+                    first = k
+                if self.last > confident or weak:
+                    break
         if self.found == 0:
             return 0.0
-        passes = self.most > self.gate
-        if passes:
-            self._refine(a, b, table, seeds, first, count, best, likeness)
+        if self.most > refine:
+            self.found = 0
+            for k in range(first, count):
+                if self.coarse[k] > refine:
+                    aligner.refine(k)
+                    self._save_better(a, b, aligner, similarity, True)
+            if self.found == 0:
+                aligner.best_pairs = 0
+                return 0.0
         for k in range(ENTRIES):
             self.evidence[k] = self.best[k]
-        if not passes:
-            return self._total()
-        return self._look(
-            a, b, table.best_partner, table.best_c, table.best_s, table.best_x, table.best_y
-        )
+        return self._total()
 
     @cython.cfunc
     @cython.nogil
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def _refine(
+    def _save_better(
         self,
         a: Print,
         b: Print,
-        table: LightTable,
-        seeds: cython.int[:, ::1],
-        first: cython.Py_ssize_t,
-        count: cython.Py_ssize_t,
-        best: cython.Py_ssize_t,
-        likeness: cython.float[:, ::1],
-    ) -> cython.int:
-        """Refine the best candidate of the first seeds, where it is sure, or those of all seeds."""
-        k: cython.Py_ssize_t
-        self.found = 0
-        if self.most > self.sure:
-            table.take(best)
-            self._keep_better(a, b, table, likeness)
-            return self.found
-        for k in range(table.propose_more(seeds, first, count)):
-            table.take(k)
-            self._keep_better(a, b, table, likeness)
-        return self.found
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _keep_better(
-        self, a: Print, b: Print, table: LightTable, likeness: cython.float[:, ::1]
+        aligner: Aligner,
+        similarity: cython.float[:, ::1],
+        ridges: cython.bint,
     ) -> cython.bint:
-        """Let the table keep the alignment at hand where the minutiae speak for none more.
+        """Let the aligner save the alignment at hand if its sum is the greatest; return whether.
 
-        Tell whether it does.
+        Where `ridges`, they are compared, too.
         """
         e: cython.Py_ssize_t
         total: cython.double
         better: cython.bint
-        if table.pairs == 0:
+        if aligner.pairs == 0:
             return False
-        self._gather(
-            a, b, table.partner, table.laid, 4, table.c, table.s, table.x, table.y, likeness
-        )
+        self._gather(a, b, aligner, similarity)
         total = self._total()
+        if ridges and self.model == WITH_RIDGES:
+            total = self._compare_ridges(
+                a, b, aligner.partner, aligner.c, aligner.s, aligner.x, aligner.y
+            )
+        self.last = total
         better = self.found == 0 or total > self.most
         if better:
             self.most = total
-            table.keep()
+            aligner.save_best()
             for e in range(ENTRIES):
                 self.best[e] = self.evidence[e]
         self.found += 1
@@ -232,7 +260,7 @@ class Scales:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def _look(
+    def _compare_ridges(
         self,
         a: Print,
         b: Print,
@@ -242,7 +270,7 @@ class Scales:
         x: cython.double,
         y: cython.double,
     ) -> cython.double:
-        """Look at the ridges; return the weighted sum."""
+        """Compare the ridges; return the weighted sum."""
         if self.lens.compare(a, b, partner, c, s, x, y) > 0:
             self.evidence[RIDGES] = self.lens.correlation
             self.evidence[CELLS] = self.lens.cells
@@ -257,17 +285,22 @@ class Scales:
     def describe(self) -> cython.int:
         """Turn the evidence into features; see `fpmatch.matching.score`."""
         pairs: cython.double = self.evidence[PAIRS]
-        local: cython.double = self.evidence[LOCAL]
-        self.feature[0] = log(1.0 + local)
-        self.feature[1] = log((1.0 + local) / (1.0 + pairs))
-        self.feature[2] = sqrt(self.evidence[UNPAIRED] / (pairs + self.doubt_pairs))
-        self.feature[3] = self.evidence[OVERLAP]
+        per_pair: cython.double = 1.0 / (1.0 + pairs)
+        self.feature[0] = log(LEAST_RELAXED + self.evidence[RELAXED])
+        self.feature[1] = self.evidence[PLACES] * per_pair
+        self.feature[2] = self.evidence[WEIGHTS] * per_pair
+        self.feature[3] = self.evidence[FULLNESS] * per_pair
+        self.feature[4] = self.evidence[TURNED] * per_pair
+        self.feature[5] = self.evidence[STRAIN]
+        self.feature[6] = log(1.0 + self.evidence[LOCAL])
+        self.feature[7] = sqrt(self.evidence[UNPAIRED] / (pairs + self.doubt_pairs))
+        self.feature[8] = self.evidence[OVERLAP]
         if self.evidence[CELLS] > 0.0:
-            self.feature[4] = self.evidence[RIDGES]
-            self.feature[5] = log(self.evidence[CELLS] + self.doubt_cells)
+            self.feature[9] = self.evidence[RIDGES]
+            self.feature[10] = log(self.evidence[CELLS] + self.doubt_cells)
         else:
-            self.feature[4] = self.standard[STRANGER, 4]
-            self.feature[5] = self.standard[STRANGER, 5]
+            self.feature[9] = self.standard[self.model, IMPOSTOR, 9]
+            self.feature[10] = self.standard[self.model, IMPOSTOR, 10]
         return 0
 
     @cython.cfunc
@@ -279,13 +312,14 @@ class Scales:
     def _total(self) -> cython.double:
         """Return the weighted sum of the features."""
         k: cython.Py_ssize_t
-        total: cython.double = self.bias
+        m: cython.Py_ssize_t = self.model
+        total: cython.double = self.limits[m, BIAS]
         self.describe()
         for k in range(self.feature.shape[0]):
             total += (
-                self.standard[WEIGHT, k]
-                * (self.feature[k] - self.standard[MIDDLE, k])
-                / self.standard[SPREAD, k]
+                self.standard[m, WEIGHT, k]
+                * (self.feature[k] - self.standard[m, MIDDLE, k])
+                / self.standard[m, SPREAD, k]
             )
         return total
 
@@ -296,22 +330,9 @@ class Scales:
     @cython.cdivision(True)
     @cython.exceptval(check=False)
     def _gather(
-        self,
-        a: Print,
-        b: Print,
-        partner: cython.int[::1],
-        bent: cython.double[:, ::1],
-        row: cython.Py_ssize_t,
-        c: cython.double,
-        s: cython.double,
-        x: cython.double,
-        y: cython.double,
-        likeness: cython.float[:, ::1],
+        self, a: Print, b: Print, aligner: Aligner, similarity: cython.float[:, ::1]
     ) -> cython.int:
-        """Gather what the minutiae say; nothing yet of the ridges.
-
-        Those of A lie where rows `row` and ``row + 1`` of `bent` say.
-        """
+        """Gather the evidence of the minutiae in the alignment at hand; none yet of the ridges."""
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
         pairs: cython.double = 0.0
@@ -325,36 +346,50 @@ class Scales:
         qy: cython.double
         area: cython.double
         smaller: cython.double
+        partner: cython.int[::1] = aligner.partner
+        predicted: cython.double[:, ::1] = aligner.predicted
+        c: cython.double = aligner.c
+        s: cython.double = aligner.s
+        x: cython.double = aligner.x
+        y: cython.double = aligner.y
         scale: cython.double = c * c + s * s
+        margin_a: cython.double = self.margin if a.has_flow else self.hull_margin
+        margin_b: cython.double = self.margin if b.has_flow else self.hull_margin
         for j in range(b.size):
-            self.taken[j] = 0
+            self.paired_b[j] = 0
         for i in range(a.size):
             j = partner[i]
             if j >= 0:
                 pairs += 1.0
                 common += 1.0
-                local += cython.cast(cython.double, likeness[i, j])
-                self.taken[j] = 1
-            elif b.holds(bent[row, i], bent[row + 1, i]):
+                local += cython.cast(cython.double, similarity[i, j])
+                self.paired_b[j] = 1
+            elif b.contains(predicted[0, i], predicted[1, i]):
                 common += 1.0
-                if b.surrounds(bent[row, i], bent[row + 1, i], self.margin):
+                if b.contains_with_margin(predicted[0, i], predicted[1, i], margin_b):
                     unpaired += a.quality[i] * a.quality[i]
         for j in range(b.size):
-            if self.taken[j]:
+            if self.paired_b[j]:
                 common += 1.0
                 continue
             qx = b.points[0, j] - x
             qy = b.points[1, j] - y
             px = (c * qx + s * qy) / scale
             py = (c * qy - s * qx) / scale
-            if a.holds(px, py):
+            if a.contains(px, py):
                 common += 1.0
-                if a.surrounds(px, py, self.margin):
+                if a.contains_with_margin(px, py, margin_a):
                     unpaired_b += b.quality[j] * b.quality[j]
         self.evidence[PAIRS] = pairs
         self.evidence[LOCAL] = local
         self.evidence[UNPAIRED] = unpaired + unpaired_b
         self.evidence[COMMON] = common
+        self.evidence[RELAXED] = aligner.relaxation.support_of(partner)
+        self.evidence[PLACES] = aligner.mesh.places
+        self.evidence[WEIGHTS] = aligner.mesh.weights
+        self.evidence[FULLNESS] = aligner.mesh.full
+        self.evidence[TURNED] = aligner.mesh.turned
+        self.evidence[STRAIN] = aligner.mesh.mean_strain()
         self.evidence[RIDGES] = 0.0
         self.evidence[CELLS] = 0.0
         self.evidence[OVERLAP] = 0.0

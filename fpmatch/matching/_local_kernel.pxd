@@ -9,18 +9,14 @@ cdef class NeighbourIndex:
     cdef Py_ssize_t _line(self, double place) noexcept nogil
     cpdef int to_prints_before(
         self, int[::1] count, float[:, :, ::1] frame, Py_ssize_t minutiae, double min_cosine,
-        float[:, ::1] likeness,
+        float[:, ::1] similarity,
     ) noexcept nogil
     cpdef int to_prints_after(
         self, int[::1] count, float[:, :, ::1] frame, Py_ssize_t minutiae, double min_cosine,
-        float[:, ::1] likeness,
+        float[:, ::1] similarity,
     ) noexcept nogil
 
-cpdef int divide_by_size(
-    float[:, ::1] likeness, int[::1] count_a, Py_ssize_t minutiae_a, int[::1] count_b,
+cpdef int normalize_by_size(
+    float[:, ::1] similarity, int[::1] count_a, Py_ssize_t minutiae_a, int[::1] count_b,
     Py_ssize_t minutiae_b, int fewest,
-) noexcept nogil
-cpdef int most_alike(
-    float[:, ::1] likeness, Py_ssize_t minutiae_a, Py_ssize_t minutiae_b, int[:, ::1] seeds,
-    float[::1] value,
 ) noexcept nogil

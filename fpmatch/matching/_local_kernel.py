@@ -1,15 +1,15 @@
-"""Kernel: the likeness of every neighbourhood of one print to every neighbourhood of the other.
+"""Kernel: the local similarity of every minutia of one print to every minutia of the other.
 
 A neighbour stands in the frame of its minutia: position (u, v), turned so that the minutia's own
-direction is +u, and direction (c, s) relative to it. A neighbour is as like another as their
-distance, against a tolerance that grows with the neighbour's own distance, and their difference
-in direction allow; each neighbour of print A looks for the one most like it on the side of B, and
-one that finds none counts nothing: neighbours may be missing or spurious on either side.
+direction is +u, and direction (c, s) relative to it. The similarity of two neighbours falls
+with their distance, against a tolerance that grows with the neighbour's own distance, and with
+their difference in direction. Each neighbour of print A counts by the most similar one on the side
+of B, or not at all: neighbours may be missing or spurious on either side.
 
-Few neighbours are alike at all. One print's are therefore sorted once into cells of position and
-direction, each cell listing all that anything in it could be like, and those of any number of
-other prints are looked up there. Interpreted, it runs as it stands, to the same last bit; its
-oracle in the tests is written in numpy.
+Few neighbours are similar at all. Those of one print are therefore sorted once into cells of
+position and direction, each cell listing all that anything in it could be similar to, and those of
+any number of other prints are looked up there. Interpreted, it runs as it stands, to the same last
+bit; its oracle in the tests is written in numpy.
 """
 
 import cython
@@ -175,9 +175,9 @@ class NeighbourIndex:
         frame: cython.float[:, :, ::1],
         minutiae: cython.Py_ssize_t,
         min_cosine: cython.double,
-        likeness: cython.float[:, ::1],
+        similarity: cython.float[:, ::1],
     ) -> cython.int:
-        """Fill ``likeness[i, j]`` for the minutiae i of another print A and j of the indexed one.
+        """Fill ``similarity[i, j]`` for the minutiae i of another print A and j of the indexed one.
 
         `count` and `frame` are those of A, of which the first `minutiae` are compared.
         """
@@ -199,7 +199,7 @@ class NeighbourIndex:
         t1: cython.double
         t2: cython.double
         t3: cython.double
-        # a quarter, as either factor of a likeness is doubled below
+        # a quarter, as either factor of a similarity is doubled below
         scale: cython.double = 0.25 / (1.0 - min_cosine)
         n: cython.Py_ssize_t = self.minutiae
         entry: cython.double[:, ::1] = self.entry
@@ -241,17 +241,17 @@ class NeighbourIndex:
                     best[e + 1] = 0.0
                     best[e + 2] = 0.0
                     best[e + 3] = 0.0
-                likeness[i, j] = cython.cast(cython.float, t0)
-                likeness[i, j + 1] = cython.cast(cython.float, t1)
-                likeness[i, j + 2] = cython.cast(cython.float, t2)
-                likeness[i, j + 3] = cython.cast(cython.float, t3)
+                similarity[i, j] = cython.cast(cython.float, t0)
+                similarity[i, j + 1] = cython.cast(cython.float, t1)
+                similarity[i, j + 2] = cython.cast(cython.float, t2)
+                similarity[i, j + 3] = cython.cast(cython.float, t3)
                 j += 4
             while j < n:
                 t0 = 0.0
                 for k in range(count[i]):
                     t0 += best[k * n + j] * cython.cast(cython.double, frame[i, 5, k])
                     best[k * n + j] = 0.0
-                likeness[i, j] = cython.cast(cython.float, t0)
+                similarity[i, j] = cython.cast(cython.float, t0)
                 j += 1
         return 0
 
@@ -266,9 +266,9 @@ class NeighbourIndex:
         frame: cython.float[:, :, ::1],
         minutiae: cython.Py_ssize_t,
         min_cosine: cython.double,
-        likeness: cython.float[:, ::1],
+        similarity: cython.float[:, ::1],
     ) -> cython.int:
-        """Fill ``likeness[i, j]`` for the minutiae i of the indexed print and j of another, B.
+        """Fill ``similarity[i, j]`` for the minutiae i of the indexed print and j of another, B.
 
         `count` and `frame` are those of B, of which the first `minutiae` are compared.
         """
@@ -290,7 +290,7 @@ class NeighbourIndex:
         t1: cython.double
         t2: cython.double
         t3: cython.double
-        # a quarter, as either factor of a likeness is doubled below
+        # a quarter, as either factor of a similarity is doubled below
         scale: cython.double = 0.25 / (1.0 - min_cosine)
         n: cython.Py_ssize_t = self.minutiae
         entry: cython.double[:, ::1] = self.entry
@@ -330,17 +330,17 @@ class NeighbourIndex:
                     best[e + 1] = 0.0
                     best[e + 2] = 0.0
                     best[e + 3] = 0.0
-                likeness[i, j] = cython.cast(cython.float, t0)
-                likeness[i + 1, j] = cython.cast(cython.float, t1)
-                likeness[i + 2, j] = cython.cast(cython.float, t2)
-                likeness[i + 3, j] = cython.cast(cython.float, t3)
+                similarity[i, j] = cython.cast(cython.float, t0)
+                similarity[i + 1, j] = cython.cast(cython.float, t1)
+                similarity[i + 2, j] = cython.cast(cython.float, t2)
+                similarity[i + 3, j] = cython.cast(cython.float, t3)
                 i += 4
             while i < n:
                 t0 = 0.0
                 for k in range(self.size):
                     t0 += best[k * n + i] * root_weight[k * n + i]
                     best[k * n + i] = 0.0
-                likeness[i, j] = cython.cast(cython.float, t0)
+                similarity[i, j] = cython.cast(cython.float, t0)
                 i += 1
         return 0
 
@@ -351,8 +351,8 @@ class NeighbourIndex:
 @cython.wraparound(False)
 @cython.cdivision(True)
 @cython.exceptval(check=False)
-def divide_by_size(
-    likeness: cython.float[:, ::1],
+def normalize_by_size(
+    similarity: cython.float[:, ::1],
     count_a: cython.int[::1],
     minutiae_a: cython.Py_ssize_t,
     count_b: cython.int[::1],
@@ -368,51 +368,7 @@ def divide_by_size(
         size_a = count_a[i] if count_a[i] > fewest else fewest
         for j in range(minutiae_b):
             size_b = count_b[j] if count_b[j] > fewest else fewest
-            likeness[i, j] = cython.cast(
-                cython.float, cython.cast(cython.double, likeness[i, j]) / sqrt(size_a * size_b)
+            similarity[i, j] = cython.cast(
+                cython.float, cython.cast(cython.double, similarity[i, j]) / sqrt(size_a * size_b)
             )
     return 0
-
-
-@cython.ccall
-@cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.exceptval(check=False)
-def most_alike(
-    likeness: cython.float[:, ::1],
-    minutiae_a: cython.Py_ssize_t,
-    minutiae_b: cython.Py_ssize_t,
-    seeds: cython.int[:, ::1],
-    value: cython.float[::1],
-) -> cython.int:
-    """Write the pairs (i, j) of greatest likeness to `seeds`, best first; return their number.
-
-    Equal ones come in the order of their indices; pairs of no likeness are left out. `value`, as
-    long as `seeds`, is scratch.
-    """
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    found: cython.Py_ssize_t = 0
-    most: cython.Py_ssize_t = seeds.shape[0]
-    enough: cython.float = 0.0
-    if most == 0:
-        return 0
-    for i in range(minutiae_a):
-        for j in range(minutiae_b):
-            if likeness[i, j] > enough:
-                k = found if found < most else most - 1
-                while k > 0 and value[k - 1] < likeness[i, j]:
-                    value[k] = value[k - 1]
-                    seeds[k, 0] = seeds[k - 1, 0]
-                    seeds[k, 1] = seeds[k - 1, 1]
-                    k -= 1
-                value[k] = likeness[i, j]
-                seeds[k, 0] = cython.cast(cython.int, i)
-                seeds[k, 1] = cython.cast(cython.int, j)
-                if found < most:
-                    found += 1
-                if found == most:
-                    enough = value[most - 1]
-    return cython.cast(cython.int, found)

@@ -1,4 +1,4 @@
-"""Kernel: two prints compared, and what the pairs found say in the pixels of the two images.
+"""Kernel: compare two prints, and fit the transform of their pairs in pixels of the two images.
 
 It takes the steps of `_one_to_many_kernel`, which keeps nothing but the similarity. Interpreted,
 the class and the function run as they stand.
@@ -8,23 +8,19 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._align_kernel import LightTable
+    from cython.cimports.fpmatch.matching._align_kernel import Aligner
     from cython.cimports.fpmatch.matching._code_kernel import Sieve
-    from cython.cimports.fpmatch.matching._evidence_kernel import Scales
-    from cython.cimports.fpmatch.matching._local_kernel import (
-        NeighbourIndex,
-        divide_by_size,
-        most_alike,
-    )
+    from cython.cimports.fpmatch.matching._evidence_kernel import EvidenceScorer
+    from cython.cimports.fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
     from cython.cimports.fpmatch.matching._print_kernel import Print
     from cython.cimports.libc.math import atan2, cos, sin, sqrt
 else:
     from math import atan2, cos, sin, sqrt
 
-    from fpmatch.matching._align_kernel import LightTable
+    from fpmatch.matching._align_kernel import Aligner
     from fpmatch.matching._code_kernel import Sieve
-    from fpmatch.matching._evidence_kernel import Scales
-    from fpmatch.matching._local_kernel import NeighbourIndex, divide_by_size, most_alike
+    from fpmatch.matching._evidence_kernel import EvidenceScorer
+    from fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
     from fpmatch.matching._print_kernel import Print
 
 COMPILED = cython.compiled
@@ -33,37 +29,35 @@ COMPILED = cython.compiled
 @cython.final
 @cython.cclass
 class OneToOne:
-    """The room in which prints of up to so many minutiae are laid on one another, two at a time.
+    """Reusable workspace in which prints of up to so many minutiae are compared, two at a time.
 
     `local` is an `fpmatch.matching.local.LocalParameters`.
     """
 
     sieve: Sieve
     sieved: object
-    table: LightTable
-    scales: Scales
-    likeness: cython.float[:, ::1]
-    seeds: cython.int[:, ::1]
-    value: cython.float[::1]
+    aligner: Aligner
+    scorer: EvidenceScorer
+    similarity: cython.float[:, ::1]
     min_cosine: cython.double
     fewest_neighbours: cython.int
 
-    def __init__(self, sieve, table, scales, room, local) -> None:
+    def __init__(self, sieve, aligner, scorer, room, local) -> None:
         self.sieve = sieve
         self.sieved = None
-        self.table = table
-        self.scales = scales
-        self.likeness = np.empty((room, room), np.float32)
-        self.seeds = np.empty((local.seeds, 2), np.int32)
-        self.value = np.empty(local.seeds, np.float32)
+        self.aligner = aligner
+        self.scorer = scorer
+        self.similarity = np.empty((room, room), np.float32)
         self.min_cosine = local.min_cosine
         self.fewest_neighbours = local.fewest_neighbours
 
     @cython.ccall
-    def lacking(self, own: Print, other: Print, other_first: cython.bint) -> cython.double:
-        """Return how much the codes of two prints lack for them to be laid on one another.
+    def prefilter_shortfall(
+        self, own: Print, other: Print, other_first: cython.bint
+    ) -> cython.double:
+        """Return by how much the prefilter's score of two prints falls short of its threshold.
 
-        The own print stays in the tables, for the next to be compared with. `other_first` says
+        The own print stays in the tables, for the next to be compared with. `other_first` states
         which of the two is print A.
         """
         weight: cython.int
@@ -80,23 +74,24 @@ class OneToOne:
             other.has_flow,
             other_first,
         )
-        return self.scales.lacking(weight, own.size if own.size < other.size else other.size)
+        self.scorer.choose_model(own.has_ridges, other.has_ridges)
+        return self.scorer.prefilter_shortfall(
+            weight, own.size if own.size < other.size else other.size
+        )
 
     @cython.ccall
     @cython.boundscheck(False)
     @cython.wraparound(False)
-    def lay(self, neighbours: NeighbourIndex, a: Print, b: Print) -> cython.double:
-        """Lay A, whose neighbours are indexed, on B; return the weighted sum of the features.
+    def align(self, neighbours: NeighbourIndex, a: Print, b: Print) -> cython.double:
+        """Align A, whose neighbours are indexed, with B; return the weighted sum of the features.
 
-        Where nothing of them is alike, the table's `best_pairs` are 0, and so is the sum.
+        Where nothing is paired, the aligner's `best_pairs` are 0, and so is the sum.
         """
-        count: cython.int
-        neighbours.to_prints_after(b.count, b.frame, b.size, self.min_cosine, self.likeness)
-        divide_by_size(self.likeness, a.count, a.size, b.count, b.size, self.fewest_neighbours)
-        count = most_alike(self.likeness, a.size, b.size, self.seeds, self.value)
-        self.table.put_a(a.points, a.size)
-        self.table.put_b(b.points, b.size)
-        return self.scales.lay(a, b, self.table, self.seeds, count, self.likeness)
+        neighbours.to_prints_after(b.count, b.frame, b.size, self.min_cosine, self.similarity)
+        normalize_by_size(self.similarity, a.count, a.size, b.count, b.size, self.fewest_neighbours)
+        self.aligner.put_a(a.points, a.size)
+        self.aligner.put_b(b.points, b.size)
+        return self.scorer.align(a, b, self.aligner, self.similarity)
 
 
 @cython.ccall

@@ -16,8 +16,8 @@ cdef class Print:
     cdef double step, per_px
     cdef bint has_flow, has_ridges
 
-    cdef bint holds(self, double x, double y) noexcept nogil
-    cdef bint surrounds(self, double x, double y, double margin) noexcept nogil
+    cdef bint contains(self, double x, double y) noexcept nogil
+    cdef bint contains_with_margin(self, double x, double y, double margin) noexcept nogil
 
 
 cdef class PackedPrints:

@@ -78,8 +78,8 @@ class Print:
     @cython.wraparound(False)
     @cython.cdivision(True)
     @cython.exceptval(check=False)
-    def holds(self, x: cython.double, y: cython.double) -> cython.bint:
-        """Tell whether a place lies in the region."""
+    def contains(self, x: cython.double, y: cython.double) -> cython.bint:
+        """Return whether a place lies in the print area."""
         x = x * self.per_px - self.first_column
         y = -y * self.per_px - self.first_row
         if not (0.0 <= x < self.columns and 0.0 <= y < self.rows):
@@ -96,13 +96,15 @@ class Print:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def surrounds(self, x: cython.double, y: cython.double, margin: cython.double) -> cython.bint:
-        """Tell whether the places so far to all four sides lie in the region."""
+    def contains_with_margin(
+        self, x: cython.double, y: cython.double, margin: cython.double
+    ) -> cython.bint:
+        """Return whether the places so far to all four sides lie in the print area."""
         return (
-            self.holds(x - margin, y)
-            and self.holds(x + margin, y)
-            and self.holds(x, y - margin)
-            and self.holds(x, y + margin)
+            self.contains(x - margin, y)
+            and self.contains(x + margin, y)
+            and self.contains(x, y - margin)
+            and self.contains(x, y + margin)
         )
 
 

@@ -220,7 +220,7 @@ class RidgeLens:
                     py = -((a.first_row + row) * a.step + half)
                     dx = self.c * px - self.s * py + self.x + drift_x
                     dy = self.s * px + self.c * py + self.y + drift_y
-                    if b.holds(dx, dy):
+                    if b.contains(dx, dy):
                         self._count(a, b, row, column, dx, dy)
         return 0
 

@@ -1,4 +1,4 @@
-"""Global match: the transform that lays one print over the other, and the pairs under it."""
+"""Global match: the pairs of two prints, the mesh that they span, and the transform they fit."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching import _align_kernel as kernel
+from fpmatch.matching.pair_mesh import PairMeshParameters
+from fpmatch.matching.relaxation import RelaxationParameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,35 +24,22 @@ class AlignmentParameters:
     ----------
     max_turn_deg : float
         Largest difference in direction within a pair.
-    seed_reach_px, seed_reach_per_px, seed_reach_limit_px : float
-        Reach of the pairing under a seed's own transform: at the seed, its growth with distance
-        from it, and its limit.
-    first_seeds : int
-        Seeds that are looked at first, and most often alone.
-    candidates : int
-        Seeds whose transforms are refined to the end.
-    rigid_rounds, rigid_reach_px : int, float
-        Rounds of refitting the similarity transform, at least one, and the reach of their pairing.
-    bend_rounds, bend_sigma_px : int, float
-        Rounds of bending with the skin, and the width over which it is taken to bend alike.
-    bend_reach_px, bend_reach_per_px, bend_reach_limit_px : float
-        Reach of the pairing while bending: beside another pair, its growth with the distance from
-        the nearest other pair, and its limit.
+    hypotheses : int
+        Hypotheses of the relaxed local matches that are aligned, at most.
+    coarse_rounds, rounds : int
+        Rounds in which the mesh of pairs grows: in coarse alignment, and in all.
+    reach_px, reach_per_px, reach_limit_px : float
+        How far from its prediction a minutia may lie to be paired: beside another pair, its growth
+        with the distance from the nearest other pair, and its limit.
     """
 
     max_turn_deg: float = 30.0
-    seed_reach_px: float = 9.0
-    seed_reach_per_px: float = 0.08
-    seed_reach_limit_px: float = 22.0
-    first_seeds: int = 8
-    candidates: int = 4
-    rigid_rounds: int = 2
-    rigid_reach_px: float = 16.0
-    bend_rounds: int = 2
-    bend_sigma_px: float = 45.0
-    bend_reach_px: float = 8.0
-    bend_reach_per_px: float = 0.08
-    bend_reach_limit_px: float = 18.0
+    hypotheses: int = 4
+    coarse_rounds: int = 1
+    rounds: int = 3
+    reach_px: float = 10.0
+    reach_per_px: float = 0.12
+    reach_limit_px: float = 24.0
 
     @property
     def min_cosine(self) -> float:
@@ -60,7 +49,7 @@ class AlignmentParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """Hold how print A lies on print B; minutiae are columns (x, y up, direction c, s).
+    """Hold the alignment of print A with print B; minutiae are columns (x, y up, direction c, s).
 
     Parameters
     ----------
@@ -70,121 +59,106 @@ class Alignment:
         For each minutia of A its partner in B, or -1; one-to-one.
     weight : ndarray of float64, shape (N,)
         How well a pair fits, 0 to 1; 0 where there is none.
-    bent : ndarray of float64, shape (4, N)
-        The minutiae of A, moved onto B and bent with the skin.
+    predicted : ndarray of float64, shape (4, N)
+        The minutiae of A where the mesh of pairs maps them in B.
     """
 
     transform: NDArray[np.float64]
     partner: NDArray[np.int32]
     weight: NDArray[np.float64]
-    bent: NDArray[np.float64]
+    predicted: NDArray[np.float64]
 
 
-def at_rest(a: NDArray[np.float64]) -> Alignment:
+def identity_alignment(a: NDArray[np.float64]) -> Alignment:
     """Return the alignment of a print, minutiae (4, N), with itself: each is its own partner."""
     n = a.shape[1]
     return Alignment(np.array([1.0, 0.0, 0.0, 0.0]), np.arange(n, dtype=np.int32), np.ones(n), a)
 
 
-def light_table(
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-    parameters: AlignmentParameters | None = None,
-    seeds: int = 0,
-) -> kernel.LightTable:
-    """Return a table on which print A is laid over print B.
+def make_aligner(
+    size_a: int, size_b: int, parameters: AlignmentParameters | None = None
+) -> kernel.Aligner:
+    """Return an aligner for prints of up to so many minutiae, for one thread.
 
     Parameters
     ----------
-    a, b : ndarray of float64, shapes (4, N) and (4, M)
-        x and y in pixels at 500 dpi, y pointing up, and the unit vector of the direction.
+    size_a, size_b : int
+        Most minutiae of print A and of print B.
     parameters : AlignmentParameters, optional
-        Reaches and rounds.
-    seeds : int
-        The most seeds there is to be room for.
+        Hypotheses, rounds and reach.
 
     Returns
     -------
-    LightTable
-        For one thread.
+    Aligner
+        Empty: `put_a` and `put_b` give it two prints.
     """
-    table = kernel.LightTable(a.shape[1], b.shape[1], seeds, parameters or AlignmentParameters())
-    table.put_a(a, a.shape[1])
-    table.put_b(b, b.shape[1])
-    return table
-
-
-def kept(table: kernel.LightTable) -> Alignment:
-    """Return the alignment that a table has kept."""
-    n = table.size_a
-    return Alignment(
-        np.array([table.best_c, table.best_s, table.best_x, table.best_y]),
-        np.array(table.best_partner[:n]),
-        np.array(table.best_weight[:n]),
-        np.array(table.best_bent[:, :n]),
+    return kernel.Aligner(
+        size_a,
+        size_b,
+        parameters or AlignmentParameters(),
+        RelaxationParameters(),
+        PairMeshParameters(),
     )
 
 
-def candidates(
+def aligner_of(
     a: NDArray[np.float64],
     b: NDArray[np.float64],
-    seeds: NDArray[np.int32],
     parameters: AlignmentParameters | None = None,
-) -> list[Alignment]:
-    """Lay print A on print B in the ways that pairs of minutiae that look alike propose.
+) -> kernel.Aligner:
+    """Return an aligner that holds print A and print B, minutiae of shapes (4, N) and (4, M)."""
+    aligner = make_aligner(a.shape[1], b.shape[1], parameters)
+    aligner.put_a(a, a.shape[1])
+    aligner.put_b(b, b.shape[1])
+    return aligner
 
-    Every seed proposes a transform; those with the most support are refitted and re-paired in
-    turn, at first as a similarity transform, then bending smoothly with the skin. Of those that
-    begin with the same pairs only the first is.
+
+def best_alignment(aligner: kernel.Aligner) -> Alignment:
+    """Return the alignment that an aligner has saved as the best."""
+    n = aligner.size_a
+    return Alignment(
+        np.array([aligner.best_c, aligner.best_s, aligner.best_x, aligner.best_y]),
+        np.array(aligner.best_partner[:n]),
+        np.array(aligner.best_weight[:n]),
+        np.array(aligner.best_predicted[:, :n]),
+    )
+
+
+def alignments(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    similarity: NDArray[np.float32],
+    parameters: AlignmentParameters | None = None,
+    *,
+    coarse: bool = False,
+) -> list[Alignment]:
+    """Align print A with print B by each hypothesis of their relaxed local matches.
 
     Parameters
     ----------
     a, b : ndarray of float64, shapes (4, N) and (4, M)
         x and y in pixels at 500 dpi, y pointing up, and the unit vector of the direction.
-    seeds : ndarray of int32, shape (K, 2)
-        Pairs of minutiae whose neighbourhoods are alike, best first.
+    similarity : ndarray of float32, shape (N, M)
+        Local similarity of their minutiae.
     parameters : AlignmentParameters, optional
-        Reaches and rounds.
+        Hypotheses, rounds and reach.
+    coarse : bool
+        Whether to stop after coarse alignment.
 
     Returns
     -------
     list of Alignment
-        Those under which anything is paired; the one of most support first.
-    """
-    if not len(seeds):
-        return []
-    table = light_table(a, b, parameters, len(seeds))
-    found = []
-    for k in range(table.propose(seeds, len(seeds))):
-        table.take(k)
-        if table.keep() > 0:
-            found.append(kept(table))
-    return found
-
-
-def sketches(
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-    seeds: NDArray[np.int32],
-    parameters: AlignmentParameters | None = None,
-) -> list[Alignment]:
-    """Lay print A on print B, rigidly and at once, in the ways that the first seeds propose.
-
-    Parameters
-    ----------
-    a, b, seeds, parameters
-        As for `candidates`.
-
-    Returns
-    -------
-    list of Alignment
-        Those under which anything is paired; the one of most support first.
+        Those under which anything is paired; that of the strongest local match first.
     """
     p = parameters or AlignmentParameters()
-    table = light_table(a, b, p, len(seeds))
+    aligner = aligner_of(a, b, p)
+    aligner.relax(similarity)
     found = []
-    for k in range(table.propose(seeds, min(p.first_seeds, len(seeds)))):
-        table.sketch(k)
-        if table.keep() > 0:
-            found.append(kept(table))
+    for k in range(p.hypotheses):
+        pairs = aligner.start_hypothesis(k)
+        if coarse and pairs and aligner.save_best():
+            found.append(best_alignment(aligner))
+    for k in range(0 if coarse else p.hypotheses):
+        if aligner.refine(k) and aligner.save_best():
+            found.append(best_alignment(aligner))
     return found

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.align import candidates
+from fpmatch.matching.align import alignments
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,12 +28,12 @@ class ExplanationParameters:
     small_overlap : float
         Share of the smaller print that the common region then falls short of.
     poor_ridges : float
-        Correlation of ridges that is hardly more than that of strangers.
+        Correlation of ridges that is hardly more than that of impostor prints.
     poor_minutiae : float
         Mean quality of a print's minutiae, 0 to 1, below which they are poor.
     apart_px : float
-        Distance, on average, between where two transforms lay a print, from which they compete.
-    rival_share : float
+        Mean distance between where two transforms map a print, from which they compete.
+    competing_share : float
         Share of the pairs that a competing transform has at least.
     """
 
@@ -41,14 +41,14 @@ class ExplanationParameters:
     poor_ridges: float = 0.3
     poor_minutiae: float = 0.4
     apart_px: float = 30.0
-    rival_share: float = 0.75
+    competing_share: float = 0.75
 
 
 def explain(
     probe: PreparedTemplate,
     reference: PreparedTemplate,
     evidence: Evidence,
-    rival_pairs: int = 0,
+    competing: int = 0,
     parameters: ExplanationParameters | None = None,
 ) -> str:
     """Say in words what speaks against one finger, what matters most first.
@@ -59,8 +59,8 @@ def explain(
         The two prints.
     evidence : Evidence
         What was found under the best transform.
-    rival_pairs : int
-        Pairs under another transform; see `rival_of`.
+    competing : int
+        Pairs under another transform; see `competing_pairs`.
     parameters : ExplanationParameters, optional
         When something is worth saying.
 
@@ -71,19 +71,19 @@ def explain(
     """
     p = parameters or ExplanationParameters()
     parts = [main_reason(evidence, p)]
-    if 0 < p.rival_share * evidence.pairs <= rival_pairs:
-        parts.append(f"a quite different transform pairs {rival_pairs}: neither stands out")
+    if 0 < p.competing_share * evidence.pairs <= competing:
+        parts.append(f"a quite different transform pairs {competing}: neither stands out")
     return "; ".join([*parts, *_poor_sides(probe, reference, p)])
 
 
-def rival_of(
+def competing_pairs(
     a: PreparedTemplate,
     b: PreparedTemplate,
     alignment: Alignment,
-    seeds: NDArray[np.int32],
+    similarity: NDArray[np.float32],
     parameters: ExplanationParameters | None = None,
 ) -> int:
-    """Count the pairs under the best transform that lays one print quite elsewhere.
+    """Count the pairs under the best transform that maps one print quite elsewhere.
 
     Parameters
     ----------
@@ -91,8 +91,8 @@ def rival_of(
         Two prints, in the order of their content.
     alignment : Alignment
         The best one.
-    seeds : ndarray of int32, shape (K, 2)
-        Pairs of minutiae whose neighbourhoods are alike, which proposed it and others.
+    similarity : ndarray of float32, shape (N, M)
+        Local similarity of their minutiae.
     parameters : ExplanationParameters, optional
         What counts as elsewhere.
 
@@ -102,18 +102,22 @@ def rival_of(
         0 where no other transform is proposed.
     """
     p = parameters or ExplanationParameters()
-    laid = _laid(a.points, alignment.transform)
-    off = np.abs(laid[seeds[:, 0]] - (b.points[0] + 1j * b.points[1])[seeds[:, 1]])
-    others = candidates(a.points, b.points, np.ascontiguousarray(seeds[off > p.apart_px]))
-    if not others:
-        return 0
-    other = max(others, key=lambda one: float(one.weight.sum()))
-    apart = float(np.abs(_laid(a.points, other.transform) - laid).mean())
-    return int(np.count_nonzero(other.partner >= 0)) if apart > p.apart_px else 0
+    best = _mapped(a.points, alignment.transform)
+    # a minutia is in one local match alone: without those of the best, others come to light
+    other = similarity.copy()
+    paired = np.flatnonzero(alignment.partner >= 0)
+    other[paired, alignment.partner[paired]] = 0.0
+    others = [
+        one
+        for matches in (similarity, other)
+        for one in alignments(a.points, b.points, matches)
+        if np.abs(_mapped(a.points, one.transform) - best).mean() > p.apart_px
+    ]
+    return max((int(np.count_nonzero(one.partner >= 0)) for one in others), default=0)
 
 
-def _laid(points: NDArray[np.float64], transform: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Return where a transform lays minutiae, as complex numbers."""
+def _mapped(points: NDArray[np.float64], transform: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Return where a transform maps minutiae, as complex numbers."""
     c, s, x, y = transform.tolist()
     return np.asarray((points[0] + 1j * points[1]) * complex(c, s) + complex(x, y))
 

@@ -1,4 +1,4 @@
-"""Local match: which minutiae of one print have a neighbourhood like which of the other."""
+"""Local match: how similar the neighbourhoods of the minutiae of two prints are."""
 
 from __future__ import annotations
 
@@ -26,9 +26,7 @@ class LocalParameters:
     max_turn_deg : float
         Largest difference in relative direction between a neighbour and its counterpart.
     fewest_neighbours : int
-        Neighbourhoods of fewer are taken for as large as this, so that few do not agree easily.
-    seeds : int
-        Most alike pairs of minutiae that are handed on.
+        Neighbourhoods of fewer count as this large, so that few do not agree easily.
     cell_px, cells_reach_px : float
         Side of the cells in which neighbours are looked up, and how far from a minutia they reach.
         They set the time that it takes, and nothing else.
@@ -36,7 +34,6 @@ class LocalParameters:
 
     max_turn_deg: float = 30.0
     fewest_neighbours: int = 4
-    seeds: int = 16
     cell_px: float = 12.0
     cells_reach_px: float = 128.0
 
@@ -46,7 +43,7 @@ class LocalParameters:
         return math.cos(math.radians(self.max_turn_deg))
 
 
-def local_likeness(
+def local_similarity(
     a: Neighbourhoods, b: Neighbourhoods, parameters: LocalParameters | None = None
 ) -> NDArray[np.float32]:
     """Compare every neighbourhood of A with every neighbourhood of B.
@@ -64,13 +61,13 @@ def local_likeness(
         Weighted share of neighbours that have a counterpart: 0 for none, about 1 for all.
     """
     p = parameters or LocalParameters()
-    likeness = np.empty((len(a.count), len(b.count)), np.float32)
+    similarity = np.empty((len(a.count), len(b.count)), np.float32)
     index = index_neighbours(a, p, comes_first=True)
-    index.to_prints_after(b.count, b.frame, len(b.count), p.min_cosine, likeness)
-    kernel.divide_by_size(
-        likeness, a.count, len(a.count), b.count, len(b.count), p.fewest_neighbours
+    index.to_prints_after(b.count, b.frame, len(b.count), p.min_cosine, similarity)
+    kernel.normalize_by_size(
+        similarity, a.count, len(a.count), b.count, len(b.count), p.fewest_neighbours
     )
-    return likeness
+    return similarity
 
 
 def index_neighbours(
@@ -101,13 +98,3 @@ def index_neighbours(
         print_.count, print_.frame, p.cell_px, half, math.radians(p.max_turn_deg), slack, size
     )
     return index
-
-
-def most_alike(
-    likeness: NDArray[np.float32], parameters: LocalParameters | None = None
-) -> NDArray[np.int32]:
-    """Return the pairs (i, j) of greatest likeness, best first, ties by index; shape (K, 2)."""
-    p = parameters or LocalParameters()
-    seeds = np.empty((p.seeds, 2), np.int32)
-    found = kernel.most_alike(likeness, *likeness.shape, seeds, np.empty(p.seeds, np.float32))
-    return seeds[:found]

@@ -1,4 +1,4 @@
-"""One print compared with many: the similarities alone, as fast as they can be had."""
+"""Compare one print with many: the similarities alone."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching._align_kernel import LightTable
 from fpmatch.matching._one_to_many_kernel import OneToMany
 from fpmatch.matching._print_kernel import Print
-from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.align import make_aligner
 from fpmatch.matching.codes import sieve_of
 from fpmatch.matching.local import LocalParameters, index_neighbours
-from fpmatch.matching.score import scales
+from fpmatch.matching.score import evidence_scorer
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -90,7 +89,7 @@ def similarities(
     if not len(similarity):
         return similarity, np.empty(0, np.intp)
     order = orders(probe, references, first, last)
-    _bench(probe, references).compare(references.packed, first, order, similarity)
+    _workspace(probe, references).compare(references.packed, first, order, similarity)
     return similarity, first + np.flatnonzero(order == NEITHER_FIRST)
 
 
@@ -100,13 +99,13 @@ def _as_ordered(x: NDArray[np.float64]) -> NDArray[np.uint64]:
     return given.byteswap() if sys.byteorder == "little" else given
 
 
-def _bench(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
+def _workspace(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
     """Return what compares the probe with any of the references."""
-    local, alignment = LocalParameters(), AlignmentParameters()
+    local = LocalParameters()
     ours, theirs = len(probe), references.most_minutiae
-    before = LightTable(theirs, ours, local.seeds, alignment)
+    before = make_aligner(theirs, ours)
     before.put_b(probe.points, ours)
-    after = LightTable(ours, theirs, local.seeds, alignment)
+    after = make_aligner(ours, theirs)
     after.put_a(probe.points, ours)
     return OneToMany(
         sieve_of(probe.codes),
@@ -117,7 +116,7 @@ def _bench(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
         after,
         max(ours, theirs),
         local,
-        scales(max(ours, theirs)),
+        evidence_scorer(max(ours, theirs)),
         MIN_MINUTIAE,
     )
 

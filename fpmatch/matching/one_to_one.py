@@ -1,4 +1,4 @@
-"""Two prints compared: what is kept of each, and the room that is used again for the next two."""
+"""Reusable workspace for one-to-one comparison, and the prints prepared for it last."""
 
 from __future__ import annotations
 
@@ -7,54 +7,53 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.matching import score
-from fpmatch.matching._align_kernel import LightTable
 from fpmatch.matching._one_to_one_kernel import OneToOne
-from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.align import make_aligner
 from fpmatch.matching.codes import sieve
 from fpmatch.matching.local import LocalParameters, index_neighbours
 
 if TYPE_CHECKING:
-    from fpmatch.matching._evidence_kernel import Scales
+    from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching._local_kernel import NeighbourIndex
     from fpmatch.matching._print_kernel import Print
     from fpmatch.matching.prepare import PreparedTemplate
 
-PRINTS_KEPT: Final = 64
-"""Prints of which is kept what the kernels want: a fifth of a megabyte each, the latest used."""
+PREPARED_KEPT: Final = 64
+"""Prints whose form for the kernels is kept, those used last: a fifth of a megabyte each."""
 
-LEAST_ROOM: Final = 64
+LEAST_CAPACITY: Final = 64
 
 
-class Bench:
-    """Lay prints on one another, two at a time; for one thread.
+class Workspace:
+    """Compare prints, two at a time; for one thread.
 
     Parameters
     ----------
-    room : int
+    capacity : int
         The most minutiae of a print.
-    on : Scales, optional
-        What weighs (default: with the weights in the package).
+    scorer : EvidenceScorer, optional
+        What scores (default: with the weights in the package).
 
     Attributes
     ----------
-    table : LightTable
-        Keeps the best alignment of the two prints laid last.
-    scales : Scales
-        Have its evidence.
+    aligner : Aligner
+        Saves the best alignment of the two prints aligned last.
+    scorer : EvidenceScorer
+        Has its evidence.
     """
 
-    def __init__(self, room: int, on: Scales | None = None) -> None:
+    def __init__(self, capacity: int, scorer: EvidenceScorer | None = None) -> None:
         local = LocalParameters()
-        self.room = room
+        self.capacity = capacity
         self.weights = score.load_weights()
-        self.table = LightTable(room, room, local.seeds, AlignmentParameters())
-        self.scales = score.scales(room, self.weights) if on is None else on
-        self._kernel = OneToOne(sieve(), self.table, self.scales, room, local)
+        self.aligner = make_aligner(capacity, capacity)
+        self.scorer = score.evidence_scorer(capacity, self.weights) if scorer is None else scorer
+        self._kernel = OneToOne(sieve(), self.aligner, self.scorer, capacity, local)
 
-    def dismiss(
+    def prefilter(
         self, probe: PreparedTemplate, reference: PreparedTemplate, *, reference_first: bool
     ) -> float | None:
-        """Tell from their codes whether two prints have too little in common to be laid.
+        """Compare two prints by their bit descriptors.
 
         Parameters
         ----------
@@ -66,44 +65,44 @@ class Bench:
         Returns
         -------
         float or None
-            The sum that stands for such prints; None where they are to be laid on one another.
+            The sum that stands for prints that the prefilter rejects; None where they pass.
         """
-        lacking: float = self._kernel.lacking(
+        shortfall: float = self._kernel.prefilter_shortfall(
             for_kernels(probe), for_kernels(reference), reference_first
         )
-        return self.scales.dismissed(lacking) if lacking > 0.0 else None
+        return self.scorer.prefilter_rejected(shortfall) if shortfall > 0.0 else None
 
-    def lay(self, a: PreparedTemplate, b: PreparedTemplate) -> float | None:
-        """Lay print A on print B, in the order of their content.
+    def align(self, a: PreparedTemplate, b: PreparedTemplate) -> float | None:
+        """Align print A with print B, in the order of their content.
 
         Returns
         -------
         float or None
-            The weighted sum of the features; None where nothing of them is alike.
+            The weighted sum of the features; None where nothing is paired.
         """
-        total: float = self._kernel.lay(_index_of(a), for_kernels(a), for_kernels(b))
-        return total if self.table.best_pairs else None
+        total: float = self._kernel.align(_index_of(a), for_kernels(a), for_kernels(b))
+        return total if self.aligner.best_pairs else None
 
 
 _OWN: Final = threading.local()
 
 
-def bench_for(minutiae: int) -> Bench:
-    """Return the thread's own bench, with room for prints of so many minutiae."""
-    bench: Bench | None = getattr(_OWN, "bench", None)
-    if bench is None or bench.room < minutiae or bench.weights is not score.load_weights():
-        room = max(LEAST_ROOM, 1 << (minutiae - 1).bit_length())
-        bench = _OWN.bench = Bench(room)
-    return bench
+def workspace_for(minutiae: int) -> Workspace:
+    """Return the thread's own workspace, with capacity for prints of so many minutiae."""
+    found: Workspace | None = getattr(_OWN, "workspace", None)
+    if found is None or found.capacity < minutiae or found.weights is not score.load_weights():
+        capacity = max(LEAST_CAPACITY, 1 << (minutiae - 1).bit_length())
+        found = _OWN.workspace = Workspace(capacity)
+    return found
 
 
-@lru_cache(maxsize=PRINTS_KEPT)
+@lru_cache(maxsize=PREPARED_KEPT)
 def for_kernels(print_: PreparedTemplate) -> Print:
     """Return a print as the kernels see it."""
     return print_.for_kernels()
 
 
-@lru_cache(maxsize=PRINTS_KEPT)
+@lru_cache(maxsize=PREPARED_KEPT)
 def _index_of(print_: PreparedTemplate) -> NeighbourIndex:
-    # threads share it, scratch and all, for the kernel above does not let go of Python's lock
+    # threads share it, with its scratch arrays: the kernel above holds Python's lock
     return index_neighbours(print_.neighbourhoods, LocalParameters(), comes_first=True)

@@ -35,8 +35,8 @@ class PreparationParameters:
     max_hull_cells : int
         Cells along a side of that region; where the minutiae reach farther, its cells are larger.
     usual_quality : float
-        Quality, 0 to 1, taken for all minutiae of a template that gives them all the best: so do
-        those that tell none.
+        Quality, 0 to 1, taken for all minutiae of a template that gives none: those of its
+        minutiae are all 100, or all 0.
     """
 
     max_minutiae: int = 200
@@ -54,7 +54,7 @@ class PreparedTemplate:
     points : ndarray of float64, shape (4, N)
         x, y and the unit vector of the direction of each minutia that takes part.
     quality : ndarray of float64, shape (N,)
-        Their quality, 0 to 1; the usual one where the template tells none.
+        Their quality, 0 to 1; the usual one where the template gives none.
     index : ndarray of int32, shape (N,)
         Their places among the template's minutiae.
     neighbourhoods : Neighbourhoods
@@ -212,8 +212,8 @@ def content_key(points: NDArray[np.float64], quality: NDArray[np.float64], regio
 
 
 def _qualities(minutiae: Minutiae, usual: float) -> NDArray[np.float64]:
-    """Return the qualities, 0 to 1, or the usual one where none are told."""
-    if (minutiae.quality == MAX_QUALITY).all():
+    """Return the qualities, 0 to 1, or the usual one where none is given: all 100, or all 0."""
+    if (minutiae.quality == MAX_QUALITY).all() or not minutiae.quality.any():
         return np.full(len(minutiae), usual)
     return minutiae.quality / MAX_QUALITY
 

@@ -52,7 +52,9 @@ class Matcher(Protocol):
     similarity to the last bit and the inverse transform.
     """
 
-    name: str
+    @property
+    def name(self) -> str:
+        """Name of the matcher."""
 
     def prepare(self, template: Template) -> Any:
         """Return what `compare` needs of one template."""
@@ -69,6 +71,19 @@ class Explaining(Protocol):
         """Return the comparison of two prepared templates, with all there is to say."""
 
 
+@runtime_checkable
+class DecidesByShare(Protocol):
+    """Decide by the share of minutiae that are paired, where no score is asked for.
+
+    The `similarity` of such a matcher is that share, of the smaller template: more than `rho` is
+    a match.
+    """
+
+    @property
+    def rho(self) -> float:
+        """Share that must be exceeded."""
+
+
 @dataclass(frozen=True, slots=True)
 class Verification:
     """Hold the decision on two templates and the evidence for it.
@@ -76,13 +91,15 @@ class Verification:
     Parameters
     ----------
     match : bool
-        The decision: whether `score` reaches `threshold`.
+        The decision: whether `score` reaches `threshold`; where `rho` decides, whether
+        `matched_share` is more than it.
     score : float
-        ``-10 * log10(FMR)`` of the calibrated matcher, 0 to 100.
+        ``-10 * log10(FMR)`` of the calibrated matcher, 0 to 100; NaN where `rho` decides and the
+        matcher is not calibrated.
     fmr : float
-        Estimated rate at which impostors reach this score.
+        Estimated rate at which impostors reach this score; NaN with `score`.
     threshold : float
-        The score that was asked for.
+        The score that was asked for; where `rho` decides, the score of a matched share of `rho`.
     matcher : str
         Name of the matcher.
     transform, pairs, rms_px, agreement, overlap
@@ -93,6 +110,9 @@ class Verification:
         The two templates compared.
     fmr_reach : float
         Lowest FMR that the calibration data measure; a lower `fmr` is extrapolated.
+    rho : float or None
+        Where the matcher decided by the share of minutiae that are paired: the share that is not
+        enough for a match. None where the score decided.
     """
 
     match: bool
@@ -109,6 +129,13 @@ class Verification:
     probe: Template = field(repr=False)
     reference: Template = field(repr=False)
     fmr_reach: float = 0.0
+    rho: float | None = None
+
+    @property
+    def matched_share(self) -> float:
+        """Pairs over minutiae of the template that has fewer; 0 where it has none."""
+        fewest = min(len(self.probe.minutiae), len(self.reference.minutiae))
+        return len(self.pairs) / fewest if fewest else 0.0
 
     @property
     def extrapolated(self) -> bool:

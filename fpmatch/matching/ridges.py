@@ -60,10 +60,10 @@ def ridge_correlation(
     Examples
     --------
     >>> from fpmatch import Minutiae, Template
-    >>> from fpmatch.matching.align import at_rest
+    >>> from fpmatch.matching.align import identity_alignment
     >>> from fpmatch.matching.prepare import prepare
     >>> bare = prepare(Template(Minutiae(x=[20, 60], y=[20, 30], angle=[0, 1]), 100, 100))
-    >>> ridge_correlation(bare, bare, at_rest(bare.points))
+    >>> ridge_correlation(bare, bare, identity_alignment(bare.points))
     (0.0, 0)
     """
     lens = RidgeLens(parameters or RidgeParameters(), len(a))

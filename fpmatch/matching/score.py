@@ -1,20 +1,26 @@
 """Score: the evidence for and against one finger, and the similarity it amounts to.
 
 The similarity is a likelihood ratio, learned by logistic regression on synthetic prints by
-``scripts/train_score``. With L the local likeness of m pairs and U the unpaired minutiae its
-features are
+``scripts/train_score``. With m pairs, of local similarity L in all, and U the unpaired minutiae,
+its features are
 
-- ``log(1 + L)``: how much is alike;
-- ``log((1 + L) / (1 + m))``: how alike a pair is;
-- ``√(U / (m + 2))``: what ought to be there in both and is in one alone;
-- the overlap: how much of the smaller print is to be compared;
+- of the relaxed local matches: the logarithm of the sum over the pairs;
+- of the mesh of pairs (see `fpmatch.matching.pair_mesh`), per pair: how well the places on the unit
+  circle agree (eq. 3), how well the shape-preserving weights predict the partner (eq. 4), how full
+  the rings are of pairs, and how many triangles are turned over; the strain of its edges;
+- of the neighbourhoods: ``log(1 + L)``;
+- ``√(U / (m + 2))``: minutiae that should be paired and are not;
+- the overlap: the share of the smaller print that is compared;
 - the correlation of the ridges, and the logarithm of the area where they could be compared.
 
-Prints whose codes have too little in common are not laid on one another at all: their sum lies
-below the gate, the lower the less there is. Of the others, each feature is standardised,
-so that 0 lies midway between genuine and impostor prints, then weighed. Where the minutiae leave no
-doubt at first sight, or a print does not show its ridges, the ridges count as those of strangers
-do. The sum is a logarithm of a ratio, and ``log(1 + e^sum)``, which is positive, the similarity.
+There are two models: one for two prints that have pictures of their ridges, one for minutiae alone,
+whose weights of the ridges are 0. Each feature is standardised, so that 0 lies midway between
+genuine and impostor prints, then weighted. Where the ridges were not compared, because the minutiae
+leave no doubt in coarse alignment, their features are the mean of impostor prints. The sum of
+prints that the prefilter rejects lies below the refine threshold, the lower the more they fall
+short. The sum is the logarithm of a ratio, and ``log(1 + e^sum)``, which is positive, is the
+similarity. The sums of both models are brought to one scale: the scores of impostor prints have
+the same 99 % and 99.9 % quantiles under either.
 """
 
 from __future__ import annotations
@@ -29,6 +35,7 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching import _evidence_kernel as kernel
+from fpmatch.matching.align import aligner_of
 from fpmatch.matching.ridges import RidgeParameters
 
 if TYPE_CHECKING:
@@ -42,8 +49,13 @@ if TYPE_CHECKING:
 WEIGHTS_FILE: Final = Path(__file__).with_name("score_data") / "unit-circle.json"
 
 FEATURES: Final = (
-    "likeness",
-    "likeness of a pair",
+    "relaxed similarity",
+    "places on the circle",
+    "weights in the ring",
+    "fullness of the rings",
+    "triangles turned over",
+    "strain",
+    "local similarity",
     "unpaired",
     "overlap",
     "ridges",
@@ -51,24 +63,37 @@ FEATURES: Final = (
 )
 """The names of the features, in the order in which the kernel has them."""
 
-STANDARD: Final = ("middle", "spread", "weight", "stranger")
-"""What is known of each feature, in the order of the rows of `ScoreWeights.standard`."""
+STANDARD: Final = ("middle", "spread", "weight", "impostor_mean")
+"""What is known of each feature, in the order of the rows of `ScoreModel.standard`."""
 
+LIMITS: Final = (
+    "prefilter_base",
+    "prefilter_growth",
+    "prefilter_limit",
+    "relaxation_threshold",
+    "refine_threshold",
+    "confident_threshold",
+    "bias",
+)
+"""The numbers of a model beside its features, in the order in which the kernel has them."""
 
-NO_GLANCE: Final = (-1.0, 0.0, -1.0)
-"""What the codes of any two prints say."""
+MODELS: Final = ("with ridges", "minutiae alone")
+"""The two models, in the order in which the kernel has them."""
+
+NO_PREFILTER: Final = (-1.0, 0.0, -1.0)
+"""A prefilter threshold that all prints pass."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """Hold what an alignment says of two prints.
+    """Hold the evidence in an alignment of two prints.
 
     Parameters
     ----------
     pairs : int
         Minutiae paired.
     local : float
-        Sum of the local likeness of the pairs.
+        Sum of the local similarity of the pairs.
     unpaired : float
         Unpaired minutiae of both prints well inside the common region, each counted by the square
         of its quality.
@@ -76,12 +101,23 @@ class Evidence:
         Minutiae of both prints inside the common region, paired or not.
     overlap : float
         Share of the smaller print that lies in the common region.
+    relaxed : float
+        Sum of the relaxed similarity of the pairs.
+    places, weights : float
+        Sums over the pairs, each 0 to 1: agreement of the places on the unit circle, and agreement
+        with the prediction by the shape-preserving weights.
+    fullness : float
+        Sum over the pairs of the share of their ring, by weight, that is made of pairs.
+    turned : int
+        Triangles at pairs, in the mesh of pairs, that are turned over in the other print.
+    strain : float
+        Mean relative change of length of the edges of the mesh of pairs.
     ridges : float
         Mean correlation of the ridges of both prints, -1 to 1; see
         `fpmatch.matching.ridges.ridge_correlation`.
     cells : int
-        Cells whose ridges were compared; 0 where they were not looked at.
-    features : ndarray of float64, shape (6,)
+        Cells whose ridges were compared; 0 where they were not.
+    features : ndarray of float64, shape (11,)
         The features of `FEATURES`, before they are standardised.
     total : float
         Their weighted sum.
@@ -92,6 +128,12 @@ class Evidence:
     unpaired: float
     common: int
     overlap: float
+    relaxed: float
+    places: float
+    weights: float
+    fullness: float
+    turned: int
+    strain: float
     ridges: float
     cells: int
     features: NDArray[np.float64] = field(repr=False)
@@ -117,13 +159,83 @@ class ScoreParameters:
     margin_px : float
         How far from the border of the other print an unpaired minutia must lie to count, in pixels
         at 500 dpi: nearer, it is easily missed.
+    hull_margin_px : float
+        The same where the convex hull of the minutiae stands for the print: the print reaches
+        farther than its outermost minutiae.
     doubt_pairs, doubt_cells : float
         Added to pairs and to cells: little evidence is not to count as much.
     """
 
     margin_px: float = 20.0
+    hull_margin_px: float = 0.0
     doubt_pairs: float = 2.0
     doubt_cells: float = 10.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoreModel:
+    """Hold what was learned for one kind of prints.
+
+    Parameters
+    ----------
+    standard : ndarray of float64, shape (4, 11)
+        Of each of `FEATURES`, the middle between genuine and impostor prints, the spread, the
+        weight, and the mean of impostor prints.
+    bias : float
+        What is added to the sum.
+    prefilter : tuple of float
+        The least score of the bit descriptors of two prints, see `fpmatch.matching.codes`, from
+        which they are aligned: a base, its growth with the minutiae of the smaller print, and its
+        limit.
+    relaxation_threshold : float
+        Strength of the relaxed local matches from which more than one hypothesis is tried.
+    refine_threshold : float
+        Sum in coarse alignment above which prints are refined, and their ridges compared.
+    confident_threshold : float
+        Such a sum above which the hypothesis that has it is refined alone.
+    """
+
+    standard: NDArray[np.float64]
+    bias: float
+    prefilter: tuple[float, float, float]
+    relaxation_threshold: float
+    refine_threshold: float
+    confident_threshold: float
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """The numbers of `LIMITS`."""
+        return np.array(
+            [
+                *self.prefilter,
+                self.relaxation_threshold,
+                self.refine_threshold,
+                self.confident_threshold,
+                self.bias,
+            ]
+        )
+
+    def as_document(self) -> dict[str, Any]:
+        """Return the model as what JSON can hold."""
+        columns = zip(FEATURES, self.standard.T.tolist(), strict=True)
+        return {
+            **dict(zip(LIMITS, self.limits.tolist(), strict=True)),
+            "features": [
+                {"name": name, **dict(zip(STANDARD, column, strict=True))}
+                for name, column in columns
+            ],
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> ScoreModel:
+        """Return the model that `as_document` wrote; of other features, raise MatcherError."""
+        rows = document["features"]
+        if tuple(row["name"] for row in rows) != FEATURES:
+            raise MatcherError("weights of the score: of other features than this version has")
+        standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
+        *prefilter, relaxation, refine, confident, bias = (float(document[k]) for k in LIMITS)
+        base, growth, limit = prefilter
+        return cls(standard, bias, (base, growth, limit), relaxation, refine, confident)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,45 +244,30 @@ class ScoreWeights:
 
     Parameters
     ----------
-    standard : ndarray of float64, shape (4, 6)
-        Of each of `FEATURES`, the middle between genuine and impostor prints, the spread, the
-        weight, and the mean of impostor prints.
-    bias : float
-        What is added to the sum.
-    glance : tuple of float
-        What the codes of two prints must say at least, see `fpmatch.matching.codes`, for them to be
-        laid on one another: so much, and so much more a minutia of the smaller print, but no more
-        than the third number.
-    gate : float
-        Sum under a rigid alignment above which prints are refined, and their ridges looked at;
-        up to there the ridges count as those of strangers.
-    sure : float
-        Such a sum above which only the alignment that has it is refined.
+    models : tuple of ScoreModel
+        The models of `MODELS`.
     provenance : mapping
         From what they were learned.
     """
 
-    standard: NDArray[np.float64]
-    bias: float
-    glance: tuple[float, float, float]
-    gate: float
-    sure: float
+    models: tuple[ScoreModel, ScoreModel]
     provenance: Mapping[str, Any]
+
+    @property
+    def standard(self) -> NDArray[np.float64]:
+        """Those of both models, shape (2, 4, 11)."""
+        return np.stack([model.standard for model in self.models])
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """Those of both models, shape (2, 7)."""
+        return np.stack([model.limits for model in self.models])
 
     def as_json(self) -> str:
         """Return the weights as the text of a JSON file."""
-        rows = ",\n".join(
-            "    " + json.dumps({"name": name, **dict(zip(STANDARD, column, strict=True))})
-            for name, column in zip(FEATURES, self.standard.T.tolist(), strict=True)
-        )
-        entries = {
-            "provenance": self.provenance,
-            "bias": self.bias,
-            "glance": self.glance,
-            "gate": self.gate,
-            "sure": self.sure,
-        }
-        return f'{json.dumps(entries, indent=2)[:-2]},\n  "features": [\n{rows}\n  ]\n}}\n'
+        documents = zip(MODELS, (model.as_document() for model in self.models), strict=True)
+        entries = {"provenance": self.provenance, "models": dict(documents)}
+        return f"{json.dumps(entries, indent=1)}\n"
 
     @classmethod
     def from_json(cls, text: str) -> ScoreWeights:
@@ -183,13 +280,8 @@ class ScoreWeights:
         """
         try:
             document = json.loads(text)
-            rows = document["features"]
-            if tuple(row["name"] for row in rows) != FEATURES:
-                raise MatcherError("weights of the score: of other features than this version has")
-            standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
-            base, growth, most = map(float, document["glance"])
-            bias, gate, sure = (float(document[name]) for name in ("bias", "gate", "sure"))
-            return cls(standard, bias, (base, growth, most), gate, sure, document["provenance"])
+            first, second = (ScoreModel.from_document(document["models"][k]) for k in MODELS)
+            return cls((first, second), document["provenance"])
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("weights of the score: not such a file") from error
 
@@ -200,14 +292,14 @@ def load_weights() -> ScoreWeights:
     return ScoreWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))
 
 
-def scales(
+def evidence_scorer(
     room: int,
     weights: ScoreWeights | None = None,
     parameters: ScoreParameters | None = None,
     ridges: RidgeParameters | None = None,
-) -> kernel.Scales:
-    """Return what weighs alignments on a print of up to `room` minutiae, for one thread."""
-    return kernel.Scales(
+) -> kernel.EvidenceScorer:
+    """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
+    return kernel.EvidenceScorer(
         parameters or ScoreParameters(),
         ridges or RidgeParameters(),
         weights or load_weights(),
@@ -219,8 +311,8 @@ def gather_evidence(
     a: PreparedTemplate,
     b: PreparedTemplate,
     alignment: Alignment,
-    likeness: NDArray[np.float32],
-    on: kernel.Scales | None = None,
+    similarity: NDArray[np.float32],
+    scorer: kernel.EvidenceScorer | None = None,
 ) -> Evidence:
     """Gather and weigh the evidence for and against one finger in an alignment of two prints.
 
@@ -229,39 +321,42 @@ def gather_evidence(
     a, b : PreparedTemplate
         The two prints.
     alignment : Alignment
-        How A lies on B.
-    likeness : ndarray of float32, shape (N, M)
-        Local likeness of their minutiae.
-    on : Scales, optional
-        What weighs (default: `scales` with the weights in the package).
+        Their pairs and transform.
+    similarity : ndarray of float32, shape (N, M)
+        Local similarity of their minutiae.
+    scorer : EvidenceScorer, optional
+        What scores (default: `evidence_scorer` with the weights in the package).
 
     Returns
     -------
     Evidence
-        Pairs, agreement of the ridges, what speaks against, and what it amounts to.
+        Of pairs, mesh, unpaired minutiae and ridges, and its weighted sum.
     """
-    used = scales(len(b)) if on is None else on
-    total = used.weigh(
-        a.for_kernels(),
-        b.for_kernels(),
-        alignment.partner,
-        alignment.bent,
-        *alignment.transform.tolist(),
-        likeness,
-    )
-    return evidence_on(used, total)
+    used = evidence_scorer(len(b)) if scorer is None else scorer
+    aligner = aligner_of(a.points, b.points)
+    aligner.relax(similarity)
+    aligner.impose(alignment.partner, *alignment.transform.tolist())
+    total = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)
+    return evidence_of(used, total)
 
 
-def evidence_on(used: kernel.Scales, total: float) -> Evidence:
-    """Return what was weighed last, and came to `total`."""
-    evidence, features = used.said()
-    pairs, local, unpaired, common, overlap, correlation, cells = evidence
+def evidence_of(scorer: kernel.EvidenceScorer, total: float) -> Evidence:
+    """Return the evidence that was scored last, and came to `total`."""
+    entries, features = scorer.last_evidence()
+    pairs, local, unpaired, common, overlap, relaxed, places, weights = entries[:8]
+    fullness, turned, strain, correlation, cells = entries[8:]
     return Evidence(
         pairs=int(pairs),
         local=local,
         unpaired=unpaired,
         common=int(common),
         overlap=overlap,
+        relaxed=relaxed,
+        places=places,
+        weights=weights,
+        fullness=fullness,
+        turned=int(turned),
+        strain=strain,
         ridges=correlation,
         cells=int(cells),
         features=np.array(features),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from fpmatch.matching.calibration import calibrated_matchers, load_calibration, score_to_fmr
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import Explaining, Verification
+from fpmatch.matching.result import DecidesByShare, Explaining, Verification
 
 if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
 
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
@@ -20,8 +22,8 @@ def verify(
     probe: Template,
     reference: Template,
     *,
-    matcher: str = DEFAULT_MATCHER,
-    threshold: float = DEFAULT_THRESHOLD,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    threshold: float | None = None,
     calibration: Calibration | None = None,
 ) -> Verification:
     """Decide whether two templates come from the same finger.
@@ -30,11 +32,13 @@ def verify(
     ----------
     probe, reference : Template
         The two impressions.
-    matcher : str
-        Name of the matcher, one of `matcher_names`.
-    threshold : float
-        Score from which on the answer is yes: 40 (default) for a false match rate of 0.01 %,
-        ``-10·log10(FMR)`` in general (see `fmr_to_score`).
+    matcher : str or Matcher
+        Name of the matcher, one of `matcher_names`, or a matcher with parameters of its own, as
+        ``PaperMatcher(rho=0.9)``.
+    threshold : float, optional
+        Score from which on the answer is yes: 40 for a false match rate of 0.01 %,
+        ``-10·log10(FMR)`` in general (see `fmr_to_score`). Default: the matcher's own rule where it
+        has one (the matcher "paper": more than a share ρ of the minutiae paired), else 40.
     calibration : Calibration, optional
         What the matcher's similarities are worth (default: as measured by the package).
 
@@ -46,7 +50,8 @@ def verify(
     Raises
     ------
     MatcherError
-        If the matcher is unknown or not calibrated, or the threshold is not in 0..100.
+        If the matcher is unknown, or not calibrated and without a rule of its own, or the threshold
+        is not in 0..100.
 
     References
     ----------
@@ -60,23 +65,30 @@ def verify(
     >>> result.match, result.score
     (False, 0.0)
     """
-    if not 0 <= threshold <= 100:
+    if threshold is not None and not 0 <= threshold <= 100:
         raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
-    chosen = get_matcher(matcher)
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    rho = chosen.rho if threshold is None and isinstance(chosen, DecidesByShare) else None
+    if calibration is None and (rho is None or chosen.name in calibrated_matchers()):
+        calibration = load_calibration(chosen.name)
     prepared = chosen.prepare(probe), chosen.prepare(reference)
     comparison = chosen.compare(*prepared)
-    calibration = load_calibration(matcher) if calibration is None else calibration
-    score = calibration.score(comparison.similarity)
-    match = comparison.transform is not None and score >= threshold
+    score = _score(calibration, comparison.similarity)
+    if rho is not None:
+        enough, needed = comparison.similarity > rho, _score(calibration, rho)
+    else:
+        needed = DEFAULT_THRESHOLD if threshold is None else float(threshold)
+        enough = score >= needed
+    match = comparison.transform is not None and enough
     if not match and isinstance(chosen, Explaining):
         comparison = chosen.explain(*prepared)
     reason = "" if match else comparison.reason or "too few minutiae agree"
     return Verification(
         match=match,
         score=score,
-        fmr=score_to_fmr(score),
-        threshold=float(threshold),
-        matcher=matcher,
+        fmr=math.nan if calibration is None else score_to_fmr(score),
+        threshold=needed,
+        matcher=chosen.name,
         transform=comparison.transform,
         pairs=comparison.pairs,
         rms_px=comparison.rms_px,
@@ -85,5 +97,10 @@ def verify(
         reason=reason,
         probe=probe,
         reference=reference,
-        fmr_reach=score_to_fmr(calibration.reach),
+        fmr_reach=0.0 if calibration is None else score_to_fmr(calibration.reach),
+        rho=rho,
     )
+
+
+def _score(calibration: Calibration | None, similarity: float) -> float:
+    return math.nan if calibration is None else calibration.score(similarity)

@@ -35,62 +35,88 @@ def centre_images(
     """
     i: cython.Py_ssize_t
     line: cython.Py_ssize_t
+    px: cython.const[cython.double][::1] = point[0]
+    py: cython.const[cython.double][::1] = point[1]
+    for i in range(centre.shape[0]):
+        image[0, i] = 2.0
+        image[1, i] = 0.0
+        if shape_preserving_weights(
+            px, py, vertex, start[i], start[i + 1], px[centre[i]], py[centre[i]], weight
+        ):
+            image[0, i] = 0.0
+            for line in range(start[i], start[i + 1]):
+                image[0, i] += weight[line] * circle[0, line]
+                image[1, i] += weight[line] * circle[1, line]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+@cython.exceptval(check=False)
+def shape_preserving_weights(
+    px: cython.const[cython.double][::1],
+    py: cython.const[cython.double][::1],
+    vertex: cython.const[cython.int][::1],
+    begin: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    x: cython.double,
+    y: cython.double,
+    weight: cython.double[::1],
+) -> cython.bint:
+    """Write the weights λ_k of eq. (4) of the point (x, y) in the ring ``vertex[begin:end]``.
+
+    ``weight[begin:end]`` are written: they sum to 1, and Σ λ_k p_k is (x, y). Return whether the
+    ring, counter-clockwise, goes round the point; the weights mean nothing where it does not.
+    """
+    line: cython.Py_ssize_t
     r: cython.Py_ssize_t
     s: cython.Py_ssize_t
     far: cython.Py_ssize_t
-    begin: cython.Py_ssize_t
-    end: cython.Py_ssize_t
-    x: cython.double
-    y: cython.double
+    first: cython.Py_ssize_t = begin
     from_x: cython.double
     from_y: cython.double
     side: cython.double
     next_side: cython.double
     own: cython.double
     whole: cython.double
-    degree: cython.double
-    for i in range(centre.shape[0]):
-        begin = start[i]
-        end = start[i + 1]
-        degree = end - begin
-        x = point[0, centre[i]]
-        y = point[1, centre[i]]
-        image[0, i] = 0.0
-        image[1, i] = 0.0
-        for line in range(begin, end):
-            weight[line] = 0.0
-        for line in range(begin, end):
-            from_x = point[0, vertex[line]] - x
-            from_y = point[1, vertex[line]] - y
-            # the line from this vertex through the centre leaves by the side (far, far + 1)
-            far = -1
-            side = 0.0
-            for r in range(line, line + (end - begin)):
-                s = r + 1 if r + 1 < end else r + 1 - (end - begin)
-                next_side = from_x * (point[1, vertex[s]] - y) - from_y * (point[0, vertex[s]] - x)
-                if side >= 0.0 and next_side < 0.0:
-                    far = r if r < end else r - (end - begin)
-                    break
-                side = next_side
-            if far < 0:
-                image[0, i] = 2.0
+    degree: cython.double = end - begin
+    for line in range(begin, end):
+        weight[line] = 0.0
+    for line in range(begin, end):
+        from_x = px[vertex[line]] - x
+        from_y = py[vertex[line]] - y
+        # the line from this vertex through the centre leaves by the side (far, far + 1), which
+        # moves on round the ring as the vertex does
+        first = line if first < line else first
+        far = first if first < end else first - (end - begin)
+        side = from_x * (py[vertex[far]] - y) - from_y * (px[vertex[far]] - x)
+        side = 0.0 if first == line else side
+        next_side = 0.0
+        far = -1
+        for r in range(first, line + (end - begin)):
+            s = r + 1 if r + 1 < end else r + 1 - (end - begin)
+            next_side = from_x * (py[vertex[s]] - y) - from_y * (px[vertex[s]] - x)
+            if side >= 0.0 and next_side < 0.0:
+                far = r if r < end else r - (end - begin)
+                first = r
                 break
-            s = far + 1 if far + 1 < end else begin
-            own = (point[0, vertex[far]] - x) * (point[1, vertex[s]] - y) - (
-                point[1, vertex[far]] - y
-            ) * (point[0, vertex[s]] - x)
-            whole = own - next_side + side
-            if not (own > 0.0 and whole > 0.0):
-                image[0, i] = 2.0
-                break
-            whole = whole * degree
-            weight[line] += own / whole
-            weight[far] -= next_side / whole
-            weight[s] += side / whole
-        if image[0, i] == 0.0:
-            for line in range(begin, end):
-                image[0, i] += weight[line] * circle[0, line]
-                image[1, i] += weight[line] * circle[1, line]
+            side = next_side
+        if far < 0:
+            return False
+        s = far + 1 if far + 1 < end else begin
+        own = (px[vertex[far]] - x) * (py[vertex[s]] - y) - (py[vertex[far]] - y) * (
+            px[vertex[s]] - x
+        )
+        whole = own - next_side + side
+        if not (own > 0.0 and whole > 0.0):
+            return False
+        whole = 1.0 / (whole * degree)
+        weight[line] += own * whole
+        weight[far] -= next_side * whole
+        weight[s] += side * whole
+    return True
 
 
 @cython.ccall

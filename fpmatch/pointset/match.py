@@ -6,20 +6,22 @@ import math
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.triangle_matcher import check_spread, match_by_triangles
-from fpmatch.pointset.unit_circle_matcher import UnitCircleParameters, match_by_unit_circle
+from fpmatch.pointset.unit_circle_matcher import (
+    DEFAULT_AREA_TOLERANCE,
+    DEFAULT_RHO,
+    UnitCircleParameters,
+    check_rho,
+    match_by_unit_circle,
+)
 from fpmatch.pointset.van_wamelen import match_van_wamelen
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from fpmatch.pointset.point_match import PointMatch
-
 PointMatcher = Literal["triangles", "paper", "van-wamelen"]
 POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
-
-DEFAULT_RHO: Final = 0.6
-"""Share of P that van Wamelen's matcher asks for here: the least of the paper's experiments."""
 
 DEFAULT_LAMBDA: Final = 0.61
 """λ of that part of the paper's experiments, in mean nearest-neighbour distances of Q."""
@@ -31,6 +33,8 @@ def match_points(
     *,
     tolerance: float | None = None,
     matcher: PointMatcher = "triangles",
+    rho: float | None = None,
+    area_tolerance: float | None = None,
 ) -> PointMatch:
     """Find the similarity transform that lays points of P on points of Q, if there is one.
 
@@ -58,7 +62,8 @@ def match_points(
     ------
     PointSetError
         If a set is malformed, has fewer than three points or all of them on one line, the
-        tolerance is not positive, or the matcher is unknown.
+        tolerance or area tolerance is not positive, `rho` is outside 0..1, the matcher is unknown,
+        or it has no such parameter.
 
     Examples
     --------
@@ -72,16 +77,53 @@ def match_points(
     >>> match_points(points, np.random.default_rng(8).uniform(0, 100, (40, 2))).transform is None
     True
     """
-    if matcher == "triangles":
-        return match_by_triangles(p, q, tolerance=tolerance)
     if matcher not in POINT_MATCHERS:
         raise PointSetError(
             f"unknown matcher {matcher!r}: expected one of {', '.join(POINT_MATCHERS)}"
         )
+    if rho is not None and matcher == "triangles":
+        raise PointSetError("rho is a parameter of the matchers paper and van-wamelen")
+    if area_tolerance is not None and matcher != "paper":
+        raise PointSetError("area tolerance is a parameter of the matcher paper")
+    if matcher == "triangles":
+        return match_by_triangles(p, q, tolerance=tolerance)
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
+    share = DEFAULT_RHO if rho is None else rho
+    check_rho(share)
+    areas = DEFAULT_AREA_TOLERANCE if area_tolerance is None else area_tolerance
+    parameters = UnitCircleParameters(tolerance=tolerance, area_tolerance=areas)
     for points, name in ((p, "p"), (q, "q")):
         check_spread(points, name)
     if matcher == "paper":
-        return match_by_unit_circle(p, q, UnitCircleParameters(tolerance=tolerance))
-    return match_van_wamelen(p, q, rho=DEFAULT_RHO, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)
+        return decided(match_by_unit_circle(p, q, parameters), share)
+    return match_van_wamelen(p, q, rho=share, lambda_=DEFAULT_LAMBDA, tolerance=tolerance)
+
+
+def decided(match: PointMatch, rho: float) -> PointMatch:
+    """Decide as the paper does: keep a match of more than a share ρ of the smaller set.
+
+    Parameters
+    ----------
+    match : PointMatch
+        The best transform that `match_by_unit_circle` found.
+    rho : float
+        ρ, 0 to 1.
+
+    Returns
+    -------
+    PointMatch
+        `match` itself, or no match and the reason.
+    """
+    if match.matched_share > rho:
+        return match
+    if match.transform is not None:
+        reason = (
+            f"the best transform pairs {match.matched_share:.1%} of the smaller set; a match needs "
+            f"more than {rho:.4g}"
+        )
+    elif match.local_matches:
+        reason = "no transform lays points of one set on points of the other"
+    else:
+        reason = "no one-ring of one set is like one of the other"
+    return PointMatch.none(match.local_matches, reason)

@@ -33,6 +33,8 @@ class PointMatch:
     chance : float or None
         Expected number of matches as good between independent sets; None where the matcher does
         not estimate it.
+    reason : str
+        Where there is no match: why, in words, where the matcher can tell; else "".
     """
 
     transform: Similarity | None
@@ -41,8 +43,10 @@ class PointMatch:
     rms: float
     local_matches: int
     chance: float | None = None
+    reason: str = ""
 
     @classmethod
-    def none(cls, local_matches: int = 0) -> PointMatch:
+    def none(cls, local_matches: int = 0, reason: str = "") -> PointMatch:
         """Return the result of a search that found nothing."""
-        return cls(None, np.empty((0, 2), np.int32), 0.0, 0.0, local_matches)
+        nothing = np.empty((0, 2), np.int32)
+        return cls(None, nothing, 0.0, 0.0, local_matches, reason=reason)

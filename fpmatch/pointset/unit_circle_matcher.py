@@ -4,26 +4,39 @@ Precomputation, once for each set: triangulate, and map every closed one-ring to
 Local matching: rings p and q are alike where they have as many points and the areas of their
 inscribed polygons differ by no more than a tolerance; a pair of alike rings gives a transform,
 its rotation from the turn that lays one circle on the other. Global matching: overlay the sets by
-each transform and count the points that match; the best one is kept.
+each transform and count the points that match. The sets match where more than a share ρ of the
+points do.
 
 What the paper leaves open, and how it is settled here:
 
+- the area tolerance, which the paper calls pre-defined and gives no value of, is
+  `DEFAULT_AREA_TOLERANCE` of an area that is at most π; docs/pointsets.md shows what it costs and
+  finds;
+- the share ρ is of the smaller set: the paper's P, of which a share ρ has partners, is the smaller
+  one in all its experiments, and of a larger set no more points could ever be matched;
 - the turn is the cyclic shift under which boundary and centre's image of the two circles
   correlate most (the paper's "angle differences between c_p and c_q", made steady where a centre
   stays near the middle); the transform is the least-squares fit of eq. (1) to the two rings;
 - the tolerance of eq. (2), t = λ·r/(2√n), is taken by density: the mean nearest-neighbour
   distance of n random points over the area of the target's convex hull, times λ;
 - the set with fewer points is moved onto the other, so the result does not depend on which of
-  the two comes first; of transforms with equal counts the first found is kept;
-- the winner is refitted once to the points it matched, and kept in that form where the refitted
-  transform matches no fewer.
+  the two comes first; of transforms with equal counts the first found is kept.
+
+Where this departs from Fig. 7:
+
+- pairs of rings of equal degree and alike area are looked up in a sorted table before the loop, and
+  not tested pair by pair within it; the pairs are the same;
+- points are matched one to one, each with one partner at most, where the paper counts points;
+- the transform that is kept is refitted once to the points it matched, and stays in that form where
+  it matches no fewer; what counts are the pairs after that;
+- the search goes on to the transform that matches the most points unless a matching factor ends it.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -43,6 +56,12 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
 
+DEFAULT_AREA_TOLERANCE: Final = 0.1
+"""Largest difference of the areas of alike rings, the circle's own area being π."""
+
+DEFAULT_RHO: Final = 0.6
+"""ρ, the share of the smaller set that must be exceeded: the least of the paper's experiments."""
+
 
 @dataclass(frozen=True, slots=True)
 class UnitCircleParameters:
@@ -51,14 +70,16 @@ class UnitCircleParameters:
     Parameters
     ----------
     area_tolerance : float
-        Largest difference of two inscribed polygons' areas (the unit circle's own area is π).
+        Largest difference of two inscribed polygons' areas (the unit circle's own area is π); the
+        paper gives no value.
     precision : float
         λ of eq. (2): the matching distance in mean nearest-neighbour distances of the target.
     tolerance : float or None
         The matching distance itself, in the units of the larger set; replaces `precision`.
     matching_factor : float
-        ρ: the search ends with the first transform that matches this share of the smaller set;
-        1 looks at every one unless all points match.
+        ρ: the search ends with the first transform that pairs more than this share of the smaller
+        set. With 1 (default) it ends early only where all points are paired, and the best
+        transform is kept.
     max_scale : float
         Transforms that change the scale by more than this factor, either way, are left out.
 
@@ -68,19 +89,46 @@ class UnitCircleParameters:
         If a value is outside its range.
     """
 
-    area_tolerance: float = 0.1
+    area_tolerance: float = DEFAULT_AREA_TOLERANCE
     precision: float = 0.428
     tolerance: float | None = None
     matching_factor: float = 1.0
     max_scale: float = math.inf
 
     def __post_init__(self) -> None:
-        if not self.area_tolerance >= 0 or not self.precision >= 0 or not self.max_scale >= 1:
-            raise PointSetError("area tolerance and precision must be 0 or more, max scale 1")
+        if not self.area_tolerance > 0:
+            raise PointSetError(f"area tolerance must be positive, not {self.area_tolerance:g}")
+        if not self.precision >= 0 or not self.max_scale >= 1:
+            raise PointSetError("precision must be 0 or more, max scale 1")
         if self.tolerance is not None and not 0 <= self.tolerance < math.inf:
             raise PointSetError(f"tolerance must be 0 or more, not {self.tolerance:g}")
-        if not 0 < self.matching_factor <= 1:
-            raise PointSetError(f"matching factor must be in (0, 1], not {self.matching_factor:g}")
+        check_rho(self.matching_factor)
+
+
+def check_rho(rho: float) -> None:
+    """Refuse a matching factor ρ outside 0..1.
+
+    Raises
+    ------
+    PointSetError
+        If it is.
+    """
+    if not 0 <= rho <= 1:
+        raise PointSetError(f"rho must lie in 0..1, not {rho:g}")
+
+
+def fewest_above(rho: float, count: int) -> int:
+    """Return the fewest of `count` points that are more than a share ρ of them.
+
+    Examples
+    --------
+    >>> fewest_above(0.6, 50), fewest_above(0.29, 100), fewest_above(1.0, 50)
+    (31, 30, 51)
+    """
+    fewest = math.floor(rho * count)
+    while count and fewest / count <= rho:  # as the share that is reported is compared with ρ
+        fewest += 1
+    return fewest
 
 
 def match_by_unit_circle(
@@ -127,10 +175,10 @@ def match_prepared(
     tolerance = _tolerance(q, given)
     alike = rings_alike(p.rings, q.rings, given.area_tolerance)
     moves = _within_scale(fit_rings(p, q, alike), q.frame.exponent - p.frame.exponent, given)
-    best = best_overlay(p, q, moves, tolerance, given.matching_factor)
-    if best is None:
+    found = _match_globally(p, q, moves, tolerance, given.matching_factor)
+    if found is None:
         return PointMatch.none(len(alike))
-    move, pairs = _refit_once(p.unit.T, q.unit.T, _as_similarity(best), tolerance)
+    move, pairs = found
     residual = move.apply(p.unit.T[pairs[:, 0]]) - q.unit.T[pairs[:, 1]]
     return PointMatch(
         transform=between_sets(move, p.frame, q.frame),
@@ -193,9 +241,9 @@ def fit_rings(p: PreparedPoints, q: PreparedPoints, alike: Ints) -> Floats:
 
 
 def best_overlay(
-    p: PreparedPoints, q: PreparedPoints, moves: Floats, tolerance: float, matching_factor: float
-) -> Floats | None:
-    """Match globally: return the move (4,) under which the most points match, or None.
+    p: PreparedPoints, q: PreparedPoints, moves: Floats, tolerance: float, enough: int
+) -> tuple[int, int] | None:
+    """Match globally: return which move overlays the most points, and how many.
 
     Parameters
     ----------
@@ -205,25 +253,41 @@ def best_overlay(
         Moves in the unit frames.
     tolerance : float
         Matching distance in the frame of `q`.
-    matching_factor : float
-        Share of `p` that ends the search.
+    enough : int
+        The search ends with the first move that overlays so many points.
 
     Returns
     -------
-    ndarray of float64, shape (4,), or None
-        The best move; None where no move matches any point.
+    tuple of int, or None
+        Index of the move and its count; None where no move overlays any point.
     """
     found = np.empty(2, np.int32)
     kernel.best_overlay(
-        moves,
-        p.unit,
-        q.grid,
-        tolerance,
-        math.ceil(matching_factor * len(p)),
-        np.full(len(q), -1, np.int32),
-        found,
+        moves, p.unit, q.grid, tolerance, enough, np.full(len(q), -1, np.int32), found
     )
-    return moves[found[0]] if found[0] >= 0 else None
+    return (int(found[0]), int(found[1])) if found[0] >= 0 else None
+
+
+def _match_globally(
+    p: PreparedPoints, q: PreparedPoints, moves: Floats, tolerance: float, rho: float
+) -> tuple[Similarity, Ints] | None:
+    """Return the best move, refitted, and its pairs: the first that pairs more than a share ρ.
+
+    A move may overlay enough points and yet pair fewer one to one: the search goes on then.
+    """
+    best: tuple[Similarity, Ints] | None = None
+    enough = min(fewest_above(rho, len(p)), len(p))
+    begin = 0
+    while found := best_overlay(p, q, moves[begin:], tolerance, enough):
+        index, count = found
+        start = _as_similarity(moves[begin + index])
+        move, pairs = _refit_once(p.unit.T, q.unit.T, start, tolerance)
+        if best is None or len(pairs) > len(best[1]):
+            best = move, pairs
+        if count < enough or len(pairs) >= enough:
+            break
+        begin += index + 1
+    return best
 
 
 def _tolerance(target: PreparedPoints, parameters: UnitCircleParameters) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
@@ -40,6 +40,34 @@ class Preset:
     texture: float = 1.0
 
 
+_NORMAL: Final = Preset(
+    "normal",
+    PlacementParameters(
+        rotation_deg=(0, 20),
+        shift=(0, 55),
+        scale=(0.98, 1.02),
+        torsion_deg=(0, 7),
+        traction=(0, 10),
+        off_centre=(0, 62),
+        half_width=(100, 138),
+        elongation=(1.35, 1.75),
+        tip_only=0.16,
+        cut_off=0.2,
+    ),
+    PressureParameters(
+        dryness=(-0.4, 0.6),
+        unevenness=0.22,
+        tilt=(0, 0.3),
+        grain=0.27,
+        wear=(0, 0.35),
+        max_scratches=3,
+        max_spots=4,
+        outline=0.035,
+        ragged=0.03,
+    ),
+    SmearParameters(chance=0.2, stain=(0.0, 0.22)),
+)
+
 PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
     {
         preset.name: preset
@@ -61,33 +89,7 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
                 texture=0.4,
             ),
             Preset("easy"),
-            Preset(
-                "normal",
-                PlacementParameters(
-                    rotation_deg=(0, 20),
-                    shift=(0, 55),
-                    scale=(0.98, 1.02),
-                    torsion_deg=(0, 7),
-                    traction=(0, 10),
-                    off_centre=(0, 62),
-                    half_width=(100, 138),
-                    elongation=(1.35, 1.75),
-                    tip_only=0.16,
-                    cut_off=0.2,
-                ),
-                PressureParameters(
-                    dryness=(-0.4, 0.6),
-                    unevenness=0.22,
-                    tilt=(0, 0.3),
-                    grain=0.27,
-                    wear=(0, 0.35),
-                    max_scratches=3,
-                    max_spots=4,
-                    outline=0.035,
-                    ragged=0.03,
-                ),
-                SmearParameters(chance=0.2, stain=(0.0, 0.22)),
-            ),
+            _NORMAL,
             Preset(
                 "hard",
                 PlacementParameters(
@@ -115,6 +117,11 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
                 ),
                 SmearParameters(chance=0.5, share=(0.05, 0.25), stain=(0.0, 0.5)),
                 texture=1.2,
+            ),
+            replace(
+                _NORMAL,
+                name="stretched",
+                placement=replace(_NORMAL.placement, torsion_deg=(3, 11), traction=(5, 20)),
             ),
         )
     }

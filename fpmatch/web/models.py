@@ -45,11 +45,17 @@ class Quality(BaseModel):
 class Verified(BaseModel):
     """The decision on two prints, as `fpmatch verify --json` prints it."""
 
-    match: bool = Field(description="Whether the score reaches the threshold")
-    score: float = Field(description="-10·log10(FMR), 0 to 100")
-    fmr: float = Field(description="Share of pairs of different fingers that score as high")
+    match: bool = Field(
+        description="Whether the score reaches the threshold, or matched_share is more than rho"
+    )
+    score: float | None = Field(description="-10·log10(FMR), 0 to 100; null if not calibrated")
+    fmr: float | None = Field(description="Share of pairs of different fingers that score as high")
     extrapolated: bool = Field(description="Whether the FMR lies beyond what was measured")
-    threshold: float = Field(description="The score that was asked for")
+    threshold: float | None = Field(
+        description="The score that was asked for, or that rho stands for"
+    )
+    matched_share: float = Field(description="Pairs over minutiae of the smaller print")
+    rho: float | None = Field(description="What matched_share must exceed; null if a score decides")
     pairs: int = Field(description="How many minutiae are paired")
     transform: Transform | None = Field(
         description="scale, rotation_deg, tx, ty: takes pixels of the probe to the reference"

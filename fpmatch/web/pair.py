@@ -19,7 +19,8 @@ from fpmatch.drawing.words import odds
 from fpmatch.errors import GalleryError
 from fpmatch.matching.calibration import fmr_to_score
 from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
+from fpmatch.matching.matchers.paper import PaperMatcher, matcher_with
+from fpmatch.matching.verify import verify
 from fpmatch.report import as_dict, as_rows
 from fpmatch.scale import find_scale
 from fpmatch.web.errors import NotFoundError, RequestError
@@ -51,6 +52,8 @@ class PairOptions:
         Name of the matcher.
     fmr, threshold : float or None
         False match rate or score to decide at; at most one of them.
+    rho, area_tolerance : float or None
+        Parameters of the matcher "paper"; None for its defaults.
     enhance : str
         How ridges are found in images.
     """
@@ -62,14 +65,20 @@ class PairOptions:
     fmr: float | None = None
     threshold: float | None = None
     enhance: str = "learned"
+    rho: float | None = None
+    area_tolerance: float | None = None
 
-    def score_to_reach(self) -> float:
-        """Return the score to decide at."""
+    def score_to_reach(self) -> float | None:
+        """Return the score to decide at; None for the matcher's own decision."""
         if self.fmr is not None and self.threshold is not None:
             raise RequestError("fmr and threshold exclude each other")
-        if self.fmr is not None:
-            return fmr_to_score(self.fmr)
-        return DEFAULT_THRESHOLD if self.threshold is None else self.threshold
+        if self.rho is not None and (self.fmr, self.threshold) != (None, None):
+            raise RequestError("rho decides without a score: give no fmr or threshold")
+        return self.threshold if self.fmr is None else fmr_to_score(self.fmr)
+
+    def chosen_matcher(self) -> str | PaperMatcher:
+        """Return the matcher, by name unless it has parameters."""
+        return matcher_with(self.matcher, self.rho, self.area_tolerance)
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,9 +288,10 @@ def _compare(
         if isinstance(reference, Upload)
         else _from_gallery(reference)
     )
-    decide = partial(verify, matcher=options.matcher, threshold=threshold)
+    decide = partial(verify, matcher=options.chosen_matcher(), threshold=threshold)
     verification = decide(ours.template, theirs.template)
-    scale = find_scale(verification, decide) if told else None
+    searched = verification.rho is None or verification.match  # else it finds the same pairs
+    scale = find_scale(verification, decide) if told and searched else None
     return _Compared(ours, theirs, verification, scale)
 
 

@@ -54,8 +54,16 @@ async def _pair_options(
     fmr: Annotated[float | None, Form(description="Decide at this false match rate")] = None,
     threshold: Annotated[float | None, Form(description="Decide at this score")] = None,
     enhance: Enhance = "learned",
+    rho: Annotated[
+        float | None, Form(description="Matcher paper: match over this share of minutiae paired")
+    ] = None,
+    area_tolerance: Annotated[
+        float | None, Form(description="Matcher paper: how far areas of alike rings may differ")
+    ] = None,
 ) -> PairOptions:
-    return PairOptions(dpi, probe_dpi, reference_dpi, matcher, fmr, threshold, enhance)
+    return PairOptions(
+        dpi, probe_dpi, reference_dpi, matcher, fmr, threshold, enhance, rho, area_tolerance
+    )
 
 
 ServerSettings = Annotated[Settings, Depends(_settings)]

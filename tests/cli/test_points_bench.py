@@ -63,7 +63,7 @@ def test_the_table_is_on_stdout_and_stderr_is_silent(bench: Any) -> None:
     result = bench("--reading", "patch", "--matcher", "ours", "--matcher", "paper")
     assert (result.exit_code, result.stderr) == (0, "")
     titles = [line for line in result.stdout.splitlines() if " reading" in line]
-    assert [title.split(",")[0] for title in titles] == ["ours", "paper"]
+    assert [title.split(",")[0] for title in titles] == ["ours", "ours", "paper", "paper"]
     assert "ours, patch: recognised 0 of 9" in result.stdout
 
 
@@ -86,20 +86,23 @@ def test_all_39_places_without_quick(
 
     monkeypatch.setattr(point_bench, "run_bench", run_bench)
     assert run("points", "bench").exit_code == 0
-    assert run("points", "bench", "--trials", 7, "--seed", 3, "--budget", 2.5).exit_code == 0
+    words = ["--trials", 7, "--independent-trials", 2, "--seed", 3, "--budget", 2.5]
+    assert run("points", "bench", *words).exit_code == 0
     assert run("points", "bench", "--quick", "--budget", 2.5).exit_code == 0
     plan = point_trials.TrialPlan()
     assert (plan.trials, plan.budget_s) == (100, 20.0)
     assert plans == [
         (places(), plan),
-        (places(), replace(plan, trials=7, seed=3, budget_s=2.5)),
+        (places(), replace(plan, trials=7, independent_trials=2, seed=3, budget_s=2.5)),
         (places(largest_m=50), replace(point_trials.QUICK_PLAN, budget_s=2.5)),
     ]
 
 
 def test_markdown(bench: Any) -> None:
     result = bench("--reading", "clutter", "--matcher", "ours", "--markdown")
-    assert result.stdout.startswith("### ours, clutter reading, beside the paper's Table 2\n")
+    assert result.stdout.startswith(
+        "### ours, clutter reading: times in ms, beside the paper's Table 2\n"
+    )
 
 
 def test_a_matcher_that_is_not_installed_is_left_out_with_a_note(

@@ -13,6 +13,8 @@ import pytest
 from fpmatch.drawing.paper_figures.choice import choose_ring_pair
 from fpmatch.drawing.paper_figures.figures import draw_point_figures, numbers_drawn
 from fpmatch.drawing.paper_figures.pair import EASY_SEED, random_point_pair, rotated_point_pair
+from fpmatch.formats.files import save_template
+from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
 
 NAMES = [
@@ -22,6 +24,7 @@ NAMES = [
     "figure_5_weights.svg",
     "figure_6a_two_circles.svg",
     "figure_6b_rotation.svg",
+    "figure_7_flow_chart.svg",
 ]
 POINTS = np.random.default_rng(8).uniform(0.0, 100.0, (25, 2))
 
@@ -93,6 +96,36 @@ def test_with_two_files_the_matcher_finds_the_partners(
     assert printed["matched"] == len(POINTS)
 
 
+def test_a_template_is_drawn_as_its_image_stands(run: Any, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    minutiae = Minutiae(*POINTS.T, np.zeros(len(POINTS)))
+    save_template(tmp_path / "p.csv", Template(minutiae, 100, 100))
+    xy = minutiae.xy.astype(float)
+    bare = saved(tmp_path / "bare.csv", xy)
+    for file, words, y_down in (
+        (tmp_path / "p.csv", (), True),
+        (tmp_path / "p.csv", ("--y-axis", "up"), False),
+        (bare, (), False),
+        (bare, ("--y-axis", "down"), True),
+    ):
+        result = run("points", "draw", file, "-o", tmp_path / "out", "--json", *words)
+        assert result.exit_code == 0, result.output
+        printed = json.loads(result.stdout)
+        del printed["files"]
+        pair = rotated_point_pair(xy, "p.csv", EASY_SEED, y_down=y_down)
+        assert printed == json.loads(json.dumps(numbers_drawn(pair, choose_ring_pair(pair))))
+        drawn = (tmp_path / "out" / NAMES[0]).read_text(encoding="utf-8")
+        assert ("y down, as in images" in " ".join(drawn.split())) == y_down
+    turned = saved(tmp_path / "q.csv", Similarity(1.0, 0.4).apply(xy))
+    result = run("points", "draw", tmp_path / "p.csv", turned, "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "one file is a template, the other is not" in result.stderr
+    words = ("-o", tmp_path / "out", "--json", "--y-axis", "down")
+    result = run("points", "draw", tmp_path / "p.csv", turned, *words)
+    rotation = json.loads(result.stdout)["rotation_deg"]["sets"]
+    assert rotation == pytest.approx(-np.degrees(0.4))  # clockwise on screen
+
+
 def rotated_ring(points: Any) -> int:
     """Return a point with a closed ring, not the one that is drawn by default."""
     pair = rotated_point_pair(points, "points", 1)
@@ -153,6 +186,12 @@ def test_a_seed_that_would_do_nothing_is_refused(run: Any, tmp_path: Path, p_csv
     result = run("points", "draw", p_csv, p_csv, "-o", tmp_path / "out", "--seed", 1)
     assert result.exit_code == 2
     assert "--seed has no use where both sets are given" in result.stderr
+
+
+def test_a_direction_of_y_that_would_do_nothing_is_refused(run: Any, tmp_path: Path) -> None:
+    result = run("points", "draw", "-o", tmp_path / "out", "--y-axis", "down")
+    assert result.exit_code == 2
+    assert "--y-axis has no use where the sets are random" in result.stderr
 
 
 @pytest.mark.parametrize("words", [("--seed", -1), ("--ring", -1), ("--format", "pdf")])

@@ -27,9 +27,12 @@ KEYS = [
     "rms",
     "chance",
     "local_matches",
+    "reason",
     "points",
     "matcher",
     "tolerance",
+    "rho",
+    "area_tolerance",
     "p",
     "q",
 ]
@@ -124,6 +127,56 @@ def test_the_words_of_no_match(run: Any, unlike: Any) -> None:
     first, *rest = result.stdout.splitlines()
     assert first == "NO MATCH"
     assert len(rest) == 1
+
+
+@pytest.mark.parametrize(("rho", "status"), [("0.93", 0), ("0.94", 1)])
+def test_the_papers_method_decides_by_rho(run: Any, stars: Any, rho: str, status: int) -> None:
+    words = ["points", "match", *stars, "--matcher", "paper", "--rho", rho]
+    result = run(*words)
+    document = found(result)
+    assert result.exit_code == status
+    assert document["match"] is (status == 0)
+    assert (document["transform"] is None) == (status == 1)
+    assert document["rho"] == float(rho)
+    assert bool(document["reason"]) == (status == 1)
+    text = run(*words, "--text").stdout
+    assert text.startswith("NO MATCH\n" if status else "MATCH\n")
+    why = f"the best transform pairs 93.3% of the smaller set; a match needs more than {rho}"
+    assert (why in text) == (status == 1)
+
+
+def test_sets_that_share_nothing_do_not_match_by_the_papers_method(run: Any, unlike: Any) -> None:
+    result = run("points", "match", *unlike, "--matcher", "paper", "--tolerance", "0.5")
+    assert result.exit_code == 1
+    assert found(result)["transform"] is None
+    assert found(result)["reason"]
+
+
+def test_a_smaller_area_tolerance_follows_fewer_local_matches(run: Any, stars: Any) -> None:
+    words = ["points", "match", *stars, "--matcher", "paper", "--area-tolerance"]
+    few, many = (found(run(*words, area)) for area in ("0.001", "1"))
+    assert few["match"] is many["match"] is True
+    assert few["local_matches"] < many["local_matches"]
+    assert few["area_tolerance"] == 0.001
+
+
+@pytest.mark.parametrize("matcher", ["paper", "van-wamelen"])
+@pytest.mark.parametrize("rho", ["-0.1", "1.1", "nan"])
+def test_bad_rhos_are_one_line(run: Any, stars: Any, matcher: str, rho: str) -> None:
+    line = refused(run("points", "match", *stars, "--matcher", matcher, "--rho", rho))
+    assert line == f"rho must lie in 0..1, not {rho}"
+
+
+@pytest.mark.parametrize("area", ["0", "-1", "nan"])
+def test_bad_area_tolerances_are_one_line(run: Any, stars: Any, area: str) -> None:
+    words = ["points", "match", *stars, "--matcher", "paper", "--area-tolerance", area]
+    assert refused(run(*words)) == f"area tolerance must be positive, not {area}"
+
+
+def test_parameters_of_other_matchers_are_refused(run: Any, stars: Any) -> None:
+    for words, names in ((["--rho", "0.5"], "rho"), (["--area-tolerance", "1"], "area tolerance")):
+        line = refused(run("points", "match", *stars, *words))
+        assert line.startswith(f"{names} is a parameter of the matcher")
 
 
 def test_pairs_are_written_as_a_table(run: Any, stars: Any, tmp_path: Path) -> None:

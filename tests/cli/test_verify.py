@@ -20,6 +20,8 @@ KEYS = [
     "fmr",
     "extrapolated",
     "threshold",
+    "matched_share",
+    "rho",
     "pairs",
     "transform",
     "rms_px",
@@ -169,6 +171,13 @@ def test_bad_input_is_one_line_and_leaves_nothing(
         (["--threshold", "101"], "threshold must lie in 0..100"),
         (["--threshold", "nan"], "threshold must lie in 0..100"),
         (["--matcher", "best"], "unknown matcher 'best'"),
+        (["--matcher", "paper", "--rho", "1.1"], "rho must lie in 0..1, not 1.1"),
+        (["--matcher", "paper", "--rho", "-1"], "rho must lie in 0..1, not -1"),
+        (["--matcher", "paper", "--rho", "nan"], "rho must lie in 0..1, not nan"),
+        (["--matcher", "paper", "--area-tolerance", "0"], "area tolerance must be positive"),
+        (["--matcher", "paper", "--area-tolerance", "-1"], "area tolerance must be positive"),
+        (["--rho", "0.5"], "parameters of matcher paper, not unit-circle"),
+        (["--area-tolerance", "0.5"], "parameters of matcher paper, not unit-circle"),
         (["--calibration", "no/such.json"], "no/such.json: cannot be read: no such file"),
         (["--calibration", __file__], "test_verify.py: not a calibration file"),
         (["--overlay", "overlay.doc"], "written as .png or .svg"),
@@ -209,6 +218,71 @@ def test_rate_and_threshold_exclude_each_other(run: Any, prints: Path) -> None:
     both = run("verify", prints / "1_1.png", prints / "1_2.png", "--fmr", 0.1, "--threshold", 9)
     assert both.exit_code == 2
     assert "exclude each other" in both.stderr
+
+
+def test_a_print_matches_itself_by_the_papers_matcher(run: Any, prints: Path) -> None:
+    pair = prints / "1_1.png", prints / "1_1.png"
+    result = run("verify", *pair, "--matcher", "paper", "--json")
+    found = decision(result)
+    assert result.exit_code == 0
+    assert list(found) == KEYS
+    assert (found["match"], found["matched_share"], found["rho"]) == (True, 1.0, 0.6)
+    assert found["threshold"] < found["score"] < 40
+    words = run("verify", *pair, "--matcher", "paper").stdout
+    assert words.startswith("MATCH\n  Matched     100.0% of the minutiae of the smaller print are ")
+    assert "a match needs more than 0.6 of them (rho)" in words
+    assert re.search(r"Score +\d+\.\d on a scale to 100; it does not decide here", words)
+
+
+@pytest.mark.parametrize("name", ["2_1.png", "blank.png"])
+def test_strangers_do_not_match_by_the_papers_matcher(run: Any, prints: Path, name: str) -> None:
+    result = run("verify", prints / "1_1.png", prints / name, "--matcher", "paper", "--json")
+    assert result.exit_code == 1
+    found = decision(result)
+    assert found["match"] is False
+    assert found["reason"]
+    assert found["scale"] is None
+
+
+def test_rho_moves_the_decision_of_the_papers_matcher(run: Any, prints: Path) -> None:
+    words = ["verify", prints / "1_1.png", prints / "2_1.png", "--matcher", "paper", "--json"]
+    share = decision(run(*words))["matched_share"]
+    assert 0 < share < 0.6
+    assert run(*words, "--rho", repr(share)).exit_code == 1
+    assert run(*words, "--rho", repr(share - 1e-9)).exit_code == 0
+
+
+def test_a_score_asked_for_decides_for_the_papers_matcher_too(run: Any, prints: Path) -> None:
+    words = ["verify", prints / "1_1.png", prints / "1_1.png", "--matcher", "paper"]
+    found = decision(run(*words, "--threshold", 40, "--json"))
+    assert (found["match"], found["rho"], found["threshold"]) == (False, None, 40)
+    assert run(*words, "--threshold", 20).exit_code == 0
+    assert run(*words, "--fmr", 0.01).exit_code == 0
+    for option in (["--threshold", 20], ["--fmr", 0.01]):
+        both = run(*words, "--rho", 0.5, *option)
+        assert both.exit_code == 2
+        assert "--rho decides without a score: give no --fmr or --threshold" in both.stderr
+
+
+def test_another_area_tolerance_is_not_what_the_score_was_measured_at(
+    run: Any, prints: Path
+) -> None:
+    words = ["verify", prints / "1_1.png", prints / "1_1.png", "--matcher", "paper"]
+    result = run(*words, "--area-tolerance", 0.01)
+    assert result.exit_code == 0
+    assert result.stderr == (
+        "fpmatch: note: the score is as measured at an area tolerance of 0.1, not 0.01\n"
+    )
+    assert run(*words, "--area-tolerance", 0.1).stderr == ""
+
+
+def test_an_overlay_by_the_papers_matcher_shows_its_decision(
+    run: Any, prints: Path, tmp_path: Path
+) -> None:
+    picture = tmp_path / "overlay.svg"
+    words = ["overlay", prints / "1_1.png", prints / "1_1.png", "-o", picture]
+    assert run(*words, "--matcher", "paper").stdout.startswith("MATCH, score ")
+    assert run(*words, "--matcher", "paper", "--rho", 1).stdout.startswith("NO MATCH, score ")
 
 
 def test_rate_and_threshold_move_the_decision(run: Any, prints: Path) -> None:

@@ -25,6 +25,7 @@ from fpmatch.drawing.paper_figures.figures import (
     numbers_drawn,
     write_point_figures,
 )
+from fpmatch.drawing.paper_figures.flow_chart import flow_chart
 from fpmatch.drawing.paper_figures.meshes import one_rings
 from fpmatch.drawing.paper_figures.pair import (
     EASY_SEED,
@@ -197,8 +198,8 @@ def test_numbers_are_written_with_proper_signs() -> None:
 # Pictures
 
 
-def test_there_are_six_pictures_of_the_five_figures(figures: dict[str, PointFigure]) -> None:
-    assert list(figures) == ["2", "3", "4", "5", "6a", "6b"]
+def test_there_are_seven_pictures_of_the_six_figures(figures: dict[str, PointFigure]) -> None:
+    assert list(figures) == ["2", "3", "4", "5", "6a", "6b", "7"]
     for number_, figure in figures.items():
         root = ElementTree.fromstring(figure.content)
         assert root.tag == f"{SVG}svg"
@@ -262,6 +263,20 @@ def test_the_overlay_tells_how_many_match(
     assert rotation in texts_of(figures["6b"].content)
 
 
+def test_the_flow_chart_has_the_steps_of_section_3_3(figures: dict[str, PointFigure]) -> None:
+    words = " ".join(texts_of(figures["7"].content))
+    steps = (
+        "Precomputation", "triangulation, unit-circle parametrization", "interior points?",
+        "As many edges", "one-ring polygons", "Difference of areas", "transformation",
+        "All combinations", "Global matching", "above ρ?",
+    )  # fmt: skip
+    places = [words.index(step) for step in steps]
+    assert places == sorted(places)
+    # each of the five questions is answered yes and no
+    assert texts_of(figures["7"].content).count("yes") == 5
+    assert texts_of(figures["7"].content).count("no") == 5
+
+
 def test_the_same_points_make_the_same_file_whatever_the_user_s_settings(
     figures: dict[str, PointFigure], pair: PointPair, rings: RingPair
 ) -> None:
@@ -296,6 +311,7 @@ def test_labels_are_large_and_do_not_lie_on_one_another(pair: PointPair, rings: 
             weights(rings.p),
             two_circles(rings),
             rotation(pair, rings),
+            flow_chart(),
         ):
             figure = sheet.figure
             renderer = backend.FigureCanvasAgg(figure).get_renderer()

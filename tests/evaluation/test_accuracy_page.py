@@ -15,11 +15,13 @@ from fpmatch.matching.score import FEATURES
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 RESULTS = json.loads((DOCS / "accuracy.json").read_text(encoding="utf-8"))
+BEFORE = json.loads((DOCS / "distortion_before.json").read_text(encoding="utf-8"))
 
 
 def test_the_page_shows_what_was_measured():
     assert set(RESULTS) == set(PARTS)
-    assert format_accuracy_markdown(RESULTS) in (DOCS / "accuracy.md").read_text(encoding="utf-8")
+    tables = format_accuracy_markdown(RESULTS, BEFORE)
+    assert tables in (DOCS / "accuracy.md").read_text(encoding="utf-8")
     readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
     assert format_readme_markdown(RESULTS) in readme
 
@@ -49,3 +51,21 @@ def test_the_calibration_keeps_its_word_on_a_million_comparisons():
     assert many["impostors"] >= 1_000_000
     for at in many["scores"]:
         assert 0.5 <= at["factor"] <= 2.0
+
+
+def test_distortion_is_shown_before_and_now():
+    tables = format_accuracy_markdown(RESULTS, BEFORE)
+    section = tables.partition("### Distortion")[2]
+    for before, now in zip(BEFORE["conditions"], RESULTS["distortion"]["conditions"], strict=True):
+        for old, new in zip(before["classes"], now["classes"], strict=True):
+            assert f"| {old['pairs']} | " in section
+            for kind in ("ridges", "minutiae"):
+                assert f"| {old[kind]['score']:.1f} | {new[kind]['score']:.1f} |" in section
+
+
+def test_distortion_alone_refuses_no_genuine_pair_of_whole_prints():
+    whole = RESULTS["distortion"]["conditions"][0]
+    assert whole["classes"][-1]["from"] >= 0.4
+    for row in whole["classes"]:
+        assert row["ridges"]["below_threshold"] == 0.0
+        assert row["minutiae"]["fnmr"] <= 0.01

@@ -1,4 +1,4 @@
-"""The fit of the score's weights, on samples drawn from distributions that are known."""
+"""The fit of the score's weights, on samples drawn from known distributions."""
 
 from __future__ import annotations
 
@@ -12,42 +12,60 @@ from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.score_fit import (
     OF_RIDGES,
+    RIDGE_FEATURES,
     FitParameters,
     ScoreSample,
-    _glance,
+    _on_scale_of,
+    _prefilter,
+    _sums,
+    fit_model,
     fit_weights,
     rates_of,
     sample_of,
 )
 from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.matchers.unit_circle import MATCHER, lay
-from fpmatch.matching.score import FEATURES, NO_GLANCE, ScoreWeights, scales
+from fpmatch.matching.codes import common
+from fpmatch.matching.matchers.unit_circle import MATCHER, align
+from fpmatch.matching.score import (
+    FEATURES,
+    NO_PREFILTER,
+    ScoreModel,
+    ScoreWeights,
+    evidence_scorer,
+)
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 N = len(FEATURES)
-WAYS = AlignmentParameters().candidates
+RIDGES = FEATURES.index("ridges")
+HYPOTHESES = AlignmentParameters().hypotheses
 EVEN = FitParameters(impostor_weight=1.0, lost_share=0.0, ridge=1e-9)
 
 
-def sample(seed: int, count: int = 4000, apart: float = 2.0, lost: int = 0) -> ScoreSample:
+def sample(
+    seed: int, count: int = 4000, apart: float = 2.0, lost: int = 0, ridges: bool = True
+) -> ScoreSample:
     """Return features of unit spread whose kinds lie `apart` in the first; the rest are noise.
 
-    There is but one way to lay two prints on one another.
+    Every comparison has one hypothesis. Without `ridges` the features of the ridges are 0.
     """
     rng = np.random.default_rng(seed)
     x = rng.normal(size=(2 * count + lost, N))
     genuine = np.arange(2 * count + lost) >= count
     x[count : 2 * count, 0] += apart
-    codes = np.stack([rng.poisson(np.where(genuine, 40, 8)), rng.integers(10, 50, len(x))], axis=1)
-    return ScoreSample(f"set {seed}", x[:, None], x[:, None], codes * 1.0, genuine, (0, 0))
+    x[:, OF_RIDGES] *= ridges
+    scores = np.stack([rng.poisson(np.where(genuine, 40, 8)), rng.integers(10, 50, len(x))], axis=1)
+    strength = rng.exponential(np.where(genuine, 0.2, 0.01))
+    return ScoreSample(
+        f"set {seed}", x[:, None], x[:, None].copy(), scores * 1.0, strength, genuine, (0, 0)
+    )
 
 
 def raw_weights(samples: list[ScoreSample], parameters: FitParameters) -> np.ndarray:
     """Return the weights of features as they are, and the bias last."""
-    weights = fit_weights(samples, parameters=parameters)
-    middle, spread, weight, _ = weights.standard
+    model = fit_model(samples, parameters=parameters)
+    middle, spread, weight, _ = model.standard
     slope = weight / spread
-    return np.append(slope, weights.bias - slope @ middle)
+    return np.append(slope, model.bias - slope @ middle)
 
 
 def test_the_weights_are_those_of_the_likelihood_ratio() -> None:
@@ -74,106 +92,176 @@ def test_lost_comparisons_do_not_pull_the_fit_where_they_are_allowed_for() -> No
 
 
 def test_features_left_out_have_no_weight() -> None:
-    weights = fit_weights([sample(1)], without=(FEATURES[0], FEATURES[3]))
-    assert weights.standard[2, [0, 3]].tolist() == [0.0, 0.0]
-    assert (weights.standard[2, [1, 2]] != 0).all()
+    model = fit_model([sample(1)], without=(FEATURES[0], FEATURES[3]))
+    left_out = np.isin(np.arange(N), [0, 3])
+    assert not model.standard[2, left_out].any()
+    assert (model.standard[2, ~left_out] != 0).all()
 
 
 def test_the_same_samples_give_the_same_weights() -> None:
-    samples = [sample(1), sample(2)]
-    assert fit_weights(samples).as_json() == fit_weights(samples).as_json()
+    samples, alone = [sample(1), sample(2)], [sample(1, ridges=False), sample(2, ridges=False)]
+    assert fit_weights(samples, alone).as_json() == fit_weights(samples, alone).as_json()
 
 
 def test_rates_are_those_of_the_weighted_sums() -> None:
     samples = [sample(3, apart=8.0), replace(sample(4, apart=8.0), nothing=(1000, 0))]
-    rates = rates_of(samples, [fit_weights(samples)] * 2)
+    rates = rates_of(samples, [fit_model(samples)] * 2)
     assert rates["sets"]["set 3"] == {"eer": 0.0, "fmr1000": 0.0}
     # a fifth of the genuine comparisons found nothing
     assert rates["sets"]["set 4"]["fmr1000"] == pytest.approx(20.0)
     assert rates["pooled"]["fmr1000"] == pytest.approx(100 * 1000 / 9000, abs=0.01)
 
 
-def impostors_of(samples: list[ScoreSample]) -> np.ndarray:
-    return np.concatenate([one.features[~one.genuine, 0] for one in samples])
-
-
-def test_strangers_are_the_means_of_impostors() -> None:
+def test_impostor_means_are_the_means_of_impostors() -> None:
     """Every database counts as much, however many its comparisons."""
     small, large = sample(1, count=200), sample(2, count=4000)
     small.features[~small.genuine] += 3.0
-    middle, _, _, stranger = fit_weights([small, large]).standard
+    middle, _, _, impostor_mean = fit_model([small, large]).standard
     means = [one.features[~one.genuine, 0].mean(axis=0) for one in (small, large)]
-    assert stranger == pytest.approx((means[0] + means[1]) / 2, rel=1e-5)
+    assert impostor_mean == pytest.approx((means[0] + means[1]) / 2, rel=1e-5)
     genuine = [one.features[one.genuine, 0].mean(axis=0) for one in (small, large)]
-    assert middle == pytest.approx((stranger + (genuine[0] + genuine[1]) / 2) / 2, rel=1e-4)
+    assert middle == pytest.approx((impostor_mean + (genuine[0] + genuine[1]) / 2) / 2, rel=1e-4)
 
 
-@pytest.mark.parametrize("looked_at", [0.01, 0.06, 0.2, 1.0])
-def test_the_gate_lets_through_the_asked_share_of_strangers(looked_at: float) -> None:
-    """By the sums that they have while their ridges count as those of strangers."""
+def coarse_sums(one: ScoreSample, model: ScoreModel) -> np.ndarray:
+    """Return the sums in coarse alignment, where ridges count as those of impostors."""
+    middle, spread, weight, impostor_mean = model.standard
+    x = one.coarse[:, 0].copy()
+    x[:, OF_RIDGES] = impostor_mean[OF_RIDGES]
+    return np.asarray(model.bias + (x - middle) / spread @ weight)
+
+
+@pytest.mark.parametrize("refined", [0.01, 0.06, 0.25, 1.0])
+def test_the_refine_threshold_passes_the_given_share_of_impostors(refined: float) -> None:
+    """By their sums in coarse alignment, whatever they are when refined."""
     samples = [sample(1), sample(2)]
     for one in samples:
-        one.features[one.genuine, 0, 4] += 2.0  # so that ridges have a weight
-    weights = fit_weights(samples, parameters=FitParameters(looked_at=looked_at))
-    middle, spread, weight, stranger = weights.standard
-    assert weight[4] > 1.0
-    unseen = impostors_of(samples)
-    unseen[:, 4:] = stranger[4:]
-    sums = weights.bias + (unseen - middle) / spread @ weight
-    assert weights.gate == pytest.approx(np.quantile(sums, 1 - looked_at), rel=1e-5)
-    assert (sums > weights.gate).mean() == pytest.approx(looked_at, abs=0.001)
-    seen = weights.bias + (impostors_of(samples) - middle) / spread @ weight
-    assert looked_at > 0.1 or (seen > weights.gate).mean() > looked_at + 0.001
+        one.features[one.genuine, 0, RIDGES] += 2.0  # so that ridges have a weight
+        one.coarse[:, 0] -= 0.5
+    model = fit_model(samples, parameters=FitParameters(refined=refined))
+    assert model.standard[2, RIDGES] > 1.0
+    sums = np.concatenate([coarse_sums(one, model)[~one.genuine] for one in samples])
+    assert model.refine_threshold == pytest.approx(np.quantile(sums, 1 - refined), rel=1e-5)
+    assert (sums > model.refine_threshold).mean() == pytest.approx(refined, abs=0.001)
 
 
-def first_sums(one: ScoreSample, weights: ScoreWeights) -> np.ndarray:
-    """Return the sums of a first look, where ridges count as those of strangers."""
-    middle, spread, weight, stranger = weights.standard
-    unseen = one.first[:, 0].copy()
-    unseen[:, 4:] = stranger[4:]
-    return np.asarray(weights.bias + (unseen - middle) / spread @ weight)
-
-
-def test_so_few_impostors_leave_no_doubt_at_the_first_look() -> None:
+def test_the_confident_threshold_passes_the_given_share_of_impostors() -> None:
     one = sample(1)
-    weights = fit_weights([one], parameters=FitParameters(unsure=0.02))
-    sure = first_sums(one, weights)[~one.genuine] > weights.sure
-    assert sure.mean() == pytest.approx(0.02, abs=0.001)
+    model = fit_model([one], parameters=FitParameters(confident=0.02))
+    confident = coarse_sums(one, model)[~one.genuine] > model.confident_threshold
+    assert confident.mean() == pytest.approx(0.02, abs=0.001)
 
 
-@pytest.mark.parametrize("dismissed", [0.0, 0.01, 0.1])
-def test_codes_dismiss_no_more_genuine_pairs_than_allowed(dismissed: float) -> None:
+@pytest.mark.parametrize("loss", [0.0, 0.01, 0.1])
+def test_weak_local_matches_lose_no_more_genuine_pairs_than_allowed(loss: float) -> None:
+    """Of those that pass coarse alignment; of the impostors most have weak local matches."""
     one = sample(1, apart=8.0)
-    weights = fit_weights([one], parameters=FitParameters(dismissed=dismissed))
-    base, growth, most = weights.glance
-    lacking = one.codes[:, 0] < np.minimum(base + growth * one.codes[:, 1], most)
-    passing = one.genuine & (first_sums(one, weights) > weights.gate)
-    assert (lacking & passing).sum() <= dismissed * passing.sum()
-    assert lacking[~one.genuine].mean() > 0.9
+    model = fit_model([one], parameters=FitParameters(relaxation_loss=loss))
+    weak = one.strength < model.relaxation_threshold * (1 - 1e-5)
+    passing = one.genuine & (coarse_sums(one, model) > model.refine_threshold)
+    assert (weak & passing).sum() == pytest.approx(loss * passing.sum(), abs=1)
+    assert weak[~one.genuine].mean() >= (weak & passing).sum() / passing.sum()
+    assert loss < 0.1 or weak[~one.genuine].mean() > 0.8
 
 
-def test_what_codes_must_say_grows_with_the_print_where_that_tells_more() -> None:
+@pytest.mark.parametrize("loss", [0.0, 0.01, 0.1])
+def test_the_prefilter_rejects_no_more_genuine_pairs_than_allowed(loss: float) -> None:
     one = sample(1, apart=8.0)
-    scaled = one.codes * [1.0, 1.0]
-    scaled[:, 0] *= one.codes[:, 1] / 20
-    weights = fit_weights([replace(one, codes=scaled)])
-    assert fit_weights([one]).glance[1] == 0.0 < weights.glance[1]
+    model = fit_model([one], parameters=FitParameters(prefilter_loss=loss))
+    base, growth, limit = model.prefilter
+    threshold = np.minimum(base + growth * one.descriptors[:, 1], limit)
+    rejected = one.descriptors[:, 0] < threshold
+    passing = one.genuine & (coarse_sums(one, model) > model.refine_threshold)
+    assert (rejected & passing).sum() <= loss * passing.sum()
+    assert rejected[~one.genuine].mean() > 0.9
 
 
-def test_without_impostors_nothing_is_dismissed() -> None:
+def test_the_prefilter_threshold_grows_with_the_print_where_that_rejects_more() -> None:
+    one = sample(1, apart=8.0)
+    scaled = one.descriptors.copy()
+    scaled[:, 0] *= one.descriptors[:, 1] / 20
+    model = fit_model([replace(one, descriptors=scaled)])
+    assert fit_model([one]).prefilter[1] == 0.0 < model.prefilter[1]
+
+
+def test_without_impostors_nothing_is_rejected() -> None:
     parameters = FitParameters()
     nothing = np.empty((0, 2))
-    assert _glance(nothing, sample(1).codes, parameters) == NO_GLANCE
-    assert _glance(sample(1).codes, nothing, parameters) == NO_GLANCE
+    assert _prefilter(nothing, sample(1).descriptors, parameters) == NO_PREFILTER
+    assert _prefilter(sample(1).descriptors, nothing, parameters) == NO_PREFILTER
 
 
-def test_weights_tell_from_what_they_were_learned() -> None:
+def test_the_provenance_is_that_of_the_samples_with_ridges() -> None:
     samples = [sample(1, count=300), sample(2, count=200, lost=50)]
-    found = fit_weights(samples, command="make weights").provenance
+    alone = [sample(1, count=100, ridges=False)]
+    weights = fit_weights(samples, alone, command="make weights")
+    found = weights.provenance
     assert found["sets"] == ["set 1", "set 2"]
     assert (found["genuine"], found["impostors"]) == (550, 500)
     assert found["command"] == "make weights"
-    assert ScoreWeights.from_json(fit_weights(samples).as_json()).standard.shape == (4, N)
+    assert ScoreWeights.from_json(weights.as_json()).standard.shape == (2, 4, N)
+
+
+def test_the_model_of_minutiae_alone_gives_ridges_no_weight() -> None:
+    samples, alone = [sample(1)], [sample(1, ridges=False)]
+    first, second = fit_weights(samples, alone).models
+    assert (first.standard[2, OF_RIDGES] != 0).all()
+    assert not second.standard[2, OF_RIDGES].any()
+    assert second.standard[1, OF_RIDGES].tolist() == [1.0, 1.0]
+    assert (second.standard[2, ~OF_RIDGES] != 0).all()
+
+
+def alone_with_other_spread(apart: float = 3.0) -> tuple[list[ScoreSample], list[ScoreSample]]:
+    """Return samples with ridges, and samples on minutiae alone that tell the kinds better."""
+    return [sample(1), sample(2)], [sample(k, apart=apart, ridges=False) for k in (3, 4)]
+
+
+@pytest.mark.parametrize("apart", [0.5, 1.0, 4.0])
+@pytest.mark.parametrize("anchors", [(0.99, 0.999), (0.5, 0.9)])
+def test_impostors_have_the_same_quantiles_under_both_models(
+    apart: float, anchors: tuple[float, float]
+) -> None:
+    samples, alone = alone_with_other_spread(apart)
+    p = FitParameters(anchors=anchors)
+    first, second = fit_weights(samples, alone, parameters=p).models
+    raw = fit_model(alone, without=RIDGE_FEATURES, parameters=p)
+
+    def quantiles(model: ScoreModel, sets: list[ScoreSample]) -> np.ndarray:
+        return np.quantile(np.concatenate([_sums(one, model)[1] for one in sets]), anchors)
+
+    assert quantiles(second, alone) == pytest.approx(quantiles(first, samples), abs=1e-3)
+    assert abs(quantiles(raw, alone) - quantiles(first, samples)).max() > 0.01
+
+
+def test_a_model_on_the_scale_of_another_is_mapped_by_one_line() -> None:
+    """Its sums and thresholds alike, so that all its decisions stay as they were."""
+    samples, alone = alone_with_other_spread()
+    p = FitParameters()
+    first = fit_model(samples)
+    raw = fit_model(alone, without=RIDGE_FEATURES)
+    mapped = _on_scale_of(first, raw, samples, alone, p)
+    before, after = (
+        np.concatenate([coarse_sums(one, model) for one in alone]) for model in (raw, mapped)
+    )
+    slope, shift = np.polyfit(before, after, 1)
+    assert slope > 0
+    assert after == pytest.approx(slope * before + shift, abs=1e-3)
+    for name in ("refine_threshold", "confident_threshold"):
+        expected = slope * getattr(raw, name) + shift
+        assert getattr(mapped, name) == pytest.approx(expected, abs=1e-3)
+    assert mapped.prefilter == raw.prefilter
+    assert mapped.relaxation_threshold == raw.relaxation_threshold
+    assert mapped.standard[[0, 1, 3]].tolist() == raw.standard[[0, 1, 3]].tolist()
+    rates, same = (rates_of(alone, [model] * len(alone)) for model in (raw, mapped))
+    assert rates["mean"]["eer"] == pytest.approx(same["mean"]["eer"], abs=0.05)
+
+
+def test_a_model_that_gives_impostors_one_sum_is_not_mapped() -> None:
+    samples, alone = alone_with_other_spread()
+    first = fit_model(samples)
+    raw = fit_model(alone, without=RIDGE_FEATURES)
+    flat = replace(raw, standard=raw.standard * [[1.0], [1.0], [0.0], [1.0]])
+    assert _on_scale_of(first, flat, samples, alone, FitParameters()) is flat
 
 
 def two_fingers(folder: Path, impressions: int = 2, lost: bool = True) -> ExtractedSet:
@@ -199,7 +287,7 @@ def test_a_sample_is_all_comparisons_of_a_database(tmp_path: Path) -> None:
     every = FitParameters(every_impostor=1)
     found = sample_of(two_fingers(tmp_path), every)
     assert found.name == "two"
-    assert found.features.shape == (len(found.genuine), WAYS, N)
+    assert found.features.shape == (len(found.genuine), HYPOTHESES, N)
     assert found.genuine.sum() + found.nothing[0] == 2
     assert (~found.genuine).sum() + found.nothing[1] == 4
     assert found.nothing[0] >= 1
@@ -213,13 +301,13 @@ def test_of_so_many_impostors_one_is_taken(tmp_path: Path, every: int, taken: in
     found = sample_of(two_fingers(tmp_path, 3, lost=False), parameters)
     assert found.genuine.sum() + found.nothing[0] == 6
     assert (~found.genuine).sum() + found.nothing[1] == taken
-    assert found.features.shape == (len(found.genuine), WAYS, N)
+    assert found.features.shape == (len(found.genuine), HYPOTHESES, N)
 
 
 def test_a_sample_of_nothing_has_no_features(tmp_path: Path) -> None:
     nothing = ExtractedSet(two_fingers(tmp_path).dataset, (Extraction(None, "no ridges", 0.0),) * 4)
     found = sample_of(nothing, FitParameters(every_impostor=1))
-    assert found.features.shape == (0, WAYS, N)
+    assert found.features.shape == (0, HYPOTHESES, N)
     assert found.nothing == (2, 4)
 
 
@@ -229,55 +317,141 @@ def test_prints_of_too_few_minutiae_are_like_nothing(tmp_path: Path) -> None:
     assert sample_of(few, FitParameters(every_impostor=1)).nothing == (2, 4)
 
 
-def test_ridges_are_looked_at_whatever_the_minutiae_say(tmp_path: Path) -> None:
+def test_ridges_are_compared_whatever_the_minutiae_say(tmp_path: Path) -> None:
     """Else nothing could be learned of them."""
     extracted = two_fingers(tmp_path, 3, lost=False)
     found = sample_of(extracted)
     ridges, area = (FEATURES.index(name) for name in ("ridges", "area of the ridges"))
-    first = found.features[:, 0]
-    assert (first[:, ridges] > -1.0).all()
-    assert (first[:, area] > np.log(10)).all()
+    tried = found.features[~np.isnan(found.features[..., 0])]
+    assert len(tried) >= len(found.features)
+    assert (tried[:, ridges] > -1.0).all()
+    assert (tried[:, area] > np.log(10)).all()
+    assert not found.coarse[~np.isnan(found.coarse[..., 0])][:, OF_RIDGES].any()
 
 
-def test_features_are_those_that_the_matcher_weighs(tmp_path: Path) -> None:
-    """Under weights whose gate is open."""
+def test_without_ridges_none_are_compared(tmp_path: Path) -> None:
+    """The print area is then the hull of the minutiae, as of a template without a field."""
     extracted = two_fingers(tmp_path, 3, lost=False)
-    found = sample_of(extracted, FitParameters(every_impostor=1))
+    found = sample_of(extracted, FitParameters(every_impostor=1), ridges=False)
+    bare = ExtractedSet(
+        extracted.dataset,
+        tuple(
+            Extraction(replace(one.template, field=None), "", 0.0)
+            for one in extracted.extractions
+            if one.template is not None
+        ),
+    )
+    same = sample_of(bare, FitParameters(every_impostor=1))
+    np.testing.assert_array_equal(found.features, same.features)
+    tried = found.features[~np.isnan(found.features[..., 0])]
+    assert not tried[:, OF_RIDGES].any()
+    shown = sample_of(extracted, FitParameters(every_impostor=1))
+    assert shown.features[0, 0].tolist() != found.features[0, 0].tolist()
+
+
+def some_weights(refine: float) -> ScoreWeights:
+    """Return weights of two different models that reject nothing."""
     standard = np.stack([np.zeros(N), np.ones(N), np.arange(N) + 1.0, np.zeros(N)])
-    weights = ScoreWeights(standard, 2.0, NO_GLANCE, -np.inf, np.inf, {})
-    prints = [MATCHER.prepare(one.template) for one in extracted.extractions if one.template]
+    alone = standard.copy()
+    alone[2] = np.where(OF_RIDGES, 0.0, 2.0 - np.arange(N))
+    first, second = (
+        ScoreModel(one, 2.0, NO_PREFILTER, -1.0, refine, np.inf) for one in (standard, alone)
+    )
+    return ScoreWeights((first, second), {})
+
+
+@pytest.mark.parametrize("ridges", [True, False])
+@pytest.mark.parametrize("refine", [-np.inf, np.inf])
+def test_features_are_those_that_the_matcher_weighs(
+    tmp_path: Path, ridges: bool, refine: float
+) -> None:
+    """Refined ones where all pass the refine threshold, those in coarse alignment where none do."""
+    extracted = two_fingers(tmp_path, 3, lost=False)
+    found = sample_of(extracted, FitParameters(every_impostor=1), ridges=ridges)
+    weights = some_weights(refine)
+    model = weights.models[0 if ridges else 1]
+    templates = [one.template for one in extracted.extractions if one.template is not None]
+    prints = [MATCHER.prepare(t if ridges else replace(t, field=None)) for t in templates]
     totals = []
     for i, probe in enumerate(prints):
         for other in prints[i + 1 :]:
             a, b = sorted((probe, other), key=lambda side: side.key)
-            laid = lay(a, b, scales(len(b), weights))
-            totals += [laid[1].total] if laid else []
+            aligned = align(a, b, evidence_scorer(len(b), weights))
+            totals += [aligned[1].total] if aligned else []
     assert len(totals) > 6
-    sums = 2.0 + found.features @ (np.arange(N) + 1.0)
-    of_minutiae = np.where(np.isnan(sums), -np.inf, found.features[..., :4] @ np.arange(1.0, 5.0))
-    chosen = sums[np.arange(len(sums)), of_minutiae.argmax(axis=1)]
-    assert sorted(chosen) == pytest.approx(sorted(totals))
+    weight = model.standard[2]
+    features = np.where(OF_RIDGES, 0.0, found.coarse) if refine == np.inf else found.features
+    sums = 2.0 + features @ weight
+    assert sorted(np.nanmax(sums, axis=1)) == pytest.approx(sorted(totals))
 
 
-def test_of_several_ways_that_counts_for_which_the_minutiae_speak_the_most() -> None:
-    """Of a second way that is a stranger's in all but its ridges nothing is learned."""
+def test_descriptors_and_strength_are_those_of_the_prints(tmp_path: Path) -> None:
+    extracted = two_fingers(tmp_path, 3, lost=False)
+    found = sample_of(extracted, FitParameters(every_impostor=1))
+    prints = [MATCHER.prepare(one.template) for one in extracted.extractions if one.template]
+    expected = []
+    for i, probe in enumerate(prints):
+        for other in prints[i + 1 :]:
+            a, b = sorted((probe, other), key=lambda side: side.key)
+            expected.append([common(a.codes, b.codes), min(len(a), len(b))])
+    assert sum(found.nothing) == 0
+    assert sorted(found.descriptors.tolist()) == sorted(expected)
+    assert (found.strength >= 0).all()
+    assert found.strength[found.genuine].mean() > found.strength[~found.genuine].mean()
+
+
+def test_of_several_hypotheses_that_of_the_greatest_sum_counts() -> None:
+    """Of one that is worse nothing is learned; in coarse alignment, whatever its ridges are."""
     plain = sample(1, count=500)
-    strangers = plain.features - 50.0 * np.eye(N)[0]
-    strangers[..., OF_RIDGES] += 100.0
-    either = replace(plain, features=np.concatenate([strangers, plain.features], axis=1))
-    missing = replace(plain, features=np.concatenate([plain.features, np.nan * strangers], axis=1))
-    expected = fit_weights([plain])
-    assert fit_weights([missing]).as_json() == expected.as_json()
-    found = fit_weights([either], parameters=FitParameters(turns=8))
+    worse = plain.features - 50.0 * np.eye(N)[0]
+    coarse = worse + 100.0 * OF_RIDGES
+    either, missing = (
+        replace(
+            plain,
+            features=np.concatenate(order(plain.features, worse), axis=1),
+            coarse=np.concatenate(order(plain.coarse, coarse), axis=1),
+        )
+        for order in (
+            lambda rows, others: (others, rows),
+            lambda rows, others: (rows, np.nan * others),
+        )
+    )
+    expected = fit_model([plain])
+    again = fit_model([missing])
+    assert again.standard.tolist() == expected.standard.tolist()
+    assert again.limits.tolist() == expected.limits.tolist()
+    found = fit_model([either], parameters=FitParameters(turns=8))
     assert found.standard[2, 0] > 0
     assert rates_of([either], [expected]) == rates_of([plain], [expected])
 
 
-def test_below_the_gate_ridges_do_not_count() -> None:
-    samples = [sample(1, count=500)]
-    weights = fit_weights(samples)
-    shut = replace(weights, gate=np.inf)
-    told = replace(samples[0], features=samples[0].features.copy())
-    told.features[told.genuine, 0, 4] += 1e5 * np.sign(weights.standard[2, 4])
-    assert rates_of([told], [shut]) == rates_of(samples, [shut])
-    assert rates_of([told], [replace(weights, gate=-np.inf)])["mean"]["eer"] == 0.0
+def test_ridges_have_a_say_in_which_refined_hypothesis_counts() -> None:
+    """Not so in coarse alignment, where they are not compared."""
+    plain = sample(1, count=500)
+    model = fit_model([plain])
+    gain = 1e3 * np.sign(model.standard[2, RIDGES]) * (np.arange(N) == RIDGES)
+    better = np.where(plain.genuine[:, None, None], plain.features + gain, np.nan)
+    either = replace(
+        plain,
+        features=np.concatenate([plain.features, better], axis=1),
+        coarse=np.concatenate([plain.coarse, plain.coarse + gain], axis=1),
+    )
+    all_pass, none_passes = (
+        replace(model, refine_threshold=threshold) for threshold in (-np.inf, np.inf)
+    )
+    assert rates_of([plain], [all_pass])["mean"]["eer"] > 5.0
+    assert rates_of([either], [all_pass])["mean"]["eer"] == 0.0
+    assert rates_of([either], [none_passes]) == rates_of([plain], [none_passes])
+
+
+def test_below_the_refine_threshold_the_coarse_features_count() -> None:
+    plain = sample(1, count=500)
+    model = fit_model([plain])
+    refined, none_passes, all_pass = (
+        replace(plain, features=plain.features.copy()),
+        replace(model, refine_threshold=np.inf),
+        replace(model, refine_threshold=-np.inf),
+    )
+    refined.features[refined.genuine, 0, RIDGES] += 1e5 * np.sign(model.standard[2, RIDGES])
+    assert rates_of([refined], [none_passes]) == rates_of([plain], [none_passes])
+    assert rates_of([refined], [all_pass])["mean"]["eer"] == 0.0

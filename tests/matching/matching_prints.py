@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from fpmatch.matching import _local_kernel
-from fpmatch.matching.align import Alignment, AlignmentParameters, candidates
+from fpmatch.matching.align import Alignment, AlignmentParameters, alignments
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
 
@@ -156,9 +156,29 @@ def templates(draw: st.DrawFn) -> Template:
     return Template(minutiae, 400, 400, dpi, draw(st.none() | fields()))
 
 
+def distorted(
+    points: Points, towards: float = 0.0, most_px: float = 14.0, within_px: float = 60.0
+) -> Points:
+    """Return minutiae as on skin that one side of the finger drags along, and the other does not.
+
+    The displacement, in a direction of so many radians, grows smoothly from 0 to `most_px` across a
+    band `within_px` wide through the middle of the print; the minutiae there turn with the skin.
+    """
+    z = points[0] + 1j * points[1]
+    across = np.clip(((points[0] - points[0].mean()) / within_px) + 0.5, 0, 1)
+    z = z + most_px * np.exp(1j * towards) * (3 - 2 * across) * across**2
+    slope = most_px / within_px * 6 * across * (1 - across) * np.exp(1j * towards)
+    d = points[2] + 1j * points[3] + slope * points[2]
+    d /= abs(d)
+    return np.ascontiguousarray(np.vstack([z.real, z.imag, d.real, d.imag]))
+
+
 def heaviest(
-    a: Points, b: Points, chosen: NDArray[np.int32], parameters: AlignmentParameters | None = None
+    a: Points,
+    b: Points,
+    similarity: NDArray[np.float32],
+    parameters: AlignmentParameters | None = None,
 ) -> Alignment | None:
-    """Return the candidate whose pairs fit best, or None where nothing is paired."""
-    found = candidates(a, b, chosen, parameters)
+    """Return the alignment whose pairs fit best, or None where nothing is paired."""
+    found = alignments(a, b, similarity, parameters)
     return max(found, key=lambda alignment: float(alignment.weight.sum()), default=None)

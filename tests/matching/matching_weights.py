@@ -1,11 +1,13 @@
-"""Weights of the score made by hand, and prints for interpreted kernels, for tests of matching."""
+"""Weights of the score made by hand, and interpreted kernels and prints, for tests of matching."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import ModuleType
+from dataclasses import replace
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,34 +15,73 @@ import pytest
 
 from fpmatch.matching import score
 from fpmatch.matching.prepare import PreparedTemplate
-from fpmatch.matching.score import NO_GLANCE, ScoreWeights
+from fpmatch.matching.score import FEATURES, NO_PREFILTER, ScoreModel, ScoreWeights
 
 ALWAYS = -math.inf
 NEVER = math.inf
-"""Gates through which ridges are looked at, whatever the minutiae say, or not."""
+"""Refine thresholds which every alignment passes, or none."""
 
-DISMISSING = (9.0, 1.0, 33.0)
-"""What codes must say, so that many prints are dismissed at a glance, and not all."""
+REJECTING = (9.0, 1.0, 33.0)
+"""A prefilter threshold that many prints pass, and many do not."""
+
+RIDGES, AREA = (FEATURES.index(name) for name in ("ridges", "area of the ridges"))
+
+MIDDLE = (-1.7, 0.85, 0.7, 0.7, 0.01, 0.08, 1.2, 0.65, 0.7, 0.4, 4.9)
+SPREAD = (2.3, 0.07, 0.1, 0.15, 0.05, 0.03, 0.9, 0.5, 0.2, 0.15, 0.45)
+WEIGHT = (3.0, 0.6, 0.8, 0.1, -0.1, -0.2, 0.5, -4.7, 1.0, 4.0, 0.9)
+IMPOSTOR_MEAN = (-3.7, 0.82, 0.63, 0.6, 0.02, 0.1, 0.45, 1.1, 0.6, 0.27, 4.8)
+
+
+def some_model(
+    refine: float = ALWAYS,
+    bias: float = 0.4,
+    prefilter: tuple[float, float, float] = NO_PREFILTER,
+    confident: float = math.inf,
+    relaxation: float = -1.0,
+    *,
+    ridges: bool = True,
+) -> ScoreModel:
+    """Return a model under which unpaired minutiae, turned triangles and strain lower the sum."""
+    standard = np.array([MIDDLE, SPREAD, WEIGHT, IMPOSTOR_MEAN])
+    if not ridges:
+        standard[:, [RIDGES, AREA]] = [[0.0], [1.0], [0.0], [0.0]]
+        standard[2] *= 1.25
+    return ScoreModel(standard, bias, prefilter, relaxation, refine, confident)
 
 
 def some_weights(
-    gate: float = ALWAYS,
+    refine: float = ALWAYS,
     bias: float = 0.4,
-    glance: tuple[float, float, float] = NO_GLANCE,
-    sure: float = math.inf,
+    prefilter: tuple[float, float, float] = NO_PREFILTER,
+    confident: float = math.inf,
+    relaxation: float = -1.0,
+    *,
+    apart: float = 0.0,
 ) -> ScoreWeights:
-    """Return weights under which the unpaired speak against one finger, all else for it."""
-    middle = [1.5, -1.0, 0.9, 0.7, 0.3, 4.5]
-    spread = [0.9, 0.4, 0.6, 0.16, 0.2, 0.6]
-    weight = [3.0, 1.5, -4.0, 0.5, 3.5, 0.2]
-    stranger = [0.7, -1.3, 1.3, 0.65, 0.15, 4.2]
-    standard = np.array([middle, spread, weight, stranger])
-    return ScoreWeights(standard, bias, glance, gate, sure, {"by": "hand"})
+    """Return the same thresholds for both models; the bias of the second is `apart` less."""
+    limits = prefilter, confident, relaxation
+    models = (
+        some_model(refine, bias, *limits),
+        some_model(refine, bias - apart, *limits, ridges=False),
+    )
+    return ScoreWeights(models, {"by": "hand"})
+
+
+def weights_of(standard: Any, bias: float = 0.0, refine: float = ALWAYS) -> ScoreWeights:
+    """Return weights of which both models are the same, and nothing is rejected or confident."""
+    model = ScoreModel(np.array(standard, float), bias, NO_PREFILTER, -1.0, refine, math.inf)
+    return ScoreWeights((model, model), {})
+
+
+def both_with(weights: ScoreWeights, **changes: Any) -> ScoreWeights:
+    """Return weights of which both models are changed alike."""
+    first, second = (replace(model, **changes) for model in weights.models)
+    return replace(weights, models=(first, second))
 
 
 @contextmanager
-def weighing(weights: ScoreWeights) -> Iterator[None]:
-    """Let these weights stand for those in the package."""
+def scored_by(weights: ScoreWeights) -> Iterator[None]:
+    """Replace the weights of the package by these."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(score, "load_weights", lambda: weights)
         yield
@@ -53,4 +94,24 @@ def print_for(module: ModuleType, print_: PreparedTemplate) -> Any:
     c = print_.codes
     found.set_codes(c.xy, c.turn, c.around, c.along)
     found.set_region(r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
+    return found
+
+
+def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNamespace:
+    """Return the kernels of matching as ordinary Python, each of which uses the others."""
+    with pytest.MonkeyPatch.context() as patch:
+        # compiled, this kernel offers the function that the mesh uses to other kernels alone
+        name = "fpmatch.pointset._one_ring_kernel"
+        patch.setitem(sys.modules, name, interpreted("_one_ring_kernel"))
+        mesh = interpreted("_pair_mesh_kernel")
+    names = ("print", "local", "relaxation", "align", "ridge", "evidence", "code")
+    found = SimpleNamespace(**{name: interpreted(f"_{name}_kernel") for name in names})
+    found.one_to_one = interpreted("_one_to_one_kernel")
+    found.one_to_many = interpreted("_one_to_many_kernel")
+    found.align.Relaxation = found.relaxation.Relaxation
+    found.align.PairMesh = mesh.PairMesh
+    found.evidence.RidgeLens = found.ridge.RidgeLens
+    found.one_to_many.as_similarity = found.evidence.as_similarity
+    for kernel in (found.one_to_one, found.one_to_many):
+        kernel.normalize_by_size = found.local.normalize_by_size
     return found

@@ -1,13 +1,21 @@
-"""`fpmatch.matching.explain`: the reasons of a no, each on a pair that is made to have it."""
+"""`fpmatch.matching.explain`: the reasons of a non-match, each on prints made to have it."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
-from matching_prints import jittered, moved, spread_points, template_of
+from hypothesis import given, settings
+from matching_prints import COMPILED, jittered, moved, seeds, spread_points, template_of
+from matching_weights import NEVER, REJECTING, scored_by, some_weights
 
 from fpmatch import Template, verify
+from fpmatch.matching.align import Alignment, alignments
+from fpmatch.matching.explain import ExplanationParameters, competing_pairs
+from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.result import Explaining
 
 CERTAIN = 100.0  # a threshold that few pairs reach
@@ -26,69 +34,168 @@ def doubled(rng: np.random.Generator) -> tuple[Template, Template]:
     return template_of(points), template_of(both, size=500)
 
 
-def test_a_competing_transform_is_told(rng: np.random.Generator) -> None:
+def test_a_competing_transform_is_named(rng: np.random.Generator) -> None:
     probe, reference = doubled(rng)
-    told = reason(probe, reference)
-    assert "; a quite different transform pairs 1" in told
-    assert told.endswith(": neither stands out")
+    found = reason(probe, reference)
+    assert "; a quite different transform pairs 1" in found
+    assert found.endswith(": neither stands out")
     assert "a quite different transform" in reason(reference, probe)
 
 
-def test_a_transform_without_rival_is_not_doubted(rng: np.random.Generator) -> None:
+def test_a_transform_without_a_competing_one_is_not_doubted(rng: np.random.Generator) -> None:
     points = spread_points(rng, 12, size=200.0)
     worn = template_of(jittered(rng, moved(points, 0.4, 5 + 3j), 2.0, 0.05))
     assert "quite different" not in verify(template_of(points), worn, threshold=100).reason
 
 
+def competing_twin(
+    a: PreparedTemplate, alignment: Alignment, others: list[Alignment], apart_px: float
+) -> int:
+    """Return the pairs of the best transform that maps the minutiae elsewhere, one by one."""
+    most = 0
+    for other in others:
+        apart = 0.0
+        for x, y in a.points[:2].T.tolist():
+            here, there = (
+                complex(c, s) * complex(x, y) + complex(u, v)
+                for c, s, u, v in (alignment.transform.tolist(), other.transform.tolist())
+            )
+            apart += abs(here - there) / len(a)
+        if apart > apart_px:
+            most = max(most, sum(j >= 0 for j in other.partner.tolist()))
+    return most
+
+
+@given(seeds)
+@settings(max_examples=20 if COMPILED else 4)
+def test_competing_pairs_agree_with_their_twin(seed: int) -> None:
+    """Of the hypotheses of all local matches, and of those that are not among the pairs."""
+    a, b = map(prepare, doubled(np.random.default_rng(seed)))
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    before = similarity.copy()
+    found = alignments(a.points, b.points, similarity)
+    for alignment in found:
+        masked = similarity.copy()
+        for i, j in enumerate(alignment.partner.tolist()):
+            if j >= 0:
+                masked[i, j] = 0.0
+        others = found + alignments(a.points, b.points, masked)
+        for apart_px in (0.5, 30.0, 1e4):
+            parameters = ExplanationParameters(apart_px=apart_px)
+            expected = competing_twin(a, alignment, others, apart_px)
+            assert competing_pairs(a, b, alignment, similarity, parameters) == expected
+        assert competing_pairs(a, b, alignment, similarity, parameters) == 0
+    assert similarity.tolist() == before.tolist()
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_of_a_doubled_print_both_places_compete(seed: int) -> None:
+    """Although every minutia is in one local match alone."""
+    a, b = map(prepare, doubled(np.random.default_rng(seed)))
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    found = alignments(a.points, b.points, similarity)
+    best = max(found, key=lambda one: np.count_nonzero(one.partner >= 0))
+    assert 9 <= competing_pairs(a, b, best, similarity) <= np.count_nonzero(best.partner >= 0)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_prints_whose_local_matches_are_weak_are_explained(seed: int) -> None:
+    """Even where the one hypothesis that a comparison then tries pairs nothing."""
+    rng = np.random.default_rng(seed)
+    matcher = get_matcher("unit-circle")
+    assert isinstance(matcher, Explaining)
+    pair = [matcher.prepare(template_of(spread_points(rng, 20))) for _ in range(2)]
+    with scored_by(some_weights(relaxation=math.inf)):
+        found, explained = matcher.compare(*pair), matcher.explain(*pair)
+    assert explained.similarity == found.similarity
+    assert explained.transform is not None
+    assert "pairs among" in explained.reason
+    if found.transform is None:
+        assert found.reason == "no minutiae of the two prints can be paired"
+        assert found.similarity == 0.0
+    else:
+        assert explained.pairs.tolist() == found.pairs.tolist()
+
+
 @pytest.mark.parametrize("side", ["probe", "reference"])
-def test_poor_minutiae_are_told_of_their_side(rng: np.random.Generator, side: str) -> None:
+def test_poor_minutiae_are_named_with_their_side(rng: np.random.Generator, side: str) -> None:
     one, other = spread_points(rng, 20), spread_points(rng, 20)
     poor = template_of(one, quality=np.full(20, 20))
     good = template_of(other, quality=np.full(20, 80))
     pair = (poor, good) if side == "probe" else (good, poor)
-    told = reason(*pair)
-    assert told.endswith(f"; the minutiae of the {side} are poor (mean quality 20)")
-    assert told.count("poor") == 1
+    found = reason(*pair)
+    assert found.endswith(f"; the minutiae of the {side} are poor (mean quality 20)")
+    assert found.count("poor") == 1
 
 
 def test_unknown_quality_is_not_poor(rng: np.random.Generator) -> None:
-    told = reason(template_of(spread_points(rng, 20)), template_of(spread_points(rng, 20)))
-    assert told
-    assert "poor" not in told
+    found = reason(template_of(spread_points(rng, 20)), template_of(spread_points(rng, 20)))
+    assert found
+    assert "poor" not in found
 
 
-def test_a_comparison_alone_tells_the_main_reason(rng: np.random.Generator) -> None:
+def test_a_comparison_has_the_main_reason_alone(rng: np.random.Generator) -> None:
     matcher = get_matcher("unit-circle")
     assert isinstance(matcher, Explaining)
     probe, reference = map(matcher.prepare, doubled(rng))
-    told, found = matcher.explain(probe, reference), matcher.compare(probe, reference)
+    with scored_by(some_weights()):
+        explained, found = matcher.explain(probe, reference), matcher.compare(probe, reference)
     assert found.transform is not None
-    assert told.reason.startswith(found.reason)
-    assert told.similarity == found.similarity
-    assert told.transform == found.transform
-    assert told.pairs.tolist() == found.pairs.tolist()
+    assert explained.reason.startswith(found.reason)
+    assert explained.reason != found.reason
+    assert explained.similarity == found.similarity
+    assert explained.transform == found.transform
+    assert explained.pairs.tolist() == found.pairs.tolist()
 
 
-def test_what_is_dismissed_at_a_glance_is_laid_to_explain_it(rng: np.random.Generator) -> None:
-    """Whichever of the two is the probe."""
+@given(seeds)
+@settings(max_examples=15 if COMPILED else 3)
+def test_prints_that_the_prefilter_rejects_are_aligned_to_explain_it(seed: int) -> None:
+    """Whichever of the two is the probe; the similarity is that of `compare` all the same."""
     matcher = get_matcher("unit-circle")
     assert isinstance(matcher, Explaining)
-    one, other = (matcher.prepare(template_of(spread_points(rng, 40))) for _ in range(2))
-    found, told = matcher.compare(one, other), matcher.explain(one, other)
+    rng = np.random.default_rng(seed)
+    one, other = (matcher.prepare(template_of(spread_points(rng, 30))) for _ in range(2))
+    with scored_by(some_weights(NEVER, prefilter=(1e9, 0.0, 1e9))):
+        found, back = matcher.compare(one, other), matcher.compare(other, one)
+        explained, turned = matcher.explain(one, other), matcher.explain(other, one)
+    with scored_by(some_weights(NEVER)):
+        aligned = matcher.compare(one, other)
     assert found.transform is None
     assert "too little in common" in found.reason
-    assert told.transform is not None
-    assert len(told.pairs) > 0
-    assert told.similarity == found.similarity > 0
-    assert "pairs among" in told.reason
-    turned = matcher.explain(other, one)
-    assert turned.pairs[:, ::-1].tolist() == sorted(told.pairs.tolist(), key=lambda row: row[1])
+    assert (back.similarity, back.reason) == (found.similarity, found.reason)
+    if aligned.transform is None:
+        assert explained.reason == found.reason
+        return
+    assert explained.pairs.tolist() == aligned.pairs.tolist()
+    assert explained.transform == aligned.transform
+    assert explained.similarity == turned.similarity == found.similarity
+    assert "pairs among" in explained.reason
+    assert turned.reason == explained.reason
+    assert turned.pairs.tolist() == sorted(explained.pairs[:, ::-1].tolist())
     assert turned.transform is not None
+    assert explained.transform is not None
     inverse = turned.transform.inverse()
-    assert inverse.matrix == pytest.approx(told.transform.matrix, abs=1e-9)
+    assert inverse.matrix == pytest.approx(explained.transform.matrix, abs=1e-9)
 
 
-def test_what_cannot_be_laid_is_explained_as_compared(rng: np.random.Generator) -> None:
+def test_what_passes_the_prefilter_is_explained_as_compared(rng: np.random.Generator) -> None:
+    matcher = get_matcher("unit-circle")
+    assert isinstance(matcher, Explaining)
+    points = spread_points(rng, 40)
+    pair = (
+        matcher.prepare(template_of(side)) for side in (points, jittered(rng, points, 1.0, 0.02))
+    )
+    with scored_by(some_weights(prefilter=REJECTING)):
+        one, other = pair
+        found, explained = matcher.compare(one, other), matcher.explain(one, other)
+    assert found.transform is not None
+    assert explained.transform == found.transform
+    assert explained.pairs.tolist() == found.pairs.tolist()
+    assert explained.similarity == found.similarity
+
+
+def test_what_cannot_be_aligned_is_explained_as_compared(rng: np.random.Generator) -> None:
     matcher = get_matcher("unit-circle")
     assert isinstance(matcher, Explaining)
     one, few = template_of(spread_points(rng, 20)), template_of(spread_points(rng, 2))

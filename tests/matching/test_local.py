@@ -1,4 +1,4 @@
-"""Local match: the kernel against a numpy twin, and what likeness means."""
+"""Local match: the kernel against a numpy twin, and what similarity means."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from matching_prints import COMPILED, any_points, jittered, moved, on_pixels, se
 from numpy.typing import NDArray
 
 from fpmatch.matching import _local_kernel as kernel
-from fpmatch.matching.local import LocalParameters, local_likeness, most_alike
+from fpmatch.matching.local import LocalParameters, local_similarity
 from fpmatch.matching.neighbourhood import (
     NeighbourhoodParameters,
     Neighbourhoods,
@@ -31,7 +31,7 @@ NARROWEST_PX, WIDEST_PX = 5.0, 15.0
 Floats = NDArray[np.float32]
 
 
-def likeness_from_the_definition(
+def similarity_from_the_definition(
     count_a: NDArray[np.int32],
     frame_a: Floats,
     count_b: NDArray[np.int32],
@@ -39,7 +39,7 @@ def likeness_from_the_definition(
     min_cosine: float,
 ) -> NDArray[np.float64]:
     """Return what the kernel computes, a pair of minutiae at a time, all neighbours at once."""
-    likeness = np.zeros((len(count_a), len(count_b)))
+    similarity = np.zeros((len(count_a), len(count_b)))
     for i, n in enumerate(count_a):
         u, v, c, s, precision, weight = frame_a[i, :, :n, None].astype(float)
         for j, m in enumerate(count_b):
@@ -47,8 +47,8 @@ def likeness_from_the_definition(
             near = 1 - ((u - u_b) ** 2 + (v - v_b) ** 2) * precision
             turn = (c * c_b + s * s_b - min_cosine) / (1 - min_cosine)
             value = np.maximum(near, 0) * np.maximum(turn, 0) * weight_b
-            likeness[i, j] = (value.max(axis=1, initial=0) * weight[:, 0]).sum()
-    return likeness
+            similarity[i, j] = (value.max(axis=1, initial=0) * weight[:, 0]).sum()
+    return similarity
 
 
 def some_frames(
@@ -78,7 +78,7 @@ def one_neighbourhood(places: NDArray[np.complex128]) -> Neighbourhoods:
     return Neighbourhoods(np.array([n], np.int32), np.zeros((1, n), np.int32), frame)
 
 
-def indexed_likeness(
+def indexed_similarity(
     module: ModuleType,
     a: tuple[NDArray[np.int32], Floats],
     b: tuple[NDArray[np.int32], Floats],
@@ -88,16 +88,16 @@ def indexed_likeness(
     side: float = 8.0,
 ) -> Floats:
     """Return what the kernel finds by an index of A's neighbours, or of B's."""
-    likeness = np.full((len(a[0]), len(b[0])), np.nan, np.float32)
+    similarity = np.full((len(a[0]), len(b[0])), np.nan, np.float32)
     # the widest tolerance of `some_frames` over the narrowest makes up for any of the other side
     slack = 1.0 if by_a else WIDEST_PX / NARROWEST_PX
     cells = (side, 12, math.acos(min_cosine), slack, a[1].shape[2])
     index = module.NeighbourIndex(*(a if by_a else b), *cells)
     if by_a:
-        index.to_prints_after(*b, len(b[0]), min_cosine, likeness)
+        index.to_prints_after(*b, len(b[0]), min_cosine, similarity)
     else:
-        index.to_prints_before(*a, len(a[0]), min_cosine, likeness)
-    return likeness
+        index.to_prints_before(*a, len(a[0]), min_cosine, similarity)
+    return similarity
 
 
 @given(seeds, st.sampled_from([5.0, 20.0, 100.0]), st.floats(-0.9, 0.95))
@@ -105,24 +105,24 @@ def test_kernel_agrees_with_its_twin(seed: int, reach: float, min_cosine: float)
     rng = np.random.default_rng(seed)
     a = some_frames(rng, int(rng.integers(0, 8)), 6, reach)
     b = some_frames(rng, int(rng.integers(0, 8)), 9, reach)
-    expected = likeness_from_the_definition(*a, *b, min_cosine)
-    found = indexed_likeness(kernel, a, b, min_cosine, by_a=True)
+    expected = similarity_from_the_definition(*a, *b, min_cosine)
+    found = indexed_similarity(kernel, a, b, min_cosine, by_a=True)
     assert found == pytest.approx(expected, abs=1e-5)
     for side in (8.0, 3.0, 40.0):  # of which the last reach beyond the neighbours, the others not
         for by_a in (True, False):
-            again = indexed_likeness(kernel, a, b, min_cosine, by_a=by_a, side=side)
+            again = indexed_similarity(kernel, a, b, min_cosine, by_a=by_a, side=side)
             assert again.tolist() == found.tolist()
 
 
 @given(seeds)
 def test_prints_agree_with_the_twin(seed: int) -> None:
     a, b = neighbourhoods(any_points(seed, MOST)), neighbourhoods(any_points(seed + 1, MOST))
-    slow = likeness_from_the_definition(
+    slow = similarity_from_the_definition(
         a.count, a.frame, b.count, b.frame, math.cos(math.radians(P.max_turn_deg))
     )
     sizes = [np.maximum(side.count, P.fewest_neighbours) for side in (a, b)]
     slow /= np.sqrt(np.multiply.outer(*sizes))
-    assert local_likeness(a, b) == pytest.approx(slow, abs=1e-4)
+    assert local_similarity(a, b) == pytest.approx(slow, abs=1e-4)
 
 
 @given(seeds)
@@ -133,40 +133,35 @@ def test_compiled_and_interpreted_agree(
     a, b = some_frames(rng, 4, 6, 30.0), some_frames(rng, 5, 6, 30.0)
     plain = interpreted("_local_kernel")
     for by_a in (True, False):
-        fast, slow = (indexed_likeness(k, a, b, 0.5, by_a=by_a) for k in (kernel, plain))
+        fast, slow = (indexed_similarity(k, a, b, 0.5, by_a=by_a) for k in (kernel, plain))
         assert fast.tolist() == slow.tolist()
-    chosen, again = np.zeros((2, 7, 2), np.int32)
-    scratch = np.empty(7, np.float32)
-    found = kernel.most_alike(fast, 4, 5, chosen, scratch)
-    assert plain.most_alike(slow, 4, 5, again, scratch) == found
-    assert chosen[:found].tolist() == again[:found].tolist()
-    kernel.divide_by_size(fast, a[0], 4, b[0], 5, 4)
-    plain.divide_by_size(slow, a[0], 4, b[0], 5, 4)
+    kernel.normalize_by_size(fast, a[0], 4, b[0], 5, 4)
+    plain.normalize_by_size(slow, a[0], 4, b[0], 5, 4)
     assert fast.tolist() == slow.tolist()
 
 
 @given(seeds)
-def test_a_neighbourhood_is_wholly_like_itself(seed: int) -> None:
+def test_a_neighbourhood_is_wholly_similar_to_itself(seed: int) -> None:
     rng = np.random.default_rng(seed)
     narrow = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.02)  # 23 px at most
     apart = neighbourhoods(spread_points(rng, MOST, spacing=40.0, size=500.0), narrow)
     whole = apart.count / np.maximum(apart.count, P.fewest_neighbours)
-    assert local_likeness(apart, apart).diagonal() == pytest.approx(whole, abs=1e-5)
+    assert local_similarity(apart, apart).diagonal() == pytest.approx(whole, abs=1e-5)
 
 
 @given(seeds)
-def test_crowding_makes_no_neighbourhood_less_like_itself(seed: int) -> None:
+def test_crowding_makes_no_neighbourhood_less_similar_to_itself(seed: int) -> None:
     crowded = neighbourhoods(on_pixels(np.random.default_rng(seed), MOST))
     whole = crowded.count / np.maximum(crowded.count, P.fewest_neighbours)
-    assert (local_likeness(crowded, crowded).diagonal() >= whole - 1e-5).all()
+    assert (local_similarity(crowded, crowded).diagonal() >= whole - 1e-5).all()
 
 
 @given(seeds, st.floats(-math.pi, math.pi))
-def test_a_turned_print_stays_as_like(seed: int, turn: float) -> None:
+def test_a_turned_print_stays_as_similar(seed: int, turn: float) -> None:
     rng = np.random.default_rng(seed)
     a, b = (spread_points(rng, MOST) for _ in range(2))
-    plain = local_likeness(neighbourhoods(a), neighbourhoods(b))
-    turned = local_likeness(neighbourhoods(a), neighbourhoods(moved(b, turn, 40 - 9j)))
+    plain = local_similarity(neighbourhoods(a), neighbourhoods(b))
+    turned = local_similarity(neighbourhoods(a), neighbourhoods(moved(b, turn, 40 - 9j)))
     assert turned == pytest.approx(plain, abs=1e-4)
 
 
@@ -176,8 +171,8 @@ def test_lost_neighbours_cost_their_own_weight_alone(lost: int) -> None:
     places = np.array([60 * np.exp(2j * np.pi * k / n) for k in range(n)])
     whole, worn = one_neighbourhood(places), one_neighbourhood(places[lost:])
     expected = (n - lost) / math.sqrt(n * (n - lost))
-    assert local_likeness(whole, worn).item() == pytest.approx(expected, abs=1e-6)
-    assert local_likeness(worn, whole).item() == pytest.approx(expected, abs=1e-6)
+    assert local_similarity(whole, worn).item() == pytest.approx(expected, abs=1e-6)
+    assert local_similarity(worn, whole).item() == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize("spurious", range(5))
@@ -185,79 +180,63 @@ def test_spurious_neighbours_cost_as_much(spurious: int) -> None:
     n = 8
     places = np.array([60 * np.exp(2j * np.pi * k / n) for k in range(n)])
     extra = 200 * np.exp(2j * np.pi * np.arange(spurious) / 5)
-    likeness = local_likeness(
+    similarity = local_similarity(
         one_neighbourhood(places), one_neighbourhood(np.concatenate([extra, places]))
     )
-    assert likeness.item() == pytest.approx(math.sqrt(n / (n + spurious)), abs=1e-6)
+    assert similarity.item() == pytest.approx(math.sqrt(n / (n + spurious)), abs=1e-6)
 
 
 def test_the_farther_a_neighbour_the_less_it_counts() -> None:
     here = one_neighbourhood(np.array([40.0 + 0j, -40.0, 40j, -40j]))
-    likeness = [
-        local_likeness(here, one_neighbourhood(np.array([40.0 + shift, -40.0, 40j, -40j]))).item()
+    similarity = [
+        local_similarity(here, one_neighbourhood(np.array([40.0 + shift, -40.0, 40j, -40j]))).item()
         for shift in (0, 3, 6, 9, 30)
     ]
-    assert likeness[0] == pytest.approx(1.0)
-    assert likeness == sorted(likeness, reverse=True)
-    assert likeness[-1] == pytest.approx(0.75)
+    assert similarity[0] == pytest.approx(1.0)
+    assert similarity == sorted(similarity, reverse=True)
+    assert similarity[-1] == pytest.approx(0.75)
 
 
 def test_few_neighbours_agree_little() -> None:
     pair = one_neighbourhood(np.array([30.0 + 0j, 30j]))
-    assert local_likeness(pair, pair).item() == pytest.approx(2 / P.fewest_neighbours)
+    assert local_similarity(pair, pair).item() == pytest.approx(2 / P.fewest_neighbours)
 
 
 @given(seeds)
-def test_likeness_is_symmetric_where_the_tolerance_is(seed: int) -> None:
+def test_similarity_is_symmetric_where_the_tolerance_is(seed: int) -> None:
     """With one tolerance for all, and neighbours too far apart for a choice, sides are equal."""
     rng = np.random.default_rng(seed)
     p = NeighbourhoodParameters(tolerance_px=9.0, tolerance_per_px=0.0)
     points = spread_points(rng, MOST, spacing=20.0)
     a = neighbourhoods(points, p)
     b = neighbourhoods(jittered(rng, points, 1.0, 0.1)[:, ::-1][:, 3:].copy(), p)
-    assert local_likeness(a, b) == pytest.approx(local_likeness(b, a).T, abs=1e-5)
+    assert local_similarity(a, b) == pytest.approx(local_similarity(b, a).T, abs=1e-5)
 
 
 @given(seeds)
-def test_likeness_is_nearly_symmetric_otherwise(seed: int) -> None:
+def test_similarity_is_nearly_symmetric_otherwise(seed: int) -> None:
     """A tolerance is taken from the one side's own distance, which the other's resembles."""
     rng = np.random.default_rng(seed)
     points = spread_points(rng, MOST, spacing=20.0)
     a = neighbourhoods(points)
     b = neighbourhoods(jittered(rng, points, 1.0, 0.1)[:, 3:].copy())
-    forth, back = local_likeness(a, b), local_likeness(b, a).T
+    forth, back = local_similarity(a, b), local_similarity(b, a).T
     assert np.abs(forth - back).max() < 0.1
     assert ((forth > 0.05) <= (back > 0)).all()
 
 
-def test_impressions_of_one_finger_are_most_alike_where_they_are_the_same() -> None:
+def test_impressions_of_one_finger_are_most_similar_where_they_are_the_same() -> None:
     rng = np.random.default_rng(8)
     points = spread_points(rng, 40)
     second = moved(jittered(rng, points, 1.5, 0.08), 0.7, 30 + 5j)
-    likeness = local_likeness(neighbourhoods(points), neighbourhoods(second))
-    assert (likeness.argmax(axis=1) == np.arange(40)).mean() > 0.95
-    assert all(i == j for i, j in most_alike(likeness))
-
-
-@given(seeds, st.integers(0, 40))
-def test_most_alike_are_listed_best_first_and_in_order_where_equal(seed: int, most: int) -> None:
-    rng = np.random.default_rng(seed)
-    shape = rng.integers(0, 7, 2)
-    likeness = rng.choice(np.float32([0, 0, 0.25, 0.5, 1]), shape)
-    listed = most_alike(likeness, LocalParameters(seeds=most))
-    assert listed.dtype == np.int32
-    assert listed.shape[1] == 2
-    expected = sorted(
-        (-value, i, j) for (i, j), value in np.ndenumerate(likeness.astype(float)) if value > 0
-    )
-    assert listed.tolist() == [[i, j] for _, i, j in expected[:most]]
+    similarity = local_similarity(neighbourhoods(points), neighbourhoods(second))
+    assert (similarity.argmax(axis=1) == np.arange(40)).mean() > 0.95
 
 
 @pytest.mark.parametrize(("n", "m"), [(0, 0), (0, 5), (5, 0), (1, 1), (2, 5)])
 def test_few_minutiae_or_none(n: int, m: int) -> None:
     rng = np.random.default_rng(4)
     a, b = (neighbourhoods(spread_points(rng, k)) for k in (n, m))
-    likeness = local_likeness(a, b)
-    assert likeness.shape == (n, m)
-    assert ((likeness >= 0) & (likeness <= 0.5)).all()  # one neighbour of four is the most here
-    assert len(most_alike(likeness)) == np.count_nonzero(likeness)
+    similarity = local_similarity(a, b)
+    assert similarity.shape == (n, m)
+    assert ((similarity >= 0) & (similarity <= 0.5)).all()  # one neighbour of four is the most here

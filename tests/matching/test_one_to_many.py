@@ -1,7 +1,8 @@
-"""One with many: to the last bit what `compare` finds, in any order and any part of them."""
+"""One-to-many comparison: to the last bit what `compare` finds, in any order and any part."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -22,7 +23,15 @@ from matching_prints import (
     template_of,
     templates,
 )
-from matching_weights import ALWAYS, DISMISSING, NEVER, print_for, some_weights, weighing
+from matching_weights import (
+    ALWAYS,
+    NEVER,
+    REJECTING,
+    interpreted_kernels,
+    print_for,
+    scored_by,
+    some_weights,
+)
 from numpy.typing import NDArray
 
 from fpmatch.matching.align import AlignmentParameters
@@ -35,27 +44,32 @@ from fpmatch.matching.one_to_many import (
     orders,
     similarities,
 )
+from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.relaxation import RelaxationParameters
 from fpmatch.matching.ridges import RidgeParameters
 from fpmatch.matching.rounding import QUALITIES, ROOT_WEIGHTS
-from fpmatch.matching.score import NO_GLANCE, WEIGHTS_FILE, ScoreParameters, ScoreWeights
+from fpmatch.matching.score import NO_PREFILTER, WEIGHTS_FILE, ScoreParameters, ScoreWeights
 from fpmatch.minutiae import RidgeField, Template
 
 EXAMPLES = 30 if COMPILED else 4
 PRINT_SIZE = 30 if COMPILED else 12
 FIELD_SIDE = 20 if COMPILED else 6
 
-gates = st.sampled_from([ALWAYS, NEVER, -4.0, 4.0])
-"""Gates that all, no, or some comparisons pass."""
+refine_thresholds = st.sampled_from([ALWAYS, NEVER, -6.0, 4.0])
+"""Thresholds that all, no, or some comparisons pass."""
 
-glances = st.sampled_from([NO_GLANCE, DISMISSING])
-"""What the codes of all, or some, comparisons say."""
+prefilters = st.sampled_from([NO_PREFILTER, REJECTING])
+"""Prefilter thresholds that all, or some, comparisons pass."""
+
+KINDS = (0, 1, 2)
+"""All prints have pictures of their ridges; some have, some no field; some a field alone."""
 
 
 @pytest.fixture(autouse=True)
 def weights_by_hand() -> Iterator[None]:
-    with weighing(some_weights()):
+    with scored_by(some_weights()):
         yield
 
 
@@ -97,33 +111,68 @@ def impressions(seed: int, kinds: int = 0) -> list[PreparedTemplate]:
     ]
 
 
-@given(seeds, gates, st.sampled_from([0, 1, 2]), glances, st.sampled_from([-2.0, 1.0, NEVER]))
+@given(
+    seeds,
+    refine_thresholds,
+    st.sampled_from(KINDS),
+    prefilters,
+    st.sampled_from([-2.0, 1.0, NEVER]),
+    st.sampled_from([-1.0, 0.02, NEVER]),
+)
 @settings(max_examples=EXAMPLES)
 def test_similarities_are_those_of_compare_to_the_last_bit(
-    seed: int, gate: float, kinds: int, glance: tuple[float, float, float], sure: float
+    seed: int,
+    refine: float,
+    kinds: int,
+    prefilter: tuple[float, float, float],
+    confident: float,
+    relaxation: float,
 ) -> None:
-    """Where all prints show their ridges, and where some do; some dismissed, some refined alone."""
+    """Whichever model scores; some rejected, some refined alone, some of weak local matches."""
     prints = impressions(seed, kinds)
     many = PreparedMany.of(prints)
-    with weighing(some_weights(gate, glance=glance, sure=sure)):
+    with scored_by(some_weights(refine, 0.4, prefilter, confident, relaxation, apart=3.0)):
         for probe in prints:
             assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
 
 
+@pytest.mark.parametrize("k", range(3))
+def test_in_a_mixed_gallery_each_comparison_has_its_own_model(k: int) -> None:
+    """Of a probe with ridges, without a field, with a field alone: the order changes nothing."""
+    shown, bare, plain = [impressions(7, kinds)[2] for kinds in (0, 2, 1)]
+    assert shown.region.ridges is not None
+    assert not bare.region.has_flow
+    assert plain.region.has_flow
+    assert plain.region.ridges is None
+    gallery = [shown, bare, plain]
+    probe = [impressions(7, 0)[0], impressions(7, 1)[1], impressions(7, 2)[1]][k]
+    with scored_by(some_weights(apart=100.0)):
+        expected = one_by_one(probe, gallery)
+        for order in itertools.permutations(range(3)):
+            many = PreparedMany.of([gallery[place] for place in order])
+            found = MATCHER.similarities(probe, many)
+            assert found.tolist() == [expected[place] for place in order]
+    with scored_by(some_weights(apart=0.0)):
+        again = one_by_one(probe, gallery)
+    # only of two prints with ridges the bias of the first model counts
+    same = [one == other for one, other in zip(again, expected, strict=True)]
+    assert same == [k == 0, False, False]
+
+
 def test_probes_come_before_and_after_and_their_ridges_count() -> None:
-    """Else that they are the same to the last bit would say little."""
+    """Otherwise that they are the same to the last bit would show little."""
     prints = impressions(3)
     many = PreparedMany.of(prints)
     order = np.array([orders(probe, many, 0, 4) for probe in prints[:4]])
     assert np.count_nonzero(order == REFERENCE_FIRST) == 6
     assert np.count_nonzero(order == PROBE_FIRST) == 6
     tables = []
-    for gate in (ALWAYS, NEVER):
-        with weighing(some_weights(gate)):
+    for refine in (ALWAYS, NEVER):
+        with scored_by(some_weights(refine)):
             tables.append(np.array([MATCHER.similarities(probe, many)[:4] for probe in prints[:4]]))
     always, never = tables
     assert np.count_nonzero(always != never) >= 8
-    with weighing(some_weights(float(np.median(never)))):
+    with scored_by(some_weights(float(np.median(never)))):
         above = np.array([MATCHER.similarities(probe, many)[:4] for probe in prints[:4]])
     assert 0 < np.count_nonzero(above == never) < above.size
     assert 0 < np.count_nonzero(above == always) < above.size
@@ -132,48 +181,51 @@ def test_probes_come_before_and_after_and_their_ridges_count() -> None:
 def test_the_weights_of_the_package_give_the_same() -> None:
     prints = impressions(5)
     many = PreparedMany.of(prints)
-    with weighing(ScoreWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))):
+    with scored_by(ScoreWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))):
         for probe in prints:
             assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
 
 
-@given(templates(), st.lists(templates(), max_size=4), gates)
+@given(templates(), st.lists(templates(), max_size=4), refine_thresholds)
 @settings(max_examples=EXAMPLES)
 def test_any_templates_compare_as_one_by_one(
-    probe: Template, references: list[Template], gate: float
+    probe: Template, references: list[Template], refine: float
 ) -> None:
     prints = [prepare(template) for template in [*references, probe]]
     many = PreparedMany.of(prints)
-    with weighing(some_weights(gate)):
+    with scored_by(some_weights(refine)):
         assert MATCHER.similarities(prints[-1], many).tolist() == one_by_one(prints[-1], prints)
 
 
-@given(seeds, gates, glances)
+@given(seeds, refine_thresholds, prefilters)
 @settings(max_examples=EXAMPLES)
 def test_either_side_may_be_the_probe(
-    seed: int, gate: float, glance: tuple[float, float, float]
+    seed: int, refine: float, prefilter: tuple[float, float, float]
 ) -> None:
     prints = impressions(seed)[:4]
     many = PreparedMany.of(prints)
-    with weighing(some_weights(gate, glance=glance)):
+    with scored_by(some_weights(refine, prefilter=prefilter)):
         table = np.array([MATCHER.similarities(probe, many) for probe in prints])
     assert table.tolist() == table.T.tolist()
 
 
-def test_codes_dismiss_some_and_what_they_dismiss_is_below_the_gate() -> None:
-    """Else that both ways of comparing dismiss the same would say little."""
+@pytest.mark.parametrize("refine", [-9.0, -3.0, 2.0])
+def test_the_prefilter_rejects_some_and_their_sum_is_below_the_refine_threshold(
+    refine: float,
+) -> None:
+    """Otherwise that both ways of comparing reject the same would show little."""
     prints = impressions(3)[:6]
     many = PreparedMany.of(prints)
-    with weighing(some_weights(-3.0)):
-        laid = np.array([MATCHER.similarities(probe, many) for probe in prints])
-    with weighing(some_weights(-3.0, glance=DISMISSING)):
+    with scored_by(some_weights(refine)):
+        aligned = np.array([MATCHER.similarities(probe, many) for probe in prints])
+    with scored_by(some_weights(refine, prefilter=REJECTING)):
         found = np.array([MATCHER.similarities(probe, many) for probe in prints])
-        unlaid = np.array(
+        rejected = np.array(
             [[MATCHER.compare(a, b).transform is None for b in prints] for a in prints]
         )
-    assert 0 < np.count_nonzero(unlaid) < unlaid.size
-    assert found[~unlaid].tolist() == laid[~unlaid].tolist()
-    assert 0 < found[unlaid].max() < np.log1p(np.exp(-3.0))
+    assert 0 < np.count_nonzero(rejected) < rejected.size
+    assert found[~rejected].tolist() == aligned[~rejected].tolist()
+    assert 0 < found[rejected].max() < np.log1p(np.exp(min(refine, 0.0)))
 
 
 def test_a_part_of_them_is_that_part_of_the_whole() -> None:
@@ -252,12 +304,12 @@ def test_too_few_minutiae_are_like_nothing(size: int) -> None:
         assert MATCHER.similarities(probe, many)[0] == 0.0
 
 
-@pytest.mark.parametrize("gate", [ALWAYS, 0.0, NEVER])
-@pytest.mark.parametrize("glance", [NO_GLANCE, DISMISSING])
+@pytest.mark.parametrize("refine", [ALWAYS, 0.0, NEVER])
+@pytest.mark.parametrize("prefilter", [NO_PREFILTER, REJECTING])
 def test_compiled_and_interpreted_agree(
-    interpreted: Callable[[str], ModuleType], gate: float, glance: tuple[float, float, float]
+    interpreted: Callable[[str], ModuleType], refine: float, prefilter: tuple[float, float, float]
 ) -> None:
-    weights = some_weights(gate, glance=glance, sure=2.0)
+    weights = some_weights(refine, prefilter=prefilter, confident=2.0)
     rng = np.random.default_rng(9)
     points = [spread_points(np.random.default_rng(k), 9, size=120.0) for k in range(3)]
     points.append(jittered(rng, points[0], 1.0, 0.1))
@@ -267,11 +319,11 @@ def test_compiled_and_interpreted_agree(
     similarity = np.zeros(len(many))
     order = orders(prints[0], many, 0, len(many))
     plainly(interpreted, prints[0], many, order, similarity, weights)
-    with weighing(weights):
+    with scored_by(weights):
         fast = MATCHER.similarities(prints[0], many)
     assert similarity == pytest.approx(fast, rel=1e-12)
     assert fast.any()
-    assert glance == DISMISSING or fast.all()
+    assert prefilter == REJECTING or np.count_nonzero(fast) >= len(fast) - 1
 
 
 def plainly(
@@ -283,24 +335,21 @@ def plainly(
     weights: ScoreWeights,
 ) -> None:
     """Compare with every kernel interpreted."""
-    names = ("_print", "_local", "_align", "_ridge", "_evidence", "_code", "_one_to_many")
-    loaded = [interpreted(f"{name}_kernel") for name in names]
-    prints, local, align, ridges, evidence, code, kernel = loaded
-    evidence.RidgeLens = ridges.RidgeLens
-    kernel.as_similarity = evidence.as_similarity
-    kernel.most_alike, kernel.divide_by_size = local.most_alike, local.divide_by_size
-    p, room = LocalParameters(), many.most_minutiae
-    before, after = (align.LightTable(room, room, p.seeds, AlignmentParameters()) for _ in "ab")
+    plain = interpreted_kernels(interpreted)
+    p, room = LocalParameters(), max(many.most_minutiae, len(probe))
+    parameters = (AlignmentParameters(), RelaxationParameters(), PairMeshParameters())
+    before, after = (plain.align.Aligner(room, room, *parameters) for _ in "ab")
     before.put_b(probe.points, len(probe))
     after.put_a(probe.points, len(probe))
     n = probe.neighbourhoods
-    index = local.NeighbourIndex(n.count, n.frame, 30.0, 4, math.radians(p.max_turn_deg), 1.2, 12)
+    turn = math.radians(p.max_turn_deg)
+    index = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
     largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
-    scales = evidence.Scales(ScoreParameters(), RidgeParameters(), weights, room)
-    tables = code.Sieve(16, 12.0, 0.1, 11)
+    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), RidgeParameters(), weights, room)
+    tables = plain.code.Sieve(16, 12.0, 0.1, 11)
     own = probe.codes
     tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
-    sides = (tables, print_for(prints, probe), print_for(prints, largest), index, before, after)
-    packed = prints.PackedPrints(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
-    tools = (*sides, room, p, scales, 3)
-    kernel.OneToMany(*tools).compare(packed, 0, order, similarity)
+    sides = (print_for(plain.print, side) for side in (probe, largest))
+    packed = plain.print.PackedPrints(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
+    tools = (tables, *sides, index, before, after, room, p, scorer, 3)
+    plain.one_to_many.OneToMany(*tools).compare(packed, 0, order, similarity)

@@ -1,4 +1,4 @@
-"""Two prints compared: room that is used again changes nothing, and the fit has a plain twin."""
+"""One-to-one comparison: a workspace used again changes nothing, and the fit has a plain twin."""
 
 from __future__ import annotations
 
@@ -12,12 +12,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import COMPILED, jittered, seeds, spread_points, template_of
-from matching_weights import some_weights, weighing
+from matching_weights import (
+    REJECTING,
+    interpreted_kernels,
+    print_for,
+    scored_by,
+    some_weights,
+)
 
 from fpmatch.matching import _one_to_one_kernel
-from fpmatch.matching.matchers.unit_circle import MATCHER, lay
-from fpmatch.matching.one_to_one import Bench, bench_for
+from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.codes import CodeParameters, common
+from fpmatch.matching.local import LocalParameters
+from fpmatch.matching.matchers.unit_circle import MATCHER, align
+from fpmatch.matching.one_to_one import LEAST_CAPACITY, Workspace, workspace_for
+from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate
+from fpmatch.matching.relaxation import RelaxationParameters
+from fpmatch.matching.ridges import RidgeParameters
+from fpmatch.matching.score import ScoreParameters, evidence_scorer
 from fpmatch.pointset.similarity import Similarity
 
 EXAMPLES = 50 if COMPILED else 10
@@ -32,27 +45,56 @@ def impressions(seed: int, size: int) -> tuple[PreparedTemplate, PreparedTemplat
     return a, b
 
 
-def test_a_bench_used_before_gives_the_same() -> None:
-    """Whatever lay on it, larger or smaller."""
+def test_a_workspace_used_before_gives_the_same() -> None:
+    """Whatever was compared in it before, larger or smaller."""
     pairs = [impressions(seed, size) for seed, size in enumerate((12, 30, 5, 20))]
-    used = Bench(64)
+    used = Workspace(64)
     for a, b in [*pairs, *reversed(pairs)]:
-        alone = lay(a, b)
-        total = used.lay(a, b)
+        alone = align(a, b)
+        total = used.align(a, b)
         assert (total is None) is (alone is None)
         if alone is not None:
             assert total == alone[1].total
-            assert np.asarray(used.table.best_partner)[: len(a)].tolist() == [*alone[0].partner]
+            assert np.asarray(used.aligner.best_partner)[: len(a)].tolist() == [*alone[0].partner]
+            evidence, features = used.scorer.last_evidence()
+            assert features == alone[1].features.tolist()
+            assert evidence[0] == alone[1].pairs
 
 
-def test_a_thread_has_one_bench_until_a_larger_print_comes_or_other_weights() -> None:
-    first = bench_for(10)
-    assert bench_for(20) is first
-    larger = bench_for(first.room + 1)
-    assert larger.room > first.room
-    assert bench_for(10) is larger
-    with weighing(some_weights()):
-        assert bench_for(10) is not larger
+def test_the_prefilter_of_a_workspace_used_before_gives_the_same() -> None:
+    """The probe stays in the tables until another comes; the model is that of each two prints."""
+    prints = [side for seed in range(3) for side in impressions(seed, 12)]
+    weights = some_weights(-1.0, prefilter=REJECTING)
+    used = Workspace(64, evidence_scorer(64, weights))
+    found = []
+    for probe in [*prints, prints[0]]:
+        for reference in prints:
+            first = reference.key < probe.key
+            fresh = Workspace(64, evidence_scorer(64, weights))
+            total = used.prefilter(probe, reference, reference_first=first)
+            assert total == fresh.prefilter(probe, reference, reference_first=first)
+            a, b = (reference, probe) if first else (probe, reference)
+            shortfall = min(9.0 + min(len(a), len(b)), 33.0) - common(a.codes, b.codes)
+            assert total == (-1.0 - 0.25 * shortfall if shortfall > 0 else None)
+            found.append(total)
+    assert 0 < found.count(None) < len(found)
+
+
+def test_a_thread_has_one_workspace_until_a_larger_print_comes_or_other_weights() -> None:
+    first = workspace_for(10)
+    assert first.capacity >= LEAST_CAPACITY
+    assert workspace_for(20) is first
+    larger = workspace_for(first.capacity + 1)
+    assert larger.capacity > first.capacity
+    assert workspace_for(10) is larger
+    with scored_by(some_weights()):
+        assert workspace_for(10) is not larger
+
+
+def test_every_thread_has_a_workspace_of_its_own() -> None:
+    with ThreadPoolExecutor(1) as pool:
+        other = pool.submit(workspace_for, 10).result()
+    assert other is not workspace_for(10)
 
 
 def test_threads_compare_as_one_does() -> None:
@@ -61,6 +103,37 @@ def test_threads_compare_as_one_does() -> None:
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda pair: MATCHER.compare(*pair).similarity, pairs))
     assert found == expected
+
+
+@given(seeds)
+@settings(max_examples=6 if COMPILED else 2)
+def test_compiled_and_interpreted_align_the_same(
+    interpreted: Callable[[str], ModuleType], seed: int
+) -> None:
+    """Every kernel interpreted, from the bit descriptors to the sum."""
+    plain, weights = interpreted_kernels(interpreted), some_weights(prefilter=REJECTING)
+    a, b = impressions(seed, 9)
+    local, codes = LocalParameters(), CodeParameters()
+    aligner = plain.align.Aligner(
+        9, 9, AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
+    )
+    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), RidgeParameters(), weights, 9)
+    turn = round(codes.pair_turn_deg * 256 / 360)
+    sieve = plain.code.Sieve(codes.most_pairs, codes.near_px, codes.spread, turn)
+    kernel = plain.one_to_one.OneToOne(sieve, aligner, scorer, 9, local)
+    n = a.neighbourhoods
+    index = plain.local.NeighbourIndex(
+        n.count, n.frame, 30.0, 4, np.radians(local.max_turn_deg), 1.0, n.frame.shape[2]
+    )
+    sides = print_for(plain.print, a), print_for(plain.print, b)
+    total = kernel.align(index, *sides)
+    compiled = Workspace(9, evidence_scorer(9, weights))
+    assert total == pytest.approx(compiled.align(a, b), rel=1e-9)
+    assert aligner.best_partner.tolist() == np.asarray(compiled.aligner.best_partner).tolist()
+    for other_first in (False, True):
+        shortfall = kernel.prefilter_shortfall(*sides, other_first)
+        found = compiled.prefilter(a, b, reference_first=other_first)
+        assert found == (scorer.prefilter_rejected(shortfall) if shortfall > 0 else None)
 
 
 Fit = tuple[Similarity, list[list[int]], float]

@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.matching.matchers import get_matcher
-from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher
+from fpmatch.matching.matchers.paper import MATCHER, PaperMatcher, matcher_with
 from fpmatch.matching.result import Comparison, Matcher
+from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle_matcher import UnitCircleParameters
@@ -139,3 +141,112 @@ def test_transform_that_matches_no_minutia_is_none() -> None:
     found = exact.compare(*sides)
     assert found.transform is None
     assert found.reason == "no transform lays minutiae of the probe on minutiae of the reference"
+
+
+crowded = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=0, max_size=14).map(
+    lambda places: 40.0 * np.array(places, float).reshape(-1, 2)
+)
+"""Places on a coarse lattice: coincident, collinear and co-circular minutiae abound."""
+
+
+@given(crowded)
+def test_a_print_matches_itself_or_has_no_ring(xy: np.ndarray) -> None:
+    template = template_of(xy)
+    found = verify(template, template, matcher="paper")
+    assert found.match == bool(len(MATCHER.prepare(template).at_500_dpi.rings))
+    assert found.match == (found.matched_share == 1)
+    assert bool(found.reason) != found.match
+
+
+@given(crowded, crowded, st.sampled_from([0.0, 0.3, 0.6, 1.0]))
+def test_whatever_the_places_there_is_an_answer_and_it_is_symmetric(
+    p: np.ndarray, q: np.ndarray, rho: float
+) -> None:
+    matcher = PaperMatcher(rho=rho)
+    forth = verify(template_of(p), template_of(q), matcher=matcher)
+    back = verify(template_of(q), template_of(p), matcher=matcher)
+    assert forth.match == back.match
+    assert forth.score == back.score
+    assert forth.match == (forth.transform is not None and forth.matched_share > rho)
+    assert forth.match or forth.reason
+
+
+@given(
+    st.integers(0, 10_000),
+    st.floats(-math.pi, math.pi),
+    st.floats(0.5, 2.0),
+    st.floats(-200, 200),
+)
+@settings(max_examples=40)
+def test_turn_shift_and_scale_of_a_print_change_no_decision(
+    seed: int, rotation: float, scale: float, shift: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    p = positions(seed, 25)
+    q = p + rng.normal(0, 3, p.shape) if seed % 2 else positions(seed + 1, 25)
+    q[: seed % 5] = rng.uniform(20, 380, (seed % 5, 2))
+    moved = Similarity(scale, rotation, shift, -shift).apply(q)
+    plain = verify(template_of(p), template_of(q), matcher="paper")
+    assume(abs(plain.matched_share - 0.6) > 0.05)  # one minutia at the very tolerance may tip it
+    assert verify(template_of(p), template_of(moved), matcher="paper").match == plain.match
+
+
+def test_more_than_rho_matches_and_rho_itself_does_not() -> None:
+    p = positions(9, 20)
+    far = np.random.default_rng(1).uniform(2000, 4000, (5, 2))
+    probe, reference = template_of(p), template_of(np.vstack([p[:15], far]))
+    share = verify(probe, reference, matcher="paper").matched_share
+    assert share >= 0.7
+    at = verify(probe, reference, matcher=PaperMatcher(rho=share))
+    below = verify(probe, reference, matcher=PaperMatcher(rho=share - 0.01))
+    assert (at.match, below.match) == (False, True)
+    assert (at.rho, below.rho) == (share, share - 0.01)
+    assert at.reason == "too few minutiae agree"
+
+
+def test_a_threshold_decides_by_the_score_instead_of_rho() -> None:
+    probe = template_of(positions(9, 20))
+    found = verify(probe, probe, matcher="paper")
+    assert found.match
+    assert found.rho == 0.6
+    assert found.threshold < found.score < 40
+    asked = verify(probe, probe, matcher="paper", threshold=40)
+    assert (asked.match, asked.rho, asked.threshold) == (False, None, 40)
+    assert verify(probe, probe, matcher="paper", threshold=found.score).match
+
+
+def test_a_smaller_area_tolerance_lets_fewer_rings_pass() -> None:
+    sides = template_of(positions(1)), template_of(positions(2))
+    similarities = []
+    for area in (0.001, 0.1, 10.0):
+        matcher = matcher_with("paper", area_tolerance=area)
+        assert isinstance(matcher, PaperMatcher)
+        similarities.append(matcher.compare(*map(matcher.prepare, sides)).similarity)
+    assert similarities[0] < similarities[2]
+    assert similarities == sorted(similarities)
+
+
+@pytest.mark.parametrize("rho", [-0.01, 1.01, math.nan, math.inf])
+def test_a_rho_outside_its_range_is_refused(rho: float) -> None:
+    with pytest.raises(FpmatchError, match=r"rho must lie in 0\.\.1, not "):
+        PaperMatcher(rho=rho)
+
+
+@pytest.mark.parametrize("area", [0.0, -1.0, math.nan])
+def test_an_area_tolerance_that_is_not_positive_is_refused(area: float) -> None:
+    with pytest.raises(FpmatchError, match="area tolerance must be positive, not "):
+        matcher_with("paper", area_tolerance=area)
+
+
+def test_parameters_are_of_this_matcher_alone() -> None:
+    assert matcher_with("unit-circle") == "unit-circle"
+    with pytest.raises(MatcherError, match="of matcher paper, not unit-circle"):
+        matcher_with("unit-circle", rho=0.5)
+
+
+def test_two_thousand_minutiae_are_an_answer() -> None:
+    rng = np.random.default_rng(5)
+    many = template_of(rng.uniform(0, 2000, (2000, 2)))
+    assert verify(many, many, matcher="paper").match
+    few = verify(template_of(positions(3, 12)), many, matcher="paper")
+    assert few.match or few.reason

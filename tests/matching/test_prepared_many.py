@@ -19,7 +19,7 @@ from matching_prints import (
 )
 
 from fpmatch.errors import MatcherError, OutputError
-from fpmatch.matching.align import at_rest
+from fpmatch.matching.align import identity_alignment
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import FORMAT, PRINTS_AT_ONCE, PreparedMany
 from fpmatch.matching.ridges import ridge_correlation
@@ -242,10 +242,10 @@ def test_ridges_are_compared_from_a_file_as_from_memory(tmp_path: Path, mmap: bo
     loaded = PreparedMany.load(tmp_path / "prints", mmap=mmap)
     cells = []
     for k, print_ in enumerate(prints):
-        at_home = at_rest(print_.points)
-        found = ridge_correlation(loaded[k], loaded[k], at_home)
-        assert found == ridge_correlation(print_, print_, at_home)
-        assert ridge_correlation(loaded[k], print_, at_home) == found
+        identity = identity_alignment(print_.points)
+        found = ridge_correlation(loaded[k], loaded[k], identity)
+        assert found == ridge_correlation(print_, print_, identity)
+        assert ridge_correlation(loaded[k], print_, identity) == found
         cells.append(found[1])
     assert cells == [0, 0, 64] * 2
 

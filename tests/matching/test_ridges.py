@@ -26,7 +26,7 @@ from matching_weights import print_for
 from numpy.typing import NDArray
 
 from fpmatch.matching import _ridge_kernel
-from fpmatch.matching.align import Alignment, at_rest
+from fpmatch.matching.align import Alignment, identity_alignment
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
 from fpmatch.matching.ridges import RidgeParameters, ridge_correlation
@@ -38,7 +38,7 @@ MOST_CELLS = 16384
 PARAMETERS = RidgeParameters()
 ROOM = 20  # for pairs
 SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
-AT_REST = (1.0, 0.0, 0.0, 0.0)
+IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -113,7 +113,7 @@ def twin(
 def compared(
     a: PreparedTemplate,
     b: PreparedTemplate,
-    transform: Transform = AT_REST,
+    transform: Transform = IDENTITY,
     partner: Ints | None = None,
     parameters: RidgeParameters = PARAMETERS,
 ) -> tuple[float, int]:
@@ -217,7 +217,7 @@ def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
 @given(templates())
 def test_a_print_correlates_with_itself_wholly(template: Template) -> None:
     print_ = prepare(template)
-    correlation, cells = ridge_correlation(print_, print_, at_rest(print_.points))
+    correlation, cells = ridge_correlation(print_, print_, identity_alignment(print_.points))
     if print_.region.ridges is None:
         assert (correlation, cells) == (0.0, 0)
     else:
@@ -317,7 +317,7 @@ def test_without_ridges_there_is_nothing_to_compare() -> None:
     )
     assert compared(shown, shown)[1] == 100
     for a, b in itertools.permutations((shown, plain, bare), 2):
-        assert ridge_correlation(a, b, at_rest(points)) == (0.0, 0)
+        assert ridge_correlation(a, b, identity_alignment(points)) == (0.0, 0)
 
 
 def small_print(mask: list[list[int]]) -> PreparedTemplate:
@@ -353,7 +353,7 @@ def test_transforms_that_lead_nowhere_find_nothing(
     print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=3)))
     nobody = np.empty(0, np.int32)
     for k in range(4):
-        transform = (*AT_REST[:k], far, *AT_REST[k + 1 :])
+        transform = (*IDENTITY[:k], far, *IDENTITY[k + 1 :])
         assert compared(print_, print_, transform) == (0.0, 0)
         found = compared_interpreted(interpreted, print_, print_, transform, nobody)
         assert found == (0.0, 0)
@@ -385,7 +385,7 @@ def test_cells_of_very_different_sizes_are_compared_or_not(
         correlation, cells = compared(a, b)
         assert -1.0 <= correlation <= 1.0
         assert 0 <= cells <= 9
-        same = compared_interpreted(interpreted, a, b, AT_REST, nobody)
+        same = compared_interpreted(interpreted, a, b, IDENTITY, nobody)
         assert same == pytest.approx((correlation, cells), abs=1e-12)
 
 
@@ -451,6 +451,6 @@ def test_prints_unpacked_of_many_are_compared_as_they_were(
     for k, case in enumerate(cases):
         packed.unpack(k, room)
         nobody = np.full(9, -1, np.int32)
-        cells = lens.compare(room, room, nobody, *AT_REST)
+        cells = lens.compare(room, room, nobody, *IDENTITY)
         assert (lens.correlation, cells) == compared(case, case)
         assert room.has_ridges == (case.region.ridges is not None)

@@ -1,4 +1,4 @@
-"""Evidence and score: the kernel against slow twins, known overlays, and what raises or lowers."""
+"""Evidence and score: the kernel against plain twins, known alignments, thresholds, the file."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from matching_prints import (
     COMPILED,
     Points,
     even_field,
-    heaviest,
     jittered,
     moved,
     seeds,
@@ -26,43 +26,86 @@ from matching_prints import (
     template_of,
     templates,
 )
-from matching_weights import ALWAYS, DISMISSING, NEVER, print_for, some_weights, weighing
+from matching_weights import (
+    ALWAYS,
+    AREA,
+    NEVER,
+    REJECTING,
+    RIDGES,
+    both_with,
+    interpreted_kernels,
+    print_for,
+    scored_by,
+    some_model,
+    some_weights,
+    weights_of,
+)
 from numpy.typing import NDArray
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.align import Alignment, at_rest
-from fpmatch.matching.local import local_likeness, most_alike
+from fpmatch.matching.align import (
+    Alignment,
+    AlignmentParameters,
+    aligner_of,
+    alignments,
+    best_alignment,
+    identity_alignment,
+    make_aligner,
+)
+from fpmatch.matching.local import local_similarity
+from fpmatch.matching.matchers.unit_circle import align
+from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
+from fpmatch.matching.relaxation import RelaxationParameters
 from fpmatch.matching.ridges import RidgeParameters, ridge_correlation
 from fpmatch.matching.score import (
     FEATURES,
-    NO_GLANCE,
+    LIMITS,
+    MODELS,
+    NO_PREFILTER,
     STANDARD,
     WEIGHTS_FILE,
     Evidence,
+    ScoreModel,
     ScoreParameters,
     ScoreWeights,
+    evidence_scorer,
     gather_evidence,
     load_weights,
-    scales,
 )
 from fpmatch.minutiae import RidgeField, Template
 
 P = ScoreParameters()
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
-ENTRIES = ("pairs", "local", "unpaired", "common", "overlap", "ridges", "cells")
+ENTRIES = (
+    "pairs",
+    "local",
+    "unpaired",
+    "common",
+    "overlap",
+    "relaxed",
+    "places",
+    "weights",
+    "fullness",
+    "turned",
+    "strain",
+    "ridges",
+    "cells",
+)
+N = len(FEATURES)
 FEW = 20 if COMPILED else 6
+FRAME = 8  # frame points of the mesh
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 
-def laid_by(a: PreparedTemplate, partner: Ints, transform: Floats = IDENTITY) -> Alignment:
-    """Return the alignment of given pairs under a given transform, without any bending."""
+def given_pairs(a: PreparedTemplate, partner: Ints, transform: Floats = IDENTITY) -> Alignment:
+    """Return the alignment of given pairs under a given transform."""
     linear, shift = transform[0] + 1j * transform[1], transform[2] + 1j * transform[3]
     z = shift + linear * (a.points[0] + 1j * a.points[1])
-    bent = np.vstack([z.real, z.imag, a.points[2:]])
-    return Alignment(transform, partner, (partner >= 0).astype(float), bent)
+    predicted = np.vstack([z.real, z.imag, a.points[2:]])
+    return Alignment(transform, partner, (partner >= 0).astype(float), predicted)
 
 
 def overlay(
@@ -73,37 +116,54 @@ def overlay(
     weights: ScoreWeights | None = None,
 ) -> Evidence:
     """Return the evidence of an alignment that is given."""
-    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    on = scales(len(b), weights or some_weights())
-    return gather_evidence(a, b, laid_by(a, partner, transform), likeness, on)
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    scorer = evidence_scorer(max(len(a), len(b)), weights or some_weights())
+    return gather_evidence(a, b, given_pairs(a, partner, transform), similarity, scorer)
 
 
-def alone(
+def with_itself(
     print_: PreparedTemplate, partner: Ints | None = None, weights: ScoreWeights | None = None
 ) -> Evidence:
-    """Return the evidence of a print laid over itself, all minutiae paired or those given."""
+    """Return the evidence of a print aligned with itself, all minutiae paired or those given."""
     pairs = np.arange(len(print_), dtype=np.int32) if partner is None else partner
     return overlay(print_, print_, pairs, weights=weights)
 
 
-def described(weights: ScoreWeights, **entries: float) -> list[float]:
+def described(weights: ScoreWeights, /, *, shown: bool = True, **entries: float) -> list[float]:
     """Return the features of evidence of which all that is not given is 0."""
-    on = scales(0, weights)
-    np.asarray(on.evidence)[:] = [entries.get(name, 0.0) for name in ENTRIES]
-    on.describe()
-    return np.asarray(on.feature).tolist()
+    scorer = evidence_scorer(0, weights)
+    np.asarray(scorer.evidence)[:] = [entries.get(name, 0.0) for name in ENTRIES]
+    scorer.choose_model(shown, shown)
+    scorer.describe()
+    return np.asarray(scorer.feature).tolist()
 
 
-def total_of(weights: ScoreWeights, features: Any) -> float:
-    """Return the weighted sum of features, as the module says it."""
-    middle, spread, weight, _ = weights.standard
-    return float(weights.bias + (weight * (features - middle) / spread).sum())
+def features_twin(impostor_mean: Floats, **entries: float) -> list[float]:
+    """Return the features as the docstring of `score` defines them."""
+    pairs, cells = entries["pairs"], entries["cells"]
+    sums = [entries[name] for name in ("places", "weights", "fullness", "turned")]
+    compared = (entries["ridges"], math.log(cells + P.doubt_cells))
+    return [
+        math.log(0.01 + entries["relaxed"]),
+        *(value / (1.0 + pairs) for value in sums),
+        entries["strain"],
+        math.log(1.0 + entries["local"]),
+        math.sqrt(entries["unpaired"] / (pairs + P.doubt_pairs)),
+        entries["overlap"],
+        *(compared if cells else impostor_mean[[RIDGES, AREA]].tolist()),
+    ]
+
+
+def total_of(model: ScoreModel, features: Any) -> float:
+    """Return the weighted sum of features, as the docstring of `score` defines it."""
+    middle, spread, weight, _ = model.standard
+    return float(model.bias + (weight * (features - middle) / spread).sum())
 
 
 def some_case(seed: int) -> tuple[PreparedTemplate, PreparedTemplate, Ints, Floats]:
     """Return two prints, pairs of their minutiae, and a transform."""
     rng = np.random.default_rng(seed)
-    points = spread_points(rng, int(rng.integers(0, 12)), size=150.0)
+    points = spread_points(rng, int(rng.integers(0, 14)), size=150.0)
     n = points.shape[1]
     turn, scale = rng.uniform(-0.5, 0.5), rng.uniform(0.94, 1.06)
     shift = complex(*rng.uniform(-30, 30, 2))
@@ -115,37 +175,83 @@ def some_case(seed: int) -> tuple[PreparedTemplate, PreparedTemplate, Ints, Floa
         quality = rng.integers(0, 101, n)
         chosen = replace(field, mask=mask, ridges=ridges) if rng.random() < 0.85 else None
         sides.append(prepare(template_of(side, quality=quality, field=chosen)))
-    partner = np.where(rng.random(n) < 0.6, rng.permutation(n), -1).astype(np.int32)
+    likely = np.arange(n) if rng.random() < 0.5 else rng.permutation(n)
+    partner = np.where(rng.random(n) < 0.7, likely, -1).astype(np.int32)
     linear = scale * np.exp(1j * turn)
     return *sides, partner, np.array([linear.real, linear.imag, shift.real, shift.imag])
 
 
-def twin(a: PreparedTemplate, b: PreparedTemplate, alignment: Alignment) -> list[float]:
-    """Return the evidence of an alignment, the ridges' aside, with arrays of complex numbers."""
-    linear, shift = (complex(*alignment.transform[k : k + 2]) for k in (0, 2))
-    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    i = np.flatnonzero(alignment.partner >= 0)
-    j = alignment.partner[i]
+def mesh_twin(aligner: Any) -> list[float]:
+    """Return the triangles turned over and the mean strain, from the triangles of the mesh."""
+    mesh = aligner.mesh
+    corner = np.asarray(mesh.corner)[: mesh.triangles]
+    (ax, ay), (bx, by) = (
+        np.array([np.asarray(x)[: mesh.vertices], np.asarray(y)[: mesh.vertices]])
+        for x, y in ((mesh.ax, mesh.ay), (mesh.bx, mesh.by))
+    )
+    p, q, r = corner.T
+    area = (bx[q] - bx[p]) * (by[r] - by[p]) - (by[q] - by[p]) * (bx[r] - bx[p])
+    turned = int(((corner >= FRAME).sum(axis=1) * (area <= 0)).sum())
+    sides = {
+        (min(u, v), max(u, v))
+        for t in corner.tolist()
+        for u, v in zip(t, t[1:] + t[:1], strict=True)
+    }
+    strain = []
+    for u, v in sorted(side for side in sides if side[0] >= FRAME):
+        in_a, in_b = (
+            math.hypot(ax[u] - ax[v], ay[u] - ay[v]),
+            math.hypot(bx[u] - bx[v], by[u] - by[v]),
+        )
+        strain.append(2 * abs(in_a - in_b) / (in_a + in_b + 16.0))
+    return [turned, float(np.mean(strain)) if strain else 0.0]
+
+
+def twin(a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Floats) -> list[float]:
+    """Return the evidence of an alignment, the ridges' aside, with arrays of complex numbers.
+
+    Relaxation and mesh have twins of their own; here their results are summed over the pairs.
+    """
+    linear, shift = (complex(*transform[k : k + 2]) for k in (0, 2))
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    aligner = aligner_of(a.points, b.points)
+    count = aligner.relax(similarity)
+    aligner.impose(partner, *transform.tolist())
+    i = np.flatnonzero(partner >= 0)
+    j = partner[i]
     back = (b.points[0] + 1j * b.points[1] - shift) / linear
     common, unpaired = 2 * len(i), 0.0
     for one, other, x, y, paired in (
-        (a, b, *alignment.bent[:2], i),
+        (a, b, *np.asarray(aligner.predicted)[:2, : len(a)], i),
         (b, a, back.real, back.imag, j),
     ):
         single = np.setdiff1d(np.arange(len(one)), paired)
         u, v, holds = x[single], y[single], other.region.holds
         inside = holds(u, v)
         deep = inside.copy()
-        for across, along in ((20.0, 0), (-20.0, 0), (0, 20.0), (0, -20.0)):
+        margin = P.margin_px if other.region.has_flow else P.hull_margin_px
+        for across, along in ((margin, 0), (-margin, 0), (0, margin), (0, -margin)):
             deep &= holds(u + across, v + along)
         common += np.count_nonzero(inside)
         unpaired += float((one.quality[single][deep] ** 2).sum())
     x, y, *_ = a.region.cells
-    laid = shift + linear * (x + 1j * y)
-    shared = np.count_nonzero(b.region.holds(laid.real, laid.imag)) * a.region.step**2
+    mapped = shift + linear * (x + 1j * y)
+    shared = np.count_nonzero(b.region.holds(mapped.real, mapped.imag)) * a.region.step**2
     smaller = min(a.region.area, b.region.area)
     overlap = min(shared / smaller, 1.0) if smaller else 0.0
-    return [len(i), float(likeness[i, j].sum()), unpaired, common, overlap]
+    relaxation = aligner.relaxation
+    first, second = (np.asarray(x)[:count] for x in (relaxation.first, relaxation.second))
+    relaxed = float(np.asarray(relaxation.relaxed)[:count][partner[first] == second].sum())
+    agreement = [
+        float(np.asarray(values)[i].sum())
+        for values in (
+            aligner.mesh.place_agreement,
+            aligner.mesh.weight_agreement,
+            aligner.mesh.fullness,
+        )
+    ]
+    local = float(similarity[i, j].sum())
+    return [len(i), local, unpaired, common, overlap, relaxed, *agreement, *mesh_twin(aligner)]
 
 
 def entries_of(found: Evidence) -> list[float]:
@@ -156,77 +262,89 @@ def entries_of(found: Evidence) -> list[float]:
 def test_evidence_agrees_with_its_twin(seed: int) -> None:
     a, b, partner, transform = some_case(seed)
     found = entries_of(overlay(a, b, partner, transform))
-    alignment = laid_by(a, partner, transform)
-    assert found[:5] == pytest.approx(twin(a, b, alignment), abs=1e-5)
-    correlation, cells = ridge_correlation(a, b, alignment)
-    assert found[5:] == [correlation if cells else 0.0, cells]
+    assert found[:11] == pytest.approx(twin(a, b, partner, transform), abs=1e-5)
+    correlation, cells = ridge_correlation(a, b, given_pairs(a, partner, transform))
+    assert found[11:] == [correlation if cells else 0.0, cells]
 
 
 def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
+    """Otherwise the agreement with the twin would show little."""
     found = [overlay(*some_case(seed)) for seed in range(40)]
     assert sum(one.cells > 0 for one in found) > 5
     assert sum(one.cells == 0 for one in found) > 5
     assert sum(one.unpaired > 0 for one in found) > 5
     assert sum(0 < one.overlap < 1 for one in found) > 10
     assert sum(one.common > 2 * one.pairs for one in found) > 10
+    assert sum(one.relaxed > 0 for one in found) > 10
+    assert sum(one.turned > 0 for one in found) > 5
+    assert sum(one.turned == 0 and one.strain > 0 for one in found) > 5
+    assert sum(0 < one.places < one.pairs - 0.1 for one in found) > 10
+    assert any(one.pairs == 0 for one in found)
 
 
 @given(seeds, st.sampled_from([ALWAYS, NEVER, -12.0]))
 @settings(max_examples=FEW)
 def test_compiled_and_interpreted_agree(
-    interpreted: Callable[[str], ModuleType], seed: int, gate: float
+    interpreted: Callable[[str], ModuleType], seed: int, refine: float
 ) -> None:
     a, b, partner, transform = some_case(seed)
-    weights = some_weights(gate)
-    prints, plain = interpreted("_print_kernel"), interpreted("_evidence_kernel")
-    plain.RidgeLens = interpreted("_ridge_kernel").RidgeLens
-    on = plain.Scales(P, RidgeParameters(), weights, len(b))
-    bent = laid_by(a, partner, transform).bent
-    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    sides = (print_for(prints, a), print_for(prints, b))
-    total = on.weigh(*sides, partner, bent, *transform.tolist(), likeness)
+    weights = some_weights(refine, apart=3.0)
+    plain = interpreted_kernels(interpreted)
+    room = max(len(a), len(b))
+    scorer = plain.evidence.EvidenceScorer(P, RidgeParameters(), weights, room)
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    aligner = plain.align.Aligner(
+        len(a), len(b), AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
+    )
+    aligner.put_a(a.points, len(a))
+    aligner.put_b(b.points, len(b))
+    aligner.relax(similarity)
+    aligner.impose(partner, *transform.tolist())
+    sides = (print_for(plain.print, a), print_for(plain.print, b))
+    total = scorer.score_alignment(*sides, aligner, similarity)
     found = overlay(a, b, partner, transform, weights)
-    assert total == pytest.approx(found.total, rel=1e-12)
-    assert on.evidence.tolist() == pytest.approx(entries_of(found), rel=1e-12)
-    assert on.feature.tolist() == pytest.approx(found.features.tolist(), rel=1e-12)
-    assert plain.as_similarity(total) == pytest.approx(found.similarity, rel=1e-12)
+    assert total == pytest.approx(found.total, rel=1e-9, abs=1e-9)
+    assert scorer.evidence.tolist() == pytest.approx(entries_of(found), rel=1e-9, abs=1e-9)
+    assert scorer.feature.tolist() == pytest.approx(found.features.tolist(), rel=1e-9, abs=1e-9)
+    assert plain.evidence.as_similarity(total) == pytest.approx(found.similarity, rel=1e-9)
 
 
 @given(seeds)
 @settings(max_examples=FEW)
-def test_scales_remember_nothing(seed: int) -> None:
-    """Not even of a print of more minutiae, or one that shows its ridges."""
-    weights = some_weights()
-    on = scales(12, weights)
+def test_a_scorer_used_before_gives_the_same(seed: int) -> None:
+    """Whatever it scored before: a print of more minutiae, with or without ridges."""
+    weights = some_weights(apart=3.0)
+    scorer = evidence_scorer(14, weights)
     for a, b, partner, transform in map(some_case, (seed, seed + 1, seed + 2, seed)):
-        likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-        again = gather_evidence(a, b, laid_by(a, partner, transform), likeness, on)
+        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+        again = gather_evidence(a, b, given_pairs(a, partner, transform), similarity, scorer)
         fresh = overlay(a, b, partner, transform, weights)
         assert (entries_of(again), again.total) == (entries_of(fresh), fresh.total)
 
 
-def test_evidence_keeps_what_the_scales_forget() -> None:
+def test_evidence_is_kept_when_the_scorer_is_used_again() -> None:
     print_ = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
-    likeness = local_likeness(print_.neighbourhoods, print_.neighbourhoods)
-    on = scales(9, some_weights())
-    first = gather_evidence(print_, print_, at_rest(print_.points), likeness, on)
+    similarity = local_similarity(print_.neighbourhoods, print_.neighbourhoods)
+    scorer = evidence_scorer(9, some_weights())
+    first = gather_evidence(print_, print_, identity_alignment(print_.points), similarity, scorer)
     before = first.features.tolist()
-    nobody = laid_by(print_, np.full(9, -1, np.int32))
-    assert gather_evidence(print_, print_, nobody, likeness, on).features.tolist() != before
+    unpaired = given_pairs(print_, np.full(9, -1, np.int32))
+    second = gather_evidence(print_, print_, unpaired, similarity, scorer)
+    assert second.features.tolist() != before
     assert first.features.tolist() == before
 
 
-def test_without_scales_the_weights_of_the_package_count() -> None:
+def test_without_a_scorer_the_weights_of_the_package_are_used() -> None:
     print_ = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
-    likeness = local_likeness(print_.neighbourhoods, print_.neighbourhoods)
-    with weighing(some_weights(bias=7.0)):
-        found = gather_evidence(print_, print_, at_rest(print_.points), likeness)
-    assert found.total == alone(print_, weights=some_weights(bias=7.0)).total
+    similarity = local_similarity(print_.neighbourhoods, print_.neighbourhoods)
+    with scored_by(some_weights(bias=7.0)):
+        found = gather_evidence(print_, print_, identity_alignment(print_.points), similarity)
+    assert found.total == with_itself(print_, weights=some_weights(bias=7.0)).total
 
 
-def test_a_print_laid_over_itself() -> None:
+def test_a_print_aligned_with_itself() -> None:
     points = spread_points(np.random.default_rng(6), 25, spacing=20.0)
-    found = alone(prepare(template_of(points, field=striped_field(side=25))))
+    found = with_itself(prepare(template_of(points, field=striped_field(side=25))))
     assert found.pairs == 25
     assert found.common == 50
     assert found.unpaired == 0
@@ -235,6 +353,54 @@ def test_a_print_laid_over_itself() -> None:
     assert found.ridges == 1.0
     assert found.cells == 625
     assert found.local >= 25 - 1e-3
+    assert found.relaxed > 0
+
+
+@given(seeds, st.floats(-math.pi, math.pi), st.sampled_from([1.0, 0.95, 1.05]))
+@settings(max_examples=FEW)
+def test_the_mesh_of_an_exact_copy_agrees_wholly(seed: int, turn: float, scale: float) -> None:
+    """Places and weights do not change under a similarity; lengths do by its scale."""
+    points = spread_points(np.random.default_rng(seed), 15)
+    shift = 40 - 70j
+    a, b = (prepare(template_of(side)) for side in (points, moved(points, turn, shift, scale)))
+    linear = scale * np.exp(1j * turn)
+    transform = np.array([linear.real, linear.imag, shift.real, shift.imag])
+    found = overlay(a, b, np.arange(15, dtype=np.int32), transform)
+    assert found.places == pytest.approx(15, abs=1e-6)
+    assert found.weights == pytest.approx(15, abs=1e-6)
+    assert found.turned == 0
+    if scale == 1.0:
+        assert found.strain == pytest.approx(0, abs=1e-5)
+    else:
+        assert 0 < found.strain < 2 * abs(scale - 1) / (scale + 1)
+    assert 0 < found.fullness < 15
+
+
+@given(seeds)
+@settings(max_examples=FEW)
+def test_a_mirrored_copy_turns_triangles_over(seed: int) -> None:
+    """Edges keep their lengths, but the rings run the other way round."""
+    points = spread_points(np.random.default_rng(seed), 15)
+    mirrored = np.ascontiguousarray(np.vstack([300 - points[0], points[1], -points[2], points[3]]))
+    a, b = (prepare(template_of(side)) for side in (points, mirrored))
+    found = overlay(a, b, np.arange(15, dtype=np.int32))
+    assert found.turned > 15
+    assert found.strain == pytest.approx(0, abs=1e-5)
+
+
+@given(seeds, st.floats(3, 30))
+@settings(max_examples=FEW)
+def test_displaced_partners_disturb_the_mesh(seed: int, px: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = spread_points(rng, 15)
+    displaced = jittered(rng, points, px, 0.0)
+    a, b, c = (prepare(template_of(side)) for side in (points, points, displaced))
+    everyone = np.arange(15, dtype=np.int32)
+    whole, found = overlay(a, b, everyone), overlay(a, c, everyone)
+    assert found.places < whole.places
+    assert found.weights < whole.weights
+    assert found.strain > 0
+    assert found.fullness == pytest.approx(whole.fullness)
 
 
 def test_prints_side_by_side_have_nothing_in_common() -> None:
@@ -242,7 +408,7 @@ def test_prints_side_by_side_have_nothing_in_common() -> None:
     print_ = prepare(template_of(spread_points(np.random.default_rng(6), 25), field=field))
     nobody = np.full(25, -1, np.int32)
     found = overlay(print_, print_, nobody, np.array([1.0, 0.0, 900.0, 0.0]))
-    assert entries_of(found) == [0] * 7
+    assert entries_of(found) == [0] * len(ENTRIES)
     assert found.agreement == 0.0
 
 
@@ -253,7 +419,7 @@ def inside_by(points: Points, shift: float, margin: float) -> NDArray[np.bool_]:
 
 
 def test_minutiae_count_in_the_common_region_alone() -> None:
-    """Of a print moved by half its width, the minutiae that come to lie beside it do not count."""
+    """Of a print moved by half its width, minutiae outside the other print do not count."""
     points = spread_points(np.random.default_rng(6), 30, size=400.0)
     print_ = prepare(template_of(points, field=even_field()))
     nobody = np.full(30, -1, np.int32)
@@ -270,7 +436,7 @@ def test_minutiae_count_in_the_common_region_alone() -> None:
 
 def test_pairs_count_as_common_wherever_they_lie() -> None:
     points = spread_points(np.random.default_rng(6), 10)
-    found = alone(prepare(template_of(points, field=even_field(side=2))))
+    found = with_itself(prepare(template_of(points, field=even_field(side=2))))
     assert found.common == 20
     assert found.agreement == 1.0
 
@@ -282,27 +448,57 @@ def test_unpaired_minutiae_count_by_the_square_of_their_quality() -> None:
     print_ = prepare(template_of(points, quality=quality, field=even_field()))
     partner = np.arange(12, dtype=np.int32)
     partner[:4] = -1
-    found = alone(print_, partner)
+    found = with_itself(print_, partner)
     assert found.unpaired == pytest.approx(2 * (1 + 0.25 + 0.09))
     assert found.pairs == 8
     assert found.common == 24
 
 
-def test_a_template_that_tells_no_qualities_has_the_usual_one() -> None:
+@pytest.mark.parametrize("margin", [0.0, 12.0, 40.0])
+def test_the_margin_is_another_where_the_hull_stands_for_the_print(margin: float) -> None:
+    """The hull of the minutiae ends where the print does not."""
+    points = spread_points(np.random.default_rng(6), 30, size=400.0)
+    whole, bare = (prepare(template_of(points, field=field)) for field in (even_field(), None))
+    nobody = np.full(30, -1, np.int32)
+    similarity = local_similarity(whole.neighbourhoods, bare.neighbourhoods)
+    parameters = ScoreParameters(margin_px=20.0, hull_margin_px=margin)
+    scorer = evidence_scorer(30, some_weights(), parameters)
+    usual2 = PreparationParameters().usual_quality ** 2
+    x, y = points[:2]
+
+    def inside(region: Any, px: float) -> int:
+        found = region.holds(x, y)
+        for across, along in ((px, 0), (-px, 0), (0, px), (0, -px)):
+            found &= region.holds(x + across, y + along)
+        return int(np.count_nonzero(found))
+
+    of_hull, of_field = inside(bare.region, margin), inside(whole.region, 20.0)
+    assert of_hull < 30 or margin == 0.0
+    for a, b in ((whole, bare), (bare, whole)):
+        found = gather_evidence(a, b, given_pairs(a, nobody), similarity, scorer)
+        assert found.unpaired == pytest.approx(usual2 * (of_hull + of_field))
+    found = gather_evidence(bare, bare, given_pairs(bare, nobody), similarity, scorer)
+    assert found.unpaired == pytest.approx(usual2 * 2 * of_hull)
+
+
+def test_a_template_without_qualities_has_the_usual_one() -> None:
     points = spread_points(np.random.default_rng(6), 6)
     usual = PreparationParameters().usual_quality
-    assert prepare(template_of(points)).quality.tolist() == [usual] * 6
-    told = prepare(template_of(points, quality=np.array([100] * 5 + [99]))).quality
-    assert told.tolist() == [1.0] * 5 + [0.99]
+    for none in (None, np.full(6, 100), np.zeros(6, int)):
+        assert prepare(template_of(points, quality=none)).quality.tolist() == [usual] * 6
+    worst = prepare(template_of(points, quality=np.array([0] * 5 + [1]))).quality
+    assert worst.tolist() == [0.0] * 5 + [0.01]
+    known = prepare(template_of(points, quality=np.array([100] * 5 + [99]))).quality
+    assert known.tolist() == [1.0] * 5 + [0.99]
 
 
-def test_poor_minutiae_without_a_partner_are_forgiven() -> None:
+def test_unpaired_minutiae_of_poor_quality_lower_the_score_less() -> None:
     points = spread_points(np.random.default_rng(6), 12)
     partner = np.arange(12, dtype=np.int32)
     partner[:4] = -1
     scores = [
-        alone(prepare(template_of(points, quality=np.full(12, quality))), partner).similarity
-        for quality in (99, 60, 20, 0)
+        with_itself(prepare(template_of(points, quality=np.full(12, quality))), partner).similarity
+        for quality in (99, 60, 20, 1)
     ]
     assert scores == sorted(scores)
     assert scores[0] < scores[-1]
@@ -322,95 +518,132 @@ def test_overlap_is_a_share_of_area_whatever_the_cells(steps: tuple[float, float
 @given(templates(), templates())
 def test_evidence_is_within_its_bounds(probe: Template, reference: Template) -> None:
     a, b = prepare(probe), prepare(reference)
-    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    alignment = heaviest(a.points, b.points, most_alike(likeness))
-    if alignment is None:
-        assert not likeness.any()
-        return
-    found = gather_evidence(a, b, alignment, likeness, scales(len(b), some_weights()))
-    assert 0 <= found.pairs <= min(len(a), len(b))
-    assert 2 * found.pairs <= found.common <= len(a) + len(b)
-    assert 0 <= found.unpaired <= found.common - 2 * found.pairs + 1e-9
-    assert 0 <= found.agreement <= 1
-    assert 0 <= found.overlap <= 1
-    assert -1 <= found.ridges <= 1
-    assert 0 <= found.cells <= a.region.inside
-    assert found.local >= 0
-    assert np.isfinite(found.features).all()
-    assert 0 < found.similarity < math.inf
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    scorer = evidence_scorer(max(len(a), len(b)), some_weights())
+    found = alignments(a.points, b.points, similarity) if len(a) and len(b) else []
+    assert found or not similarity.any() or min(len(a), len(b)) < 3
+    for alignment in found:
+        one = gather_evidence(a, b, alignment, similarity, scorer)
+        assert 0 < one.pairs <= min(len(a), len(b))
+        assert 2 * one.pairs <= one.common <= len(a) + len(b)
+        assert 0 <= one.unpaired <= one.common - 2 * one.pairs + 1e-9
+        assert 0 < one.agreement <= 1
+        assert 0 <= one.overlap <= 1
+        assert -1 <= one.ridges <= 1
+        assert 0 <= one.cells <= a.region.inside
+        assert one.local >= 0
+        assert one.relaxed >= 0
+        for value in (one.places, one.weights, one.fullness):
+            assert 0 <= value <= one.pairs + 1e-9
+        assert 0 <= one.turned <= 6 * (one.pairs + FRAME)
+        assert 0 <= one.strain < 2
+        assert np.isfinite(one.features).all()
+        assert 0 <= one.similarity < math.inf
 
 
-def test_features_are_the_formulas_of_the_module() -> None:
-    entries = {"pairs": 20, "local": 9.0, "unpaired": 6.0, "overlap": 0.7, "common": 52}
-    of_minutiae = [math.log(1 + 9), math.log((1 + 9) / (1 + 20)), math.sqrt(6 / (20 + 2)), 0.7]
+USUAL = {
+    "pairs": 20,
+    "local": 9.0,
+    "unpaired": 6.0,
+    "common": 52,
+    "overlap": 0.7,
+    "relaxed": 0.6,
+    "places": 18.0,
+    "weights": 15.0,
+    "fullness": 14.0,
+    "turned": 2,
+    "strain": 0.07,
+    "ridges": 0.45,
+    "cells": 130,
+}
+
+
+@given(
+    st.fixed_dictionaries(
+        {
+            **{name: st.floats(0, 50) for name in ENTRIES},
+            "pairs": st.integers(0, 80),
+            "turned": st.integers(0, 20),
+            "ridges": st.floats(-1, 1),
+            "cells": st.integers(0, 900),
+        }
+    ),
+    st.booleans(),
+)
+def test_features_agree_with_their_twin(entries: dict[str, float], shown: bool) -> None:
     weights = some_weights()
-    found = described(weights, **entries, ridges=0.45, cells=130)
-    assert found == pytest.approx([*of_minutiae, 0.45, math.log(130 + 10)])
-    unseen = described(weights, **entries)
-    assert unseen == pytest.approx([*of_minutiae, *weights.standard[3, 4:]])
-    assert len(FEATURES) == 6
+    entries["cells"] *= shown
+    found = described(weights, shown=shown, **entries)
+    model = weights.models[0 if shown else 1]
+    assert found == pytest.approx(features_twin(model.standard[3], **entries), rel=1e-12)
 
 
 def test_features_and_sum_are_those_of_the_evidence() -> None:
+    weights = some_weights(apart=5.0)
     for seed in range(10):
-        weights = some_weights()
-        found = overlay(*some_case(seed), weights)
-        expected = described(weights, **dict(zip(ENTRIES, entries_of(found), strict=True)))
-        assert found.features.tolist() == expected
-        assert found.total == pytest.approx(total_of(weights, found.features))
+        a, b, partner, transform = some_case(seed)
+        found = overlay(a, b, partner, transform, weights)
+        shown = a.region.ridges is not None and b.region.ridges is not None
+        model = weights.models[0 if shown else 1]
+        entries = dict(zip(ENTRIES, entries_of(found), strict=True))
+        assert found.features == pytest.approx(features_twin(model.standard[3], **entries))
+        assert found.total == pytest.approx(total_of(model, found.features))
 
 
 @given(seeds, st.floats(-5, 5))
 def test_the_sum_is_linear_in_the_weights(seed: int, factor: float) -> None:
     case, rng = some_case(seed), np.random.default_rng(seed)
-    middle, spread = rng.uniform(-1, 1, 6), rng.uniform(0.1, 3, 6)
-    first, second = rng.normal(size=(2, 6))
+    middle, spread = rng.uniform(-1, 1, N), rng.uniform(0.1, 3, N)
+    first, second = rng.normal(size=(2, N))
 
     def total(weight: Floats, bias: float) -> float:
-        standard = np.stack([middle, spread, weight, np.zeros(6)])
-        return overlay(*case, ScoreWeights(standard, bias, NO_GLANCE, ALWAYS, NEVER, {})).total
+        standard = np.stack([middle, spread, weight, np.zeros(N)])
+        return overlay(*case, weights_of(standard, bias)).total
 
     summed = total(first + factor * second, 3.0)
     assert summed == pytest.approx(total(first, 3.0) + factor * total(second, 0.0), abs=1e-9)
-    assert total(np.zeros(6), -2.5) == -2.5
+    assert total(np.zeros(N), -2.5) == -2.5
 
 
 @pytest.mark.parametrize("bias", [-800.0, -40.0, -1.0, 0.0, 1.0, 40.0, 800.0])
 def test_similarity_is_the_logarithm_of_one_and_the_ratio(bias: float) -> None:
     print_ = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
-    standard = np.array([[0.0], [1.0], [0.0], [0.0]]).repeat(6, axis=1)
-    found = alone(print_, weights=ScoreWeights(standard, bias, NO_GLANCE, NEVER, NEVER, {}))
+    standard = np.array([[0.0], [1.0], [0.0], [0.0]]).repeat(N, axis=1)
+    found = with_itself(print_, weights=weights_of(standard, bias, NEVER))
     assert found.total == bias
     assert found.similarity == pytest.approx(np.logaddexp(0.0, bias), rel=1e-12)
     assert found.similarity > 0 or bias == -800.0
 
 
+LOWERING = ("unpaired", "turned", "strain")
+
+
 @given(
-    st.sampled_from(["local", "overlap", "ridges", "cells", "unpaired"]),
+    st.sampled_from([name for name in ENTRIES if name not in {"pairs", "common"}]),
     st.floats(0.01, 1),
     st.floats(0.01, 1),
 )
-def test_what_agrees_raises_and_what_does_not_lowers(name: str, low: float, more: float) -> None:
+def test_what_agrees_raises_the_sum_and_what_does_not_lowers_it(
+    name: str, low: float, more: float
+) -> None:
     weights = some_weights()
-    usual = {
-        "pairs": 20, "local": 9.0, "unpaired": 6.0, "overlap": 0.7, "ridges": 0.5, "cells": 99
-    }  # fmt: skip
     scale = 100 if name == "cells" else 1
     less, greater = (
-        total_of(weights, described(weights, **{**usual, name: scale * v}))
-        for v in (low, low + more)
+        total_of(weights.models[0], described(weights, **{**USUAL, name: scale * value}))
+        for value in (low, low + more)
     )
-    assert (less > greater) if name == "unpaired" else (less < greater)
+    assert (less > greater) if name in LOWERING else (less < greater)
 
 
 @given(st.floats(0.5, 1), st.floats(0, 1), st.integers(2, 40))
 def test_a_good_pair_that_is_lost_lowers_the_sum(each: float, quality: float, pairs: int) -> None:
     weights = some_weights()
-    before, after = (
-        total_of(weights, described(weights, pairs=n, local=n * each, unpaired=u, overlap=0.7))
-        for n, u in ((pairs, 3.0), (pairs - 1, 3.0 + 2 * quality**2))
-    )
-    assert after < before
+    sums = []
+    for n, unpaired in ((pairs, 3.0), (pairs - 1, 3.0 + 2 * quality**2)):
+        agreeing = dict.fromkeys(("local", "relaxed", "places", "weights", "fullness"), n * each)
+        features = described(weights, pairs=n, unpaired=unpaired, overlap=0.7, **agreeing)
+        sums.append(total_of(weights.models[0], features))
+    assert sums[1] < sums[0]
 
 
 @given(seeds)
@@ -441,132 +674,387 @@ def with_fields(*fields: RidgeField | None) -> list[PreparedTemplate]:
     return [prepare(template_of(points, field=field)) for field in fields]
 
 
-@pytest.mark.parametrize(
-    "fields", [(SHOWN, NOT_SHOWN), (NOT_SHOWN, SHOWN), (NOT_SHOWN, NOT_SHOWN), (SHOWN, SHOWN)]
-)
-def test_ridges_that_nobody_sees_count_as_those_of_strangers(
-    fields: tuple[RidgeField, RidgeField],
+EVERYONE = np.arange(20, dtype=np.int32)
+
+
+@pytest.mark.parametrize("refine", [ALWAYS, NEVER])
+@pytest.mark.parametrize("first", [SHOWN, NOT_SHOWN, None])
+@pytest.mark.parametrize("second", [SHOWN, NOT_SHOWN, None])
+def test_the_model_is_that_of_the_pictures_that_both_prints_have(
+    first: RidgeField | None, second: RidgeField | None, refine: float
 ) -> None:
-    """Because a print does not show them, or because the gate is shut."""
-    a, b = with_fields(*fields)
-    everyone = np.arange(20, dtype=np.int32)
-    gates = [NEVER] if fields == (SHOWN, SHOWN) else [NEVER, ALWAYS]
-    for gate in gates:
-        weights = some_weights(gate)
-        found = overlay(a, b, everyone, weights=weights)
-        assert (found.ridges, found.cells) == (0.0, 0)
-        assert found.features[4:].tolist() == weights.standard[3, 4:].tolist()
-        assert found.total == alone(with_fields(NOT_SHOWN)[0], weights=weights).total
-        assert found.total == pytest.approx(total_of(weights, found.features))
+    a, b = with_fields(first, second)
+    weights = some_weights(refine, apart=100.0)
+    found = overlay(a, b, EVERYONE, weights=weights)
+    model = weights.models[0 if first is second is SHOWN else 1]
+    assert found.total == pytest.approx(total_of(model, found.features))
+    compared = first is second is SHOWN and refine == ALWAYS
+    assert found.cells == (625 if compared else 0)
+    if not compared:
+        assert found.ridges == 0.0
+        assert found.features[[RIDGES, AREA]].tolist() == model.standard[3, [RIDGES, AREA]].tolist()
 
 
-def test_ridges_as_those_of_strangers_change_nothing() -> None:
-    """Whether they are seen or not: the sum goes on where it was."""
+@pytest.mark.parametrize("fields", [(SHOWN, NOT_SHOWN), (NOT_SHOWN, SHOWN), (NOT_SHOWN, NOT_SHOWN)])
+def test_on_minutiae_alone_the_ridges_have_no_part(fields: tuple[RidgeField, RidgeField]) -> None:
+    """Which of the prints has pictures, and what the model with ridges is, changes nothing."""
+    plain = with_itself(with_fields(NOT_SHOWN)[0]).total
+    weights = some_weights()
+    other = replace(weights, models=(some_model(NEVER, bias=-50.0), weights.models[1]))
+    for used in (weights, other):
+        assert overlay(*with_fields(*fields), EVERYONE, weights=used).total == plain
+
+
+def test_ridges_like_the_mean_of_impostors_change_nothing() -> None:
+    """Whether they are compared or not: the sum is the same."""
     a, b = with_fields(SHOWN, replace(SHOWN, ridges=SHOWN.ridges[::-1]))  # type: ignore[index]
-    everyone = np.arange(20, dtype=np.int32)
-    seen = overlay(a, b, everyone)
-    assert seen.cells > 0
-    weights = some_weights(NEVER)
-    weights.standard[3, 4:] = seen.features[4:]
-    assert overlay(a, b, everyone, weights=weights).total == pytest.approx(seen.total)
+    compared = overlay(a, b, EVERYONE)
+    assert compared.cells > 0
+    standard = some_model().standard.copy()
+    standard[3, [RIDGES, AREA]] = compared.features[[RIDGES, AREA]]
+    weights = both_with(some_weights(NEVER), standard=standard)
+    assert overlay(a, b, EVERYONE, weights=weights).total == pytest.approx(compared.total)
 
 
-def test_above_the_gate_ridges_count() -> None:
-    shown, plain = with_fields(SHOWN, NOT_SHOWN)
-    unseen = alone(plain).total
-    for gate, looked in ((unseen - 1e-9, True), (unseen, False), (unseen + 1.0, False)):
-        found = alone(shown, weights=some_weights(gate))
-        assert (found.cells == 625) is looked
-        assert (found.total > unseen) is looked
-        assert looked or found.total == unseen
+def test_above_the_refine_threshold_ridges_are_compared() -> None:
+    (shown,) = with_fields(SHOWN)
+    on_minutiae = with_itself(shown, weights=some_weights(NEVER)).total
+    for refine, compared in (
+        (on_minutiae - 1e-9, True),
+        (on_minutiae, False),
+        (on_minutiae + 1.0, False),
+    ):
+        found = with_itself(shown, weights=some_weights(refine))
+        assert (found.cells == 625) is compared
+        assert (found.total > on_minutiae) is compared
+        assert compared or found.total == on_minutiae
 
 
-def test_the_gate_is_passed_by_the_sum_without_ridges() -> None:
-    """Ridges that disagree may well take the sum back below the gate."""
+def test_the_sum_without_ridges_is_held_against_the_refine_threshold() -> None:
+    """Ridges that disagree may take the sum back below it."""
     a, b = with_fields(SHOWN, striped_field(side=25, orientation=0.6 + math.pi / 2))
-    everyone = np.arange(20, dtype=np.int32)
-    unseen = overlay(a, b, everyone, weights=some_weights(NEVER)).total
-    weights = some_weights(unseen - 1e-6)
-    weights.standard[3, 4] = 0.8  # so that any ridges are worse than a stranger's
-    weights = replace(
-        weights, gate=overlay(a, b, everyone, weights=replace(weights, gate=NEVER)).total - 1e-6
-    )
-    found = overlay(a, b, everyone, weights=weights)
+    standard = some_model().standard.copy()
+    standard[3, RIDGES] = 0.8  # so that any ridges agree less than those of impostors
+
+    def weights(refine: float) -> ScoreWeights:
+        return both_with(some_weights(refine), standard=standard)
+
+    refine = overlay(a, b, EVERYONE, weights=weights(NEVER)).total - 1e-6
+    found = overlay(a, b, EVERYONE, weights=weights(refine))
     assert found.cells > 0
-    assert found.total < weights.gate
+    assert found.total < refine
 
 
-def test_a_print_that_shows_its_ridges_is_more_like_itself() -> None:
+def test_each_model_has_its_own_refine_threshold() -> None:
+    shown, plain = with_fields(SHOWN, NOT_SHOWN)
+    for first, second in ((ALWAYS, NEVER), (NEVER, ALWAYS)):
+        models = (some_model(first), some_model(second, ridges=False))
+        weights = ScoreWeights(models, {})
+        assert (with_itself(shown, weights=weights).cells > 0) is (first == ALWAYS)
+        assert with_itself(plain, weights=weights).cells == 0
+
+
+def test_a_print_that_shows_its_ridges_is_more_similar_to_itself() -> None:
     shown, plain, bare = with_fields(SHOWN, NOT_SHOWN, None)
-    assert alone(shown).total > alone(plain).total
-    assert alone(shown).ridges == 1.0
-    assert alone(bare).cells == 0
+    compared, not_compared = (
+        with_itself(shown, weights=some_weights(refine)) for refine in (ALWAYS, NEVER)
+    )
+    assert compared.total > not_compared.total
+    assert compared.ridges == 1.0
+    assert with_itself(plain).cells == with_itself(bare).cells == 0
+
+
+finite = st.floats(-1e4, 1e4)
+
+
+@given(
+    st.tuples(finite, finite, finite),
+    st.tuples(finite, finite, finite),
+    st.tuples(finite, finite),
+    st.integers(0, 4000),
+    st.integers(3, 200),
+)
+def test_the_prefilter_shortfall_is_that_of_the_model(
+    first: tuple[float, float, float],
+    second: tuple[float, float, float],
+    refine: tuple[float, float],
+    score: int,
+    smaller: int,
+) -> None:
+    weights = ScoreWeights(
+        (
+            some_model(refine[0], prefilter=first),
+            some_model(refine[1], prefilter=second, ridges=False),
+        ),
+        {},
+    )
+    scorer = evidence_scorer(0, weights)
+    for ridges_a, ridges_b in ((True, True), (True, False), (False, True), (False, False)):
+        model = weights.models[0 if ridges_a and ridges_b else 1]
+        assert scorer.choose_model(ridges_a, ridges_b) == weights.models.index(model)
+        base, growth, limit = model.prefilter
+        shortfall = scorer.prefilter_shortfall(score, smaller)
+        assert shortfall == pytest.approx(min(base + growth * smaller, limit) - score)
+        rejected = scorer.prefilter_rejected(abs(shortfall))
+        expected = min(model.refine_threshold, 0.0) - abs(shortfall) / 4
+        assert rejected == pytest.approx(expected)
+        assert rejected <= min(model.refine_threshold, 0.0)
+        assert scorer.prefilter_rejected(abs(shortfall) + 1.0) < rejected
+
+
+def test_all_prints_pass_without_a_prefilter() -> None:
+    scorer = evidence_scorer(0, some_weights(prefilter=NO_PREFILTER))
+    for ridges in (True, False):
+        scorer.choose_model(ridges, ridges)
+        for smaller in (0, 3, 200):
+            assert scorer.prefilter_shortfall(0, smaller) <= 0
+
+
+def doubled(seed: int) -> tuple[PreparedTemplate, PreparedTemplate]:
+    """Return a print, and one that contains it twice, so that two transforms compete."""
+    rng = np.random.default_rng(seed)
+    points = spread_points(rng, 10, size=130.0)
+    again = moved(points, rng.uniform(-1, 1), 200 + 10j)
+    both = np.hstack([jittered(rng, points, 2.0, 0.1), jittered(rng, again, 2.0, 0.1)])
+    field = (None, SHOWN)[seed % 2]
+    a, b = (
+        prepare(template_of(np.ascontiguousarray(side), field=field)) for side in (points, both)
+    )
+    return (a, b) if a.key < b.key else (b, a)
+
+
+def alignment_twin(
+    a: PreparedTemplate, b: PreparedTemplate, weights: ScoreWeights
+) -> tuple[Alignment, float, int] | None:
+    """Return the best alignment, its sum, and how many were refined, as `align` describes it."""
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    shown = a.region.ridges is not None and b.region.ridges is not None
+    model = weights.models[0 if shown else 1]
+
+    def sum_of(alignment: Alignment, refine: float) -> float:
+        scorer = evidence_scorer(max(len(a), len(b)), both_with(weights, refine_threshold=refine))
+        return gather_evidence(a, b, alignment, similarity, scorer).total
+
+    aligner = aligner_of(a.points, b.points)
+    aligner.relax(similarity)
+    weak = aligner.relaxation.strength < model.relaxation_threshold
+    coarse: dict[int, tuple[Alignment, float]] = {}
+    for k in range(AlignmentParameters().hypotheses):
+        if aligner.start_hypothesis(k):
+            aligner.save_best()
+            found = best_alignment(aligner)
+            coarse[k] = found, sum_of(found, NEVER)
+            if coarse[k][1] > model.confident_threshold:
+                coarse = {k: coarse[k]} if coarse[k][1] > model.refine_threshold else coarse
+                break
+            if weak:
+                break
+    if not coarse:
+        return None
+    passing = [k for k, (_, total) in coarse.items() if total > model.refine_threshold]
+    if not passing:
+        best, total = max(coarse.values(), key=lambda row: row[1])
+        return best, total, 0
+    refined = []
+    for k in passing:
+        if aligner.refine(k):
+            aligner.save_best()
+            refined.append(best_alignment(aligner))
+    if not refined:
+        return None
+    best = max(refined, key=lambda one: sum_of(one, ALWAYS))
+    return best, sum_of(best, ALWAYS), len(refined)
+
+
+@given(
+    seeds,
+    st.sampled_from([ALWAYS, NEVER, -20.0, -8.0, -2.0, 3.0]),
+    st.sampled_from([-math.inf, -5.0, 0.0, 5.0, math.inf]),
+    st.sampled_from([-1.0, 0.01, 0.05, 0.2, math.inf]),
+)
+def test_align_agrees_with_its_twin(
+    seed: int, refine: float, confident: float, relaxation: float
+) -> None:
+    """Which hypotheses are tried, which are refined, and which of them is the result."""
+    a, b = doubled(seed)
+    weights = some_weights(refine, confident=confident, relaxation=relaxation, apart=2.0)
+    found = align(a, b, evidence_scorer(max(len(a), len(b)), weights))
+    expected = alignment_twin(a, b, weights)
+    assert (found is None) == (expected is None)
+    if found is not None and expected is not None:
+        assert found[0].partner.tolist() == expected[0].partner.tolist()
+        assert found[0].transform.tolist() == expected[0].transform.tolist()
+        assert found[0].predicted.tolist() == expected[0].predicted.tolist()
+        assert found[1].total == expected[1]
+
+
+def test_the_cases_to_align_are_of_every_kind() -> None:
+    """Several hypotheses are tried; the first is not always the best; some sums are confident."""
+    refined, first_is_best, one_alone = [], [], []
+    for seed in range(30):
+        a, b = doubled(seed)
+        every, first, confident = (
+            alignment_twin(a, b, some_weights(relaxation=relaxation, confident=sure))
+            for relaxation, sure in ((-1.0, math.inf), (math.inf, math.inf), (-1.0, 0.0))
+        )
+        if every is None or first is None or confident is None:
+            continue
+        refined.append(every[2])
+        first_is_best.append(every[0].partner.tolist() == first[0].partner.tolist())
+        one_alone.append(confident[2] == 1 < every[2])
+    assert max(refined) > 1
+    assert 0 < sum(first_is_best) < len(first_is_best)
+    assert any(one_alone)
+
+
+@given(seeds, st.sampled_from([ALWAYS, -8.0, NEVER]), st.sampled_from([0.0, math.inf]))
+@settings(max_examples=FEW // 2)
+def test_compiled_and_interpreted_align_the_same(
+    interpreted: Callable[[str], ModuleType], seed: int, refine: float, confident: float
+) -> None:
+    a, b = doubled(seed)
+    weights = some_weights(refine, confident=confident)
+    plain = interpreted_kernels(interpreted)
+    room = max(len(a), len(b))
+    scorer = plain.evidence.EvidenceScorer(P, RidgeParameters(), weights, room)
+    aligner = plain.align.Aligner(
+        room, room, AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
+    )
+    aligner.put_a(a.points, len(a))
+    aligner.put_b(b.points, len(b))
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    sides = (print_for(plain.print, a), print_for(plain.print, b))
+    total = scorer.align(*sides, aligner, similarity)
+    found = align(a, b, evidence_scorer(room, weights))
+    assert (found is None) == (aligner.best_pairs == 0)
+    if found is not None:
+        assert aligner.best_partner[: len(a)].tolist() == found[0].partner.tolist()
+        assert total == pytest.approx(found[1].total, rel=1e-9)
+        assert scorer.evidence.tolist() == pytest.approx(entries_of(found[1]), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("hypotheses", [1, 16, 17, 40])
+def test_any_number_of_hypotheses_can_be_asked_for(hypotheses: int) -> None:
+    """The scorer tries no more than it has room for."""
+    a, b = doubled(2)
+    parameters = AlignmentParameters(hypotheses=hypotheses)
+    aligner = make_aligner(len(a), len(b), parameters)
+    aligner.put_a(a.points, len(a))
+    aligner.put_b(b.points, len(b))
+    scorer = evidence_scorer(max(len(a), len(b)), some_weights())
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    total = scorer.align(a.for_kernels(), b.for_kernels(), aligner, similarity)
+    assert aligner.best_pairs > 0
+    assert math.isfinite(total)
 
 
 def some_json() -> str:
-    return some_weights(gate=-1.25, glance=DISMISSING, sure=7.5).as_json()
+    return some_weights(-1.25, prefilter=REJECTING, confident=7.5, relaxation=0.375).as_json()
 
 
-@given(st.lists(st.floats(-1e6, 1e6), min_size=30, max_size=30))
-def test_weights_read_back_are_the_same(numbers: list[float]) -> None:
-    standard = np.array(numbers[:24]).reshape(4, 6)
-    bias, base, growth, most, gate, sure = numbers[24:]
-    provenance = {"sets": ["one", "two"], "n": 3}
-    weights = ScoreWeights(standard, bias, (base, growth, most), gate, sure, provenance)
+numbers = st.floats(-1e6, 1e6)
+
+
+@given(
+    arrays(np.float64, (2, 4, N), elements=numbers), arrays(np.float64, (2, 7), elements=numbers)
+)
+def test_weights_read_back_are_the_same(standard: Floats, limits: Floats) -> None:
+    first, second = (
+        ScoreModel(rows, bias, (base, growth, most), relaxation, refine, confident)
+        for rows, (base, growth, most, relaxation, refine, confident, bias) in zip(
+            standard, limits.tolist(), strict=True
+        )
+    )
+    weights = ScoreWeights((first, second), {"sets": ["one", "two"], "n": 3})
+    assert weights.limits.tolist() == limits.tolist()
+    assert weights.standard.tolist() == standard.tolist()
     again = ScoreWeights.from_json(weights.as_json())
     assert again.standard.tolist() == standard.tolist()
-    assert (again.bias, again.glance) == (weights.bias, weights.glance)
-    assert (again.gate, again.sure) == (weights.gate, weights.sure)
+    assert again.limits.tolist() == limits.tolist()
+    for model, other in zip(again.models, weights.models, strict=True):
+        assert model.prefilter == other.prefilter
+        assert model.relaxation_threshold == other.relaxation_threshold
+        assert model.refine_threshold == other.refine_threshold
+        assert model.confident_threshold == other.confident_threshold
+        assert model.bias == other.bias
     assert again.provenance == weights.provenance
     assert again.as_json() == weights.as_json()
 
 
-def test_the_file_names_every_feature_and_what_is_known_of_it() -> None:
+def test_the_arrays_are_what_the_kernel_takes() -> None:
+    weights = some_weights()
+    assert weights.standard.shape == (len(MODELS), len(STANDARD), N)
+    assert weights.limits.shape == (len(MODELS), len(LIMITS))
+    assert weights.standard.flags.c_contiguous
+    assert weights.standard.dtype == weights.limits.dtype == np.float64
+
+
+def test_the_file_names_the_models_the_limits_and_every_feature() -> None:
     document = json.loads(some_json())
-    assert [row["name"] for row in document["features"]] == list(FEATURES)
-    for k, row in enumerate(document["features"]):
-        assert list(row) == ["name", *STANDARD]
-        assert [row[key] for key in STANDARD] == some_weights().standard[:, k].tolist()
-    assert (document["bias"], document["gate"], document["sure"]) == (0.4, -1.25, 7.5)
-    assert document["glance"] == list(DISMISSING)
+    assert list(document["models"]) == list(MODELS)
     assert document["provenance"] == {"by": "hand"}
+    for name, model in zip(MODELS, some_weights().models, strict=True):
+        written = document["models"][name]
+        assert list(written) == [*LIMITS, "features"]
+        assert [written[key] for key in LIMITS] == [*REJECTING, 0.375, -1.25, 7.5, 0.4]
+        assert [row["name"] for row in written["features"]] == list(FEATURES)
+        for k, row in enumerate(written["features"]):
+            assert list(row) == ["name", *STANDARD]
+            assert [row[key] for key in STANDARD] == model.standard[:, k].tolist()
 
 
 def test_the_weights_of_the_package_are_as_they_were_written() -> None:
     weights = load_weights()
     assert weights.as_json() == WEIGHTS_FILE.read_text(encoding="utf-8")
-    assert np.isfinite(weights.standard).all()
-    assert math.isfinite(weights.bias)
-    assert math.isfinite(weights.gate)
-    assert weights.sure > weights.gate
-    assert weights.glance[1] > 0
-    assert (weights.standard[1] > 0).all()
-    unpaired = FEATURES.index("unpaired")
-    assert weights.standard[2, unpaired] < 0
-    assert weights.standard[2, FEATURES.index("likeness")] > 0
-    assert weights.standard[2, FEATURES.index("ridges")] > 0
+    for model in weights.models:
+        assert np.isfinite(model.standard).all()
+        assert np.isfinite(model.limits).all()
+        assert (model.standard[1] > 0).all()
+        assert model.confident_threshold > model.refine_threshold
+        assert model.standard[2, FEATURES.index("unpaired")] < 0
+        assert model.standard[2, FEATURES.index("relaxed similarity")] > 0
+    first, second = weights.models
+    assert first.standard[2, RIDGES] > 0
+    assert second.standard[2, [RIDGES, AREA]].tolist() == [0.0, 0.0]
 
 
 @pytest.mark.parametrize(
     "text",
-    ["", "[]", "{}", "3", '{"bias": 1, "features": [{}]}', '{"features": "none"}']
-    + [some_json().replace(f'"{name}"', '"other"') for name in ("bias", "gate", "provenance")]
-    + [some_json().replace(f'"{name}"', '"other"') for name in STANDARD]
-    + [some_json().replace("-1.25", value) for value in ('"shut"', "null", "[]")],
+    [
+        "",
+        "[]",
+        "{}",
+        "3",
+        '{"models": []}',
+        '{"models": {}}',
+        '{"models": {"with ridges": {"features": [{}]}}}',
+        '{"models": {"with ridges": {"features": "none"}}}',
+        *(
+            some_json().replace(f'"{name}"', '"other"')
+            for name in (*MODELS, *LIMITS, *STANDARD, "models", "features", "provenance")
+        ),
+        *(some_json().replace("-1.25", value) for value in ('"shut"', "null", "[]")),
+    ],
 )
-def test_what_holds_no_weights_is_refused(text: str) -> None:
+def test_text_that_is_no_weights_is_refused(text: str) -> None:
     with pytest.raises(MatcherError, match="weights of the score: not such a file"):
         ScoreWeights.from_json(text)
 
 
+@pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", FEATURES)
-def test_weights_of_other_features_are_refused(name: str) -> None:
-    with pytest.raises(MatcherError, match="other features"):
-        ScoreWeights.from_json(some_json().replace(f'"name": "{name}"', '"name": "loneliness"'))
-
-
-def test_weights_of_fewer_features_are_refused() -> None:
+def test_weights_of_other_features_are_refused(model: str, name: str) -> None:
     document = json.loads(some_json())
-    del document["features"][-1]
+    row = document["models"][model]["features"][FEATURES.index(name)]
+    row["name"] = "another feature"
     with pytest.raises(MatcherError, match="other features"):
         ScoreWeights.from_json(json.dumps(document))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_weights_of_fewer_or_swapped_features_are_refused(model: str) -> None:
+    for change in (lambda rows: rows[:-1], lambda rows: rows[::-1], lambda rows: []):
+        document = json.loads(some_json())
+        document["models"][model]["features"] = change(document["models"][model]["features"])
+        with pytest.raises(MatcherError, match="other features"):
+            ScoreWeights.from_json(json.dumps(document))

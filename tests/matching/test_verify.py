@@ -11,13 +11,15 @@ from matching_prints import spread_points, template_of
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.matchers import get_matcher, matcher_names
-from fpmatch.matching.result import Explaining
+from fpmatch.matching.result import Comparison, Explaining
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
 from fpmatch.minutiae import Minutiae, Template
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.report import as_dict, as_text
 
 POINTS = spread_points(np.random.default_rng(1), 18, 20.0)
 PROBE = template_of(POINTS)
-STRANGER = template_of(spread_points(np.random.default_rng(2), 18, 20.0))
+IMPOSTOR = template_of(spread_points(np.random.default_rng(2), 18, 20.0))
 EMPTY = Template(Minutiae.empty(), 300, 300)
 
 
@@ -29,10 +31,10 @@ def test_default_threshold_is_one_false_match_in_ten_thousand() -> None:
 @pytest.mark.parametrize("matcher", matcher_names())
 def test_result_hands_on_what_the_matcher_found(matcher: str) -> None:
     chosen = get_matcher(matcher)
-    prepared = chosen.prepare(PROBE), chosen.prepare(STRANGER)
+    prepared = chosen.prepare(PROBE), chosen.prepare(IMPOSTOR)
     compared = chosen.compare(*prepared)
     compared = chosen.explain(*prepared) if isinstance(chosen, Explaining) else compared
-    found = verify(PROBE, STRANGER, matcher=matcher)
+    found = verify(PROBE, IMPOSTOR, matcher=matcher)
     assert found.matcher == matcher
     assert found.score == load_calibration(matcher).score(compared.similarity)
     assert found.fmr == score_to_fmr(found.score)
@@ -41,7 +43,7 @@ def test_result_hands_on_what_the_matcher_found(matcher: str) -> None:
     for name in ("rms_px", "agreement", "overlap"):
         assert getattr(found, name) == getattr(compared, name)
     assert found.probe is PROBE
-    assert found.reference is STRANGER
+    assert found.reference is IMPOSTOR
 
 
 @pytest.mark.parametrize("matcher", matcher_names())
@@ -49,7 +51,7 @@ def test_a_match_needs_no_reason_and_a_no_has_one(matcher: str) -> None:
     same = verify(PROBE, PROBE, matcher=matcher, threshold=1)
     assert same.match
     assert same.reason == ""
-    for reference in (STRANGER, EMPTY):
+    for reference in (IMPOSTOR, EMPTY):
         other = verify(PROBE, reference, matcher=matcher, threshold=100)
         assert not other.match
         assert other.reason
@@ -82,6 +84,44 @@ def test_threshold_outside_the_scale(threshold: float) -> None:
 def test_unknown_matcher() -> None:
     with pytest.raises(MatcherError, match=r"unknown matcher 'nobody'; known: .*unit-circle"):
         verify(EMPTY, EMPTY, matcher="nobody")
+
+
+class _Halves:
+    """A matcher that nobody calibrated: half of the minutiae are always paired."""
+
+    name = "halves"
+
+    def __init__(self, rho: float) -> None:
+        self.rho = rho
+
+    def prepare(self, template: Template) -> Template:
+        return template
+
+    def compare(self, probe: Template, reference: Template) -> Comparison:
+        pairs = np.column_stack([np.arange(9, dtype=np.int32)] * 2)
+        return Comparison(0.5, Similarity(), pairs, 1.0, 1.0, 1.0)
+
+
+def test_a_matcher_with_a_rule_of_its_own_needs_no_calibration() -> None:
+    found = verify(PROBE, PROBE, matcher=_Halves(0.4))
+    assert found.match
+    assert (found.matcher, found.rho, found.matched_share) == ("halves", 0.4, 0.5)
+    assert math.isnan(found.score)
+    assert not found.extrapolated
+    assert not verify(PROBE, PROBE, matcher=_Halves(0.5)).match
+    with pytest.raises(MatcherError, match="'halves' has no calibration"):
+        verify(PROBE, PROBE, matcher=_Halves(0.4), threshold=1)
+
+
+def test_a_score_that_does_not_exist_is_said_and_null() -> None:
+    found = verify(PROBE, PROBE, matcher=_Halves(0.4))
+    document = as_dict(found, "a", "b")
+    assert (document["score"], document["fmr"], document["threshold"]) == (None, None, None)
+    assert (document["match"], document["rho"]) == (True, 0.4)
+    text = as_text(found)
+    assert "a match needs more than 0.4 of them (rho)" in text
+    assert "Score       none: the matcher is not calibrated" in text
+    assert "FMR" not in text
 
 
 def test_a_calibration_of_ones_own_decides() -> None:

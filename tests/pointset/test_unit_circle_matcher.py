@@ -14,6 +14,7 @@ from fpmatch.pointset.prepared_points import prepare_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle_matcher import (
     UnitCircleParameters,
+    fewest_above,
     match_by_unit_circle,
     match_prepared,
     rings_alike,
@@ -210,7 +211,25 @@ def test_a_lower_matching_factor_ends_the_search_sooner_but_soundly() -> None:
     q = moved_and_worn(p, Similarity(1.0, 0.4, 3, 3), 8)
     match = match_by_unit_circle(p, q, UnitCircleParameters(matching_factor=0.5))
     check_sound(match, p, q)
-    assert match.matched_share >= 0.5
+    assert match.matched_share > 0.5
+
+
+@given(seeds, st.sampled_from([0.0, 0.3, 0.5, 0.6]))
+def test_a_search_that_ends_early_decides_as_one_that_does_not(seed: int, rho: float) -> None:
+    p = random_points(seed)
+    q = moved_and_worn(p, Similarity(1.3, 1.0, 7, 9), seed) if seed % 2 else random_points(seed + 1)
+    early = match_by_unit_circle(p, q, UnitCircleParameters(matching_factor=rho))
+    whole = match_by_unit_circle(p, q)
+    check_sound(early, p, q)
+    if whole.matched_share > rho:
+        assert early.matched_share > rho
+
+
+@pytest.mark.parametrize("count", [1, 7, 20, 50, 100])
+def test_the_fewest_above_a_share_are_more_than_it_by_no_rounding(count: int) -> None:
+    for k in range(count + 1):
+        assert fewest_above(k / count, count) == k + 1
+        assert fewest_above(round(k / count, 2), count) / count > round(k / count, 2)
 
 
 def test_prepared_sets_can_be_used_again() -> None:
@@ -238,11 +257,13 @@ def test_rings_alike_by_their_definition(seed: int, tolerance: float) -> None:
     "bad",
     [
         {"area_tolerance": -0.1},
+        {"area_tolerance": 0.0},
         {"area_tolerance": np.nan},
         {"precision": -1.0},
         {"tolerance": -1.0},
         {"tolerance": np.inf},
-        {"matching_factor": 0.0},
+        {"matching_factor": -0.1},
+        {"matching_factor": np.nan},
         {"matching_factor": 1.5},
         {"max_scale": 0.5},
     ],

@@ -1,7 +1,8 @@
-"""`fpmatch.synthesis.presets`: four of them, each harder than the one before."""
+"""`fpmatch.synthesis.presets`: four, each harder than the one before, and stretched prints."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -10,13 +11,13 @@ from fpmatch.errors import ImageError
 from fpmatch.synthesis.presets import PRESETS, preset_named
 
 
-def test_there_are_four_from_easy_to_hard() -> None:
-    assert list(PRESETS) == ["clean", "easy", "normal", "hard"]
+def test_there_are_four_from_easy_to_hard_and_stretched_prints() -> None:
+    assert list(PRESETS) == ["clean", "easy", "normal", "hard", "stretched"]
     assert [preset.name for preset in PRESETS.values()] == list(PRESETS)
 
 
 def test_each_turns_and_stretches_at_least_as_far_as_the_one_before() -> None:
-    presets = list(PRESETS.values())
+    presets = [preset for preset in PRESETS.values() if preset.name != "stretched"]
     for easier, harder in pairwise(presets):
         for name in ("rotation_deg", "shift", "torsion_deg", "traction", "off_centre"):
             one, two = (getattr(p.placement, name)[1] for p in (easier, harder))
@@ -26,6 +27,17 @@ def test_each_turns_and_stretches_at_least_as_far_as_the_one_before() -> None:
         assert easier.pressure.grain < harder.pressure.grain
         assert easier.pressure.max_spots < harder.pressure.max_spots
         assert easier.smear.chance < harder.smear.chance
+
+
+def test_stretched_prints_differ_from_normal_ones_in_their_distortion_alone() -> None:
+    normal, stretched = PRESETS["normal"], PRESETS["stretched"]
+    for name in ("torsion_deg", "traction"):
+        one, two = (getattr(p.placement, name) for p in (normal, stretched))
+        assert one[0] < two[0]
+        assert one[1] < two[1]
+    same = {name: getattr(normal.placement, name) for name in ("torsion_deg", "traction")}
+    placement = replace(stretched.placement, **same)
+    assert replace(stretched, name="normal", placement=placement) == normal
 
 
 def test_a_preset_is_found_by_its_name() -> None:

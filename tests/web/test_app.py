@@ -8,6 +8,7 @@ import re
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,12 +59,49 @@ def test_verify_answers_as_the_command_does(
 def test_options_of_verify_are_those_of_the_command(
     client: httpx.Client, prints: Prints, tmp_path: Path
 ) -> None:
-    options = {"fmr": 0.01, "probe_dpi": 450, "dpi": 500, "matcher": "paper"}
+    check_options(
+        client,
+        prints,
+        tmp_path,
+        {"fmr": 0.01, "probe_dpi": 450, "dpi": 500, "matcher": "paper"},
+    )
+    found = check_options(
+        client, prints, tmp_path, {"rho": 0.05, "area_tolerance": 0.2, "matcher": "paper"}
+    )
+    assert (found["match"], found["rho"]) == (True, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"matcher": "paper", "rho": 2}, "rho must lie in 0..1, not 2"),
+        ({"matcher": "paper", "area_tolerance": 0}, "area tolerance must be positive, not 0"),
+        ({"rho": 0.5}, "rho and area tolerance are parameters of matcher paper, not unit-circle"),
+        (
+            {"matcher": "paper", "rho": 0.5, "threshold": 30},
+            "rho decides without a score: give no fmr or threshold",
+        ),
+    ],
+)
+def test_wrong_parameters_of_the_papers_matcher(
+    client: httpx.Client, prints: Prints, options: dict[str, Any], reason: str
+) -> None:
+    files = sent(prints, probe="1_1.png", reference="1_2.png")
+    answer = client.post("/verify", files=files, data=options)
+    assert answer.status_code == 422
+    assert answer.json() == {"error": reason}
+
+
+def check_options(
+    client: httpx.Client, prints: Prints, tmp_path: Path, options: dict[str, Any]
+) -> dict[str, Any]:
+    """Check that a request with these options is answered as the command answers."""
     files = sent(prints, probe="1_1.png", reference="1_2.png")
     words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
     words = [word.replace("_", "-") for word in words]
     printed = as_printed(tmp_path, prints, "verify", "1_1.png", "1_2.png", "--json", *words)
     assert client.post("/verify", files=files, data=options).json() == printed
+    return printed
 
 
 def test_extract_returns_the_template_that_the_package_extracts(

@@ -1,4 +1,4 @@
-"""Pictures of the paper's Figures 2 to 6, from any point set and the package's own functions.
+"""Pictures of the paper's Figures 2 to 7, from any point set and the package's own functions.
 
 What the paper shows, and what is drawn here:
 
@@ -6,7 +6,10 @@ What the paper shows, and what is drawn here:
 - Fig. 4: a one-ring mapped to the unit circle, by eq. (3), and its weights, eq. (4);
 - Fig. 5: the sub-triangles from which the weights come;
 - Fig. 6: the unit circles of two rings that correspond, on a first page; on a second the rotation
-  of the points seen as that of the circles, and the overlay that it leads to.
+  of the points seen as that of the circles, and the overlay that it leads to;
+- Fig. 7: the matching algorithm as a flow chart, the same for all sets.
+
+Its Figures 1, 3 and 8 show prints: `fpmatch.drawing.case_study` draws them.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fpmatch.drawing.paper_figures.circle import unit_circle
+from fpmatch.drawing.paper_figures.flow_chart import flow_chart
 from fpmatch.drawing.paper_figures.meshes import one_rings, triangulations
 from fpmatch.drawing.paper_figures.rotation import matched_points, rotation
 from fpmatch.drawing.paper_figures.sheet import FILE_FORMATS, settings
@@ -97,6 +101,7 @@ def draw_point_figures(
             "figure_5_weights": weights(rings.p),
             "figure_6a_two_circles": two_circles(rings),
             "figure_6b_rotation": rotation(pair, rings),
+            "figure_7_flow_chart": flow_chart(),
         }
         return [
             PointFigure(

@@ -89,7 +89,13 @@ def line(
 
 
 def dots(
-    axes: Axes, points: ArrayLike, tint: Tint, size: float = DOT, *, hollow: bool = False
+    axes: Axes,
+    points: ArrayLike,
+    tint: Tint,
+    size: float = DOT,
+    *,
+    hollow: bool = False,
+    layer: float = DOTS,
 ) -> None:
     """Draw points (N, 2), `size` pixels across, in the shape of their set."""
     x, y = np.asarray(points, dtype=np.float64).reshape(-1, 2).T
@@ -103,7 +109,7 @@ def dots(
         markerfacecolor=hexadecimal(PAPER) if hollow else mark,
         markeredgecolor=mark,
         markeredgewidth=min(DOT_EDGE, size / 4) * POINTS_PER_PX,
-        zorder=DOTS,
+        zorder=layer,
     )
 
 

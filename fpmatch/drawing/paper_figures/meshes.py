@@ -39,8 +39,8 @@ def triangulations(pair: PointPair) -> Sheet:
     caption = (
         f"{pair.origin} Each set is triangulated by Delaunay's criterion: no circle through the "
         "corners of a triangle holds another point. "
-        f"P: {_count(pair.p)}. Q: {_count(pair.q)}. x points right, y up; each panel has its own "
-        "scale."
+        f"P: {_count(pair.p)}. Q: {_count(pair.q)}. x points right, y "
+        f"{'down, as in images' if pair.y_down else 'up'}; each panel has its own scale."
     )
     sheet = Sheet("Figure 2. The triangulations", caption, 2, [PANEL_HEIGHT, PANEL_HEIGHT])
     for row, side in enumerate((pair.p, pair.q)):

@@ -2,6 +2,9 @@
 
 Pictures are drawn in the sets' unit frames (`fpmatch.pointset.points.UnitFrame`), as the matcher
 works in them, so that points of any magnitude can be drawn; the transform is in the units given.
+
+The pictures have y pointing up. Points of images, whose y points down, are mirrored first
+(`upright`), so that they stand as the image does, and angles are counter-clockwise on screen.
 """
 
 from __future__ import annotations
@@ -92,6 +95,9 @@ class PointPair:
         A sentence on where Q and the transform come from.
     known_as : str
         What the transform is called beside others.
+    y_down : bool
+        Whether y of the points given pointed down, so that the sets, and the transform between
+        them, are those of the mirrored points.
     """
 
     p: PointSide
@@ -100,6 +106,7 @@ class PointPair:
     transform: Similarity
     origin: str
     known_as: str
+    y_down: bool = False
 
 
 def random_point_pair(seed: int) -> PointPair:
@@ -129,7 +136,33 @@ def random_point_pair(seed: int) -> PointPair:
     return PointPair(p, q, made.pairs, made.transform, origin, MADE)
 
 
-def rotated_point_pair(points: ArrayLike, source: str, seed: int) -> PointPair:
+def upright(points: ArrayLike, *, y_down: bool = True) -> NDArray[np.float64]:
+    """Return points whose y points down with y pointing up, so that pictures show them upright.
+
+    Parameters
+    ----------
+    points : array_like of float, shape (N, 2)
+        The points.
+    y_down : bool
+        Whether their y points down; if not, they stay as they are.
+
+    Returns
+    -------
+    ndarray of float64, shape (N, 2)
+        The points, y negated.
+
+    Examples
+    --------
+    >>> upright([[3.0, 4.0]]).tolist()
+    [[3.0, -4.0]]
+    """
+    given = as_points(points)
+    return given * (1.0, -1.0) if y_down else given
+
+
+def rotated_point_pair(
+    points: ArrayLike, source: str, seed: int, *, y_down: bool = False
+) -> PointPair:
     """Take P as given, and make Q from it by a rotation about its mean.
 
     Parameters
@@ -140,6 +173,8 @@ def rotated_point_pair(points: ArrayLike, source: str, seed: int) -> PointPair:
         What errors call it, such as the name of its file.
     seed : int
         Gives the angle, between 30 and 330 degrees.
+    y_down : bool
+        Whether y of the points points down, as in images.
 
     Returns
     -------
@@ -157,7 +192,7 @@ def rotated_point_pair(points: ArrayLike, source: str, seed: int) -> PointPair:
     >>> rotated_point_pair(cross, "cross", 1).transform.scale
     1.0
     """
-    p = PointSide.of("P", source, points)
+    p = PointSide.of("P", source, upright(as_points(points, source), y_down=y_down))
     given = p.prepared.points
     angle = math.radians(np.random.default_rng(seed).uniform(*TURN_DEG))
     turn = Similarity(rotation=math.remainder(angle, 2 * math.pi))
@@ -167,10 +202,12 @@ def rotated_point_pair(points: ArrayLike, source: str, seed: int) -> PointPair:
     q = PointSide.of("Q", f"{source}, rotated", turn.apply(given - middle) + middle)
     index = np.arange(len(given), dtype=np.int32)
     origin = f"Q is P rotated by {degrees(transform.rotation_deg)}."
-    return PointPair(p, q, np.column_stack([index, index]), transform, origin, MADE)
+    return PointPair(p, q, np.column_stack([index, index]), transform, origin, MADE, y_down)
 
 
-def matched_point_pair(p: ArrayLike, q: ArrayLike, p_source: str, q_source: str) -> PointPair:
+def matched_point_pair(
+    p: ArrayLike, q: ArrayLike, p_source: str, q_source: str, *, y_down: bool = False
+) -> PointPair:
     """Take both sets as given, and their partners from the matcher.
 
     Parameters
@@ -179,6 +216,8 @@ def matched_point_pair(p: ArrayLike, q: ArrayLike, p_source: str, q_source: str)
         The sets.
     p_source, q_source : str
         What errors call them.
+    y_down : bool
+        Whether y of the points of both points down, as in images.
 
     Returns
     -------
@@ -190,7 +229,10 @@ def matched_point_pair(p: ArrayLike, q: ArrayLike, p_source: str, q_source: str)
     PointSetError
         If a set is malformed, too large to draw, or has no closed one-ring; or they do not match.
     """
-    sides = PointSide.of("P", p_source, p), PointSide.of("Q", q_source, q)
+    sides = (
+        PointSide.of("P", p_source, upright(as_points(p, p_source), y_down=y_down)),
+        PointSide.of("Q", q_source, upright(as_points(q, q_source), y_down=y_down)),
+    )
     match = match_points(*(side.prepared.points for side in sides))
     if match.transform is None:
         raise PointSetError(
@@ -198,4 +240,4 @@ def matched_point_pair(p: ArrayLike, q: ArrayLike, p_source: str, q_source: str)
             "the other"
         )
     origin = f"The matcher pairs {len(match.pairs)} points: Q is P {moved_by(match.transform)}."
-    return PointPair(*sides, match.pairs, match.transform, origin, "matcher, all points")
+    return PointPair(*sides, match.pairs, match.transform, origin, "matcher, all points", y_down)

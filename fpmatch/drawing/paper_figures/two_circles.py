@@ -77,7 +77,7 @@ def two_circles(rings: RingPair) -> Sheet:
     axes = sheet.panel(
         1, 0, f"(c) P's circle turned by {degrees(math.degrees(rings.turn))}, on Q's"
     )
-    _laid_over(axes, rings)
+    laid_over(axes, rings)
     axes = sheet.panel(1, 1, "(d) angles on the circles", framed=False)
     _angles(axes, rings)
     return sheet
@@ -93,7 +93,7 @@ def _images_apart(rings: RingPair) -> float:
     return math.hypot(*(turned(rings.p.circle.image, rings.turn) - rings.q.circle.image))
 
 
-def _laid_over(axes: Axes, rings: RingPair) -> None:
+def laid_over(axes: Axes, rings: RingPair) -> None:
     """Draw Q's circle, and P's turned onto it."""
     show_circle(axes)
     p, q = rings.p.circle, rings.q.circle

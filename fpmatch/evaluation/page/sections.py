@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from fpmatch._version import __version__
+from fpmatch.evaluation.decision import decide, rho_of
 from fpmatch.evaluation.page.markup import (
     Html,
     bullets,
@@ -17,7 +18,7 @@ from fpmatch.evaluation.page.markup import (
 from fpmatch.evaluation.page.plots import matcher_plots, pooled_curve, pooled_plots
 from fpmatch.evaluation.page.tables import matchers_table, paired_table, rate_table
 from fpmatch.evaluation.page.worst import WorstPair, worst_genuine, worst_impostors
-from fpmatch.matching.calibration import calibrated_matchers, load_calibration
+from fpmatch.matching.calibration import calibrated_matchers
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
@@ -111,14 +112,20 @@ def matcher_section(analysis: Analysis, number: int) -> Html:
 
 def _at_default_threshold(report: EvaluationReport) -> list[Html]:
     """Return what a user of `verify` would have seen."""
-    if report.matcher not in calibrated_matchers():
+    rho = rho_of(report.matcher)
+    if rho is None and report.matcher not in calibrated_matchers():
         return []
-    pooled, calibration = pooled_curve(report), load_calibration(report.matcher)
-    missed = int((calibration.scores(pooled.genuine) < DEFAULT_THRESHOLD).sum())
-    matched = int((calibration.scores(pooled.impostor) >= DEFAULT_THRESHOLD).sum())
+    pooled = pooled_curve(report)
+    missed = int((~decide(report.matcher, pooled.genuine)).sum())
+    matched = int(decide(report.matcher, pooled.impostor).sum())
+    rule = (
+        f"At the default threshold of {DEFAULT_THRESHOLD:g}"
+        if rho is None
+        else f"Where more than a share rho = {rho:g} of the minutiae must be paired"
+    )
     return [
         paragraph(
-            f"At the default threshold of {DEFAULT_THRESHOLD:g}, {missed:,} of "
+            f"{rule}, {missed:,} of "
             f"{pooled.genuine.size:,} genuine pairs do not match"
             f"{_share(missed, pooled.genuine.size)}, and {matched:,} of "
             f"{pooled.impostor.size:,} impostor pairs do{_share(matched, pooled.impostor.size)}."

@@ -4,8 +4,8 @@ A matcher is given a case, which holds both sets and what may be known of them, 
 or none. All are given the same matching distance t. What each counts as a match:
 
 - "ours": what `match_points` finds by default, where it finds something better than chance.
-- "paper": the paper's method always returns its best transform; it claims a match where that
-  pairs at least 80 % of the ⌈ρm⌉ points that have a partner.
+- "paper": the paper's method claims a match by the paper's own rule, where the number of points
+  that match is higher than ρ: where more than a share ρ of P's points are paired one to one.
 - "van-wamelen": the baseline, told the true ρ and λ, claims a match where it pairs ⌈ρm⌉ points.
   It gives up, without a match, after as many looks as the case grants.
 - "astroalign": the Python package of that name, whose own pixel tolerance is set to t. Its
@@ -28,7 +28,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError
 from fpmatch.pointset.pairing import pair_one_to_one
-from fpmatch.pointset.random_sets import share_of
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -38,9 +37,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.pointset.point_match import PointMatch
-
-CLAIMING_SHARE: Final = 0.8
-"""Share of the true partners that the paper's method must pair for a match."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,8 +158,7 @@ def _paper(case: PointCase) -> Claim | None:
 
     given = UnitCircleParameters(tolerance=case.tolerance, matching_factor=case.rho)
     match = match_by_unit_circle(case.p, case.q, given)
-    enough = CLAIMING_SHARE * share_of(case.rho, len(case.p))
-    return _claim(match) if len(match.pairs) >= enough else None
+    return _claim(match) if match.matched_share > case.rho else None
 
 
 def _van_wamelen(case: PointCase) -> Claim | None:

@@ -1,8 +1,8 @@
 """The results of the experiment on random point sets, and the JSON file that keeps them.
 
 The file holds ``{"settings": {...}, "cells": [...], "skipped": [...]}``. Rates in it are fractions,
-times medians in milliseconds; `rho`, `eta`, `lambda`, `m` and `n` name a place of the paper's
-tables.
+times in milliseconds, medians unless they are called means; `rho`, `eta`, `lambda`, `m` and `n`
+name a place of the paper's tables.
 """
 
 from __future__ import annotations
@@ -43,6 +43,9 @@ class PointCell:
         Time of the first match on a genuine pair.
     stopped : int
         Matches that were stopped for taking too long, which count as no match.
+    mean_ms, independent_mean_ms : float or None
+        Average time of a match on genuine and on independent pairs; None where only medians are
+        known.
     """
 
     place: Place
@@ -55,6 +58,8 @@ class PointCell:
     independent_time_ms: float
     first_ms: float
     stopped: int = 0
+    mean_ms: float | None = None
+    independent_mean_ms: float | None = None
 
     @property
     def trials(self) -> int:
@@ -88,6 +93,8 @@ class PointCell:
             "independent_trials": self.independent_trials,
             "false_matches": self.false_matches,
             "independent_time_ms": self.independent_time_ms,
+            "mean_ms": self.mean_ms,
+            "independent_mean_ms": self.independent_mean_ms,
             "first_ms": self.first_ms,
             "stopped": self.stopped,
             "outcomes": self.outcomes,
@@ -248,6 +255,8 @@ def _cell_of(entry: dict[str, Any]) -> PointCell:
         independent_time_ms=_milliseconds(entry.get("independent_time_ms", entry["time_ms"])),
         first_ms=_milliseconds(entry.get("first_ms", entry["time_ms"])),
         stopped=int(entry.get("stopped", 0)),
+        mean_ms=_average(entry, "mean_ms"),
+        independent_mean_ms=_average(entry, "independent_mean_ms"),
     )
     if min(trials, independent) < 1 or (cell.trials, cell.right) != (trials, right):
         raise ValueError(f"trials and outcomes disagree: {cell.matcher}, {place}")
@@ -258,6 +267,10 @@ def _share(value: Any) -> float:
     if not (isinstance(value, int | float) and 0 <= value <= 1):
         raise ValueError(f"a rate must be a fraction: {value!r}")
     return float(value)
+
+
+def _average(entry: dict[str, Any], key: str) -> float | None:
+    return None if entry.get(key) is None else _milliseconds(entry[key])
 
 
 def _milliseconds(value: Any) -> float:

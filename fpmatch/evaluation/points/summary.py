@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from statistics import linear_regression, median
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
 from fpmatch.evaluation.points.places import places
+from fpmatch.pointset.paper_tables import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.pointset.random_sets import READINGS
 
 if TYPE_CHECKING:
+    from fpmatch.evaluation.points.places import Place
     from fpmatch.evaluation.points.results import BenchResults, PointCell
     from fpmatch.pointset.random_sets import Reading
+
+_FEWEST_SIZES: Final = 3
+"""Sizes of sets from which on a power of growth is fitted."""
 
 
 def summarise(results: BenchResults) -> list[str]:
@@ -26,8 +32,9 @@ def summarise(results: BenchResults) -> list[str]:
     -------
     list of str
         How much faster ours is than van Wamelen's, how its time compares with scipy's
-        triangulations; for each matcher and reading the worst recognition and the false matches;
-        how far van Wamelen's matcher may search; what was not run.
+        triangulations; average times, times on independent pairs, growth of the times with the
+        sets, beside those that the paper gives; for each matcher and reading the worst recognition
+        and the false matches; how far van Wamelen's matcher may search; what was not run.
     """
     lines = []
     for reading in READINGS:
@@ -39,6 +46,11 @@ def summarise(results: BenchResults) -> list[str]:
                 f"{max(ratios):.1f})"
             )
         lines += _over_triangulation(results, reading)
+        lines += _averages(results, reading)
+        lines += _independent(results, reading)
+        lines += [line for name in MATCHER_NAMES for line in _growth(results, reading, name)]
+    if results.cells:
+        lines += _published()
     for reading in READINGS:
         for matcher in MATCHER_NAMES:
             lines += _answers(results, reading, matcher)
@@ -93,6 +105,93 @@ def _over_triangulation(results: BenchResults, reading: Reading) -> list[str]:
         return []
     words = [f"rho {rho:g}: {min(r):.2f} to {max(r):.2f}" for rho, r in sorted(ratios.items())]
     return [f"ours over scipy's two triangulations, {reading}: {', '.join(words)} times its time"]
+
+
+def _averages(results: BenchResults, reading: Reading) -> list[str]:
+    """Return the mean over the rows at n = 2m of each matcher's average times."""
+    words = []
+    for matcher in MATCHER_NAMES:
+        cells = [results.cell(place, matcher) for place in _at_2m(reading)]
+        means = [cell.mean_ms for cell in cells if cell is not None and cell.mean_ms is not None]
+        if len(means) == len(PAPER_ROWS):
+            words.append(f"{matcher} {sum(means) / len(means):.3g} ms")
+    return (
+        [f"average time at n = 2m, {reading}, over all {len(PAPER_ROWS)} rows: {', '.join(words)}"]
+        if words
+        else []
+    )
+
+
+def _independent(results: BenchResults, reading: Reading) -> list[str]:
+    """Return how long ours takes to say no, beside its yes and beside the literal method's no."""
+    ratios, slower, both = [], 0, 0
+    for place in places([reading]):
+        ours, literal = results.cell(place, "ours"), results.cell(place, "paper")
+        if ours is not None:
+            ratios.append(ours.independent_time_ms / ours.time_ms)
+        if ours is not None and literal is not None:
+            both += 1
+            slower += ours.independent_time_ms > literal.independent_time_ms
+    if not ratios:
+        return []
+    line = (
+        f"ours on independent pairs, {reading}: {median(ratios):.1f} times the time of a genuine "
+        f"pair (median of {len(ratios)} cells, {min(ratios):.1f} to {max(ratios):.1f})"
+    )
+    return [f"{line}; slower than the literal method in {slower} of {both} cells" if both else line]
+
+
+def _growth(results: BenchResults, reading: Reading, matcher: str) -> list[str]:
+    """Return the powers of m with which a matcher's time grows at n = 2m, for each ρ."""
+    times: dict[float, list[tuple[int, float]]] = {}
+    for place in _at_2m(reading):
+        cell = results.cell(place, matcher)
+        if cell is not None:
+            times.setdefault(place.parameters.rho, []).append((place.m, cell.time_ms))
+    powers = _powers(times)
+    return [f"{matcher}, {reading}, n = 2m: time grows as {powers}"] if powers else []
+
+
+def _published() -> list[str]:
+    """Return the same of the paper's two tables, and how far each depends on ρ."""
+    lines = []
+    for name, published in (
+        ("Table 1", [row.van_wamelen_s for row in PAPER_ROWS]),
+        ("Table 2", [row.unit_circle_s for row in PAPER_ROWS]),
+    ):
+        times: dict[float, list[tuple[int, float]]] = {}
+        at_size: dict[tuple[int, int], list[float]] = {}
+        for row, columns in zip(PAPER_ROWS, published, strict=True):
+            times.setdefault(row.rho, []).append((row.m, columns[0]))
+            for factor, seconds in zip(TARGET_FACTORS, columns, strict=True):
+                at_size.setdefault((row.m, factor), []).append(seconds)
+        average = sum(columns[0] for columns in published) / len(PAPER_ROWS)
+        spread = max(max(t) / min(t) for t in at_size.values())
+        lines.append(
+            f"the paper's {name}, n = 2m: {1e3 * average:.4g} ms on average; time grows as "
+            f"{_powers(times)}; at one m and n the times for different rho differ by a factor of "
+            f"{spread:.3g} at most"
+        )
+    return lines
+
+
+def _powers(times: dict[float, list[tuple[int, float]]]) -> str:
+    """Return the powers of m that fit times best, by ρ; from three sizes on."""
+    return ", ".join(
+        f"m^{_power(rows):.2f} (rho {rho:g})"
+        for rho, rows in sorted(times.items())
+        if len(rows) >= _FEWEST_SIZES
+    )
+
+
+def _power(rows: list[tuple[int, float]]) -> float:
+    """Return the slope of the least-squares line through log time over log m."""
+    x, y = ([math.log(value) for value in column] for column in zip(*rows, strict=True))
+    return linear_regression(x, y).slope
+
+
+def _at_2m(reading: Reading) -> list[Place]:
+    return [place for place in places([reading]) if place.factor == TARGET_FACTORS[0]]
 
 
 def _answers(results: BenchResults, reading: Reading, matcher: str) -> list[str]:

@@ -27,7 +27,8 @@ _PUBLISHED: Final[dict[str, Callable[[PaperRow], tuple[float, ...]]]] = {
 }
 _SOURCE: Final = {"ours": "Table 2", "paper": "Table 2", "van-wamelen": "Table 1"}
 _PARAMETERS: Final = ("m", "rho", "eta", "lambda")
-_MEASURED: Final = ("time", "right", "false")
+_TIMES: Final = ("median", "mean", "indep.")
+_ANSWERS: Final = ("right", "false")
 _ABSENT: Final = "-"
 _MS: Final = 1e3
 _WIDTH: Final = 120
@@ -35,15 +36,15 @@ _EDGES: Final = (100.0, 10.0, 0.1)
 """Milliseconds below which a time has one decimal more."""
 
 LEGEND: Final = (
-    "time: median of a match of a genuine pair from the bare points, ms; "
-    "paper: the time that the paper gives, ms",
+    "median, mean: time of a match of a genuine pair from the bare points, ms; paper: the average "
+    "time that the paper gives, ms; indep.: median time of a match of an independent pair, ms",
     "right: genuine pairs recognised, of those tried; "
     "false: matches claimed on independent pairs, of those tried",
 )
 
 
 def format_bench(results: BenchResults) -> str:
-    """Return the results as plain text: a block a matcher and reading, then a summary.
+    """Return the results as plain text: times and answers a matcher and reading, then a summary.
 
     Parameters
     ----------
@@ -56,8 +57,9 @@ def format_bench(results: BenchResults) -> str:
         Lines of at most 120 characters (for up to 100 trials); "-" where a cell was not run.
     """
     blocks = [
-        "\n".join([_title(matcher, reading), *_as_text(_lines(results, matcher, reading))])
+        "\n".join([title, *_as_text(lines)])
         for reading, matcher in _blocks(results)
+        for title, lines in _tables(results, matcher, reading)
     ]
     notes = ["\n".join(map(_wrapped, part)) for part in (LEGEND, summarise(results))]
     return "\n\n".join([*blocks, *filter(None, notes)])
@@ -66,14 +68,9 @@ def format_bench(results: BenchResults) -> str:
 def format_bench_markdown(results: BenchResults) -> str:
     """Return the results as `format_bench` does, in Markdown."""
     blocks = [
-        "\n".join(
-            [
-                f"### {_title(matcher, reading)}",
-                "",
-                *_as_markdown(_lines(results, matcher, reading)),
-            ]
-        )
+        "\n".join([f"### {title}", "", *_as_markdown(lines)])
         for reading, matcher in _blocks(results)
+        for title, lines in _tables(results, matcher, reading)
     ]
     lists = ["\n".join(f"- {line}" for line in part) for part in (LEGEND, summarise(results))]
     return "\n\n".join([*blocks, *lists])
@@ -84,38 +81,56 @@ def _blocks(results: BenchResults) -> list[tuple[Reading, str]]:
     return [(r, name) for r in READINGS for name in MATCHER_NAMES if (r, name) in known]
 
 
-def _title(matcher: str, reading: str) -> str:
+def _tables(results: BenchResults, matcher: str, reading: Reading) -> list[tuple[str, list[Line]]]:
+    """Return the titles and lines of a matcher's two tables: its times, and its answers."""
     source = f", beside the paper's {_SOURCE[matcher]}" if matcher in _SOURCE else ""
-    return f"{matcher}, {reading} reading{source}"
+    return [
+        (f"{matcher}, {reading} reading: times in ms{source}", _times(results, matcher, reading)),
+        (f"{matcher}, {reading} reading: answers", _answers(results, matcher, reading)),
+    ]
 
 
-def _lines(results: BenchResults, matcher: str, reading: Reading) -> list[Line]:
+def _times(results: BenchResults, matcher: str, reading: Reading) -> list[Line]:
+    published = _PUBLISHED.get(matcher)
+    columns = (*_TIMES[:2], "paper", *_TIMES[2:]) if published else _TIMES
+
+    def measured(cell: PointCell | None, row: PaperRow, column: int) -> Line:
+        paper = (format_ms(_MS * published(row)[column]),) if published else ()
+        if cell is None:
+            return (_ABSENT, _ABSENT, *paper, _ABSENT)
+        mean = _ABSENT if cell.mean_ms is None else format_ms(cell.mean_ms)
+        return (format_ms(cell.time_ms), mean, *paper, format_ms(cell.independent_time_ms))
+
+    return _lines(results, matcher, reading, columns, measured)
+
+
+def _answers(results: BenchResults, matcher: str, reading: Reading) -> list[Line]:
+    def counted(cell: PointCell | None, *_: object) -> Line:
+        if cell is None:
+            return (_ABSENT,) * len(_ANSWERS)
+        false = f"{cell.false_matches}/{cell.independent_trials}"
+        return (f"{cell.right}/{cell.trials}", false)
+
+    return _lines(results, matcher, reading, _ANSWERS, counted)
+
+
+def _lines(
+    results: BenchResults,
+    matcher: str,
+    reading: Reading,
+    columns: Line,
+    words: Callable[[PointCell | None, PaperRow, int], Line],
+) -> list[Line]:
     """Return a head, and a line a row of which any cell was run."""
-    columns = (_MEASURED[0], "paper", *_MEASURED[1:]) if matcher in _PUBLISHED else _MEASURED
-    head = (*_PARAMETERS, *(name for _ in TARGET_FACTORS for name in columns))
-    lines = [head]
+    lines: list[Line] = [(*_PARAMETERS, *(name for _ in TARGET_FACTORS for name in columns))]
     for index, row in enumerate(PAPER_ROWS):
         cells = [results.cell(Place(reading, index, factor), matcher) for factor in TARGET_FACTORS]
-        if not any(cells):
-            continue
-        line = [str(row.m), f"{row.rho:g}", f"{row.eta:g}", f"{row.lambda_:g}"]
-        for column, cell in enumerate(cells):
-            time, *counts = _measured(cell)
-            published = _PUBLISHED.get(matcher)
-            paper = [format_ms(_MS * published(row)[column])] if published else []
-            line += [time, *paper, *counts]
-        lines.append(tuple(line))
+        if any(cells):
+            line = [str(row.m), f"{row.rho:g}", f"{row.eta:g}", f"{row.lambda_:g}"]
+            for column, cell in enumerate(cells):
+                line += words(cell, row, column)
+            lines.append(tuple(line))
     return lines
-
-
-def _measured(cell: PointCell | None) -> Line:
-    if cell is None:
-        return (_ABSENT,) * len(_MEASURED)
-    return (
-        format_ms(cell.time_ms),
-        f"{cell.right}/{cell.trials}",
-        f"{cell.false_matches}/{cell.independent_trials}",
-    )
 
 
 def format_ms(milliseconds: float) -> str:

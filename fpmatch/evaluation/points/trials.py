@@ -6,8 +6,9 @@ A place of the experiment and a matcher make a cell.
   within t of its true place, and at least 80 % of the true pairs are found.
 - An independent pair is a false match where the matcher claims a match.
 
-A match is timed from the bare arrays, triangulations included, on the wall clock and with Python's
-collection of garbage off. Right after the genuine matches of a cell, scipy's Delaunay
+A match is timed from the bare arrays, triangulations included, with Python's collection of garbage
+off. What counts is processor time, which other work on the machine does not add to; all matchers
+run in one thread. Right after the genuine matches of a cell, scipy's Delaunay
 triangulations of the same sets are timed in the same way: each as it runs in a batch of its own.
 """
 
@@ -17,7 +18,7 @@ import gc
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from statistics import median
+from statistics import fmean, median
 from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
@@ -52,7 +53,7 @@ class TrialPlan:
     Parameters
     ----------
     trials : int
-        Genuine pairs, and independent pairs.
+        Genuine pairs, and independent pairs unless `independent_trials` says otherwise.
     seed : int
         Seed of the experiment.
     budget_s : float
@@ -65,6 +66,8 @@ class TrialPlan:
         count it. Where there is nothing to be found, a search takes all of it.
     spare_complete : bool
         Whether matchers that are `complete` run all trials, however long they take.
+    independent_trials : int or None
+        Independent pairs; None for as many as genuine ones.
     """
 
     trials: int = 100
@@ -74,6 +77,12 @@ class TrialPlan:
     genuine_looks: int = 1_000_000_000
     independent_looks: int = 200_000_000
     spare_complete: bool = True
+    independent_trials: int | None = None
+
+    def number_of_trials(self, *, genuine: bool) -> int:
+        """Return how many pairs of a kind a cell tries at most."""
+        few = self.independent_trials
+        return self.trials if genuine or few is None else few
 
 
 QUICK_PLAN: Final = TrialPlan(
@@ -114,7 +123,7 @@ def is_recognised(claim: Claim | None, pair: RandomPair) -> bool:
 
 
 def run_cell(
-    place: Place, matcher: BenchMatcher, plan: TrialPlan, clock: Clock = time.perf_counter
+    place: Place, matcher: BenchMatcher, plan: TrialPlan, clock: Clock = time.process_time
 ) -> PointCell:
     """Try a matcher on the pairs of one place.
 
@@ -157,6 +166,8 @@ def run_cell(
         independent_time_ms=_MS * median(independent.match_s),
         scipy_delaunay_ms=_MS * median(scipy_s),
         first_ms=_MS * genuine.match_s[0],
+        mean_ms=_MS * fmean(genuine.match_s),
+        independent_mean_ms=_MS * fmean(independent.match_s),
     )
 
 
@@ -182,7 +193,7 @@ class _Stopwatch:
         """Run the trials of one kind until all are done or the budget is spent."""
         runs = _Runs([], [])
         start = self.clock()
-        for trial in range(self.plan.trials):
+        for trial in range(self.plan.number_of_trials(genuine=genuine)):
             pair = make_pair(self.place, self.plan.seed, trial, genuine=genuine)
             self._try(pair, runs)
             hopeless = genuine and trial == 0 and runs.stopped > 0

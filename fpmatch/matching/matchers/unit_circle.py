@@ -1,8 +1,9 @@
-"""The default matcher: the paper's unit circle, made tolerant and anchored by direction.
+"""The default matcher: the paper's mesh and unit circle, drawn through paired minutiae.
 
-The steps are those of the paper's Fig. 7: triangulate and map the one-rings to the unit circle
-(`prepare`), match them locally, let local matches propose a transform, overlay the prints and
-count what agrees.
+The steps are those of the paper's Fig. 7: triangulate (`prepare`); match the neighbourhoods of the
+minutiae locally; relax the local matches, so that those that agree support each other; triangulate
+the pairs, and let their rings on the unit circle say which pairs hold, which are missing, and how
+well the two prints agree; fit the transform to the pairs.
 """
 
 from __future__ import annotations
@@ -13,34 +14,36 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.matching import score
 from fpmatch.matching._evidence_kernel import as_similarity
 from fpmatch.matching._one_to_one_kernel import fit_pairs
-from fpmatch.matching.align import at_rest, kept
-from fpmatch.matching.explain import explain, main_reason, rival_of
-from fpmatch.matching.local import local_likeness, most_alike
+from fpmatch.matching.align import best_alignment, identity_alignment
+from fpmatch.matching.explain import competing_pairs, explain, main_reason
+from fpmatch.matching.local import local_similarity
 from fpmatch.matching.one_to_many import MIN_MINUTIAE, similarities
-from fpmatch.matching.one_to_one import Bench, bench_for
+from fpmatch.matching.one_to_one import Workspace, workspace_for
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.result import Comparison
-from fpmatch.matching.score import evidence_on, gather_evidence
+from fpmatch.matching.score import evidence_of, evidence_scorer, gather_evidence
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.matching._evidence_kernel import Scales
+    from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching.align import Alignment
     from fpmatch.matching.prepared_many import PreparedMany
     from fpmatch.matching.score import Evidence
     from fpmatch.minutiae import Template
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
+UNPAIRED: Final = "no minutiae of the two prints can be paired"
 MIN_PAIRS_FOR_SCALE: Final = 6
 MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
 class UnitCircleMatcher:
-    """Compare prints by their Delaunay neighbourhoods on the unit circle.
+    """Compare prints by the Delaunay mesh of their pairs on the unit circle.
 
     References
     ----------
@@ -50,38 +53,38 @@ class UnitCircleMatcher:
     name = "unit-circle"
 
     def prepare(self, template: Template) -> PreparedTemplate:
-        """Triangulate the minutiae and map their neighbourhoods to the unit circle."""
+        """Triangulate the minutiae and describe their neighbourhoods."""
         return prepare(template)
 
     def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
-        """Match locally, then globally, and weigh what was found.
+        """Match locally, then globally, and score the evidence.
 
         The two are taken in the order of their content, so that exchanging them changes nothing
-        but the direction of the transform. Where their codes have too little in common, no
-        transform is looked for.
+        but the direction of the transform. Where the prefilter rejects them, no transform is
+        looked for.
         """
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return _nothing(_too_few(probe, reference))
         if a.key == b.key:
-            alignment, evidence = _laid_on_itself(a, b)
+            alignment, evidence = _aligned_with_itself(a, b)
             partner, weight = alignment.partner, alignment.weight
             return _comparison(a, b, partner, weight, evidence, 0.0, swapped=swapped)
-        bench = bench_for(max(len(a), len(b)))
-        total = bench.dismiss(probe, reference, reference_first=swapped)
+        workspace = workspace_for(max(len(a), len(b)))
+        total = workspace.prefilter(probe, reference, reference_first=swapped)
         if total is not None:
             return _nothing(UNLIKE, as_similarity(total))
-        total = bench.lay(a, b)
+        total = workspace.align(a, b)
         if total is None:
-            return _nothing("no neighbourhood of one print is like one of the other")
-        table, evidence = bench.table, evidence_on(bench.scales, total)
-        turn = -math.atan2(table.best_s, table.best_c)  # y points down
-        partner, weight = table.best_partner, table.best_weight
+            return _nothing(UNPAIRED)
+        aligner, evidence = workspace.aligner, evidence_of(workspace.scorer, total)
+        turn = -math.atan2(aligner.best_s, aligner.best_c)  # y points down
+        partner, weight = aligner.best_partner, aligner.best_weight
         return _comparison(a, b, partner, weight, evidence, turn, swapped=swapped)
 
     def explain(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
-        """Lay two prints on one another in any case, and say why they do not match.
+        """Align two prints in any case, and say why they do not match.
 
         Parameters
         ----------
@@ -97,15 +100,18 @@ class UnitCircleMatcher:
         found = self.compare(probe, reference)
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        laid = lay(a, b) if min(len(a), len(b)) >= MIN_MINUTIAE else None
-        if laid is None:
+        aligned = None
+        if min(len(a), len(b)) >= MIN_MINUTIAE:
+            aligned = align(a, b) or align(a, b, _scorer_of_all_hypotheses(max(len(a), len(b))))
+        if aligned is None:
             return found
-        alignment, evidence = laid
+        alignment, evidence = aligned
         c, s, _, _ = alignment.transform.tolist()
         partner, weight, turn = alignment.partner, alignment.weight, -math.atan2(s, c)
         whole = _comparison(a, b, partner, weight, evidence, turn, swapped=swapped)
-        seeds = most_alike(local_likeness(a.neighbourhoods, b.neighbourhoods))
-        reason = explain(probe, reference, evidence, rival_of(a, b, alignment, seeds))
+        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+        competing = competing_pairs(a, b, alignment, similarity)
+        reason = explain(probe, reference, evidence, competing)
         return replace(whole, similarity=found.similarity, reason=reason)
 
     def similarities(
@@ -152,40 +158,49 @@ class UnitCircleMatcher:
 MATCHER: Final = UnitCircleMatcher()
 
 
-def lay(
-    a: PreparedTemplate, b: PreparedTemplate, on: Scales | None = None
+def align(
+    a: PreparedTemplate, b: PreparedTemplate, scorer: EvidenceScorer | None = None
 ) -> tuple[Alignment, Evidence] | None:
-    """Lay print A on print B, and weigh what that says.
+    """Align print A with print B, and gather the evidence.
 
     Parameters
     ----------
     a, b : PreparedTemplate
         Two prints, in the order of their content.
-    on : Scales, optional
-        What weighs; see `fpmatch.matching.score.scales`.
+    scorer : EvidenceScorer, optional
+        What scores; see `fpmatch.matching.score.evidence_scorer`.
 
     Returns
     -------
     tuple of Alignment and Evidence, or None
-        None where nothing of them is alike.
+        None where nothing is paired.
     """
     if a.key == b.key:
-        return _laid_on_itself(a, b, on)
-    bench = Bench(max(len(a), len(b)), on)
-    total = bench.lay(a, b)
-    return None if total is None else (kept(bench.table), evidence_on(bench.scales, total))
+        return _aligned_with_itself(a, b, scorer)
+    workspace = Workspace(max(len(a), len(b)), scorer)
+    total = workspace.align(a, b)
+    if total is None:
+        return None
+    return best_alignment(workspace.aligner), evidence_of(workspace.scorer, total)
 
 
-def _laid_on_itself(
-    a: PreparedTemplate, b: PreparedTemplate, on: Scales | None = None
+def _scorer_of_all_hypotheses(capacity: int) -> EvidenceScorer:
+    """Return what scores, but tries all hypotheses, however weak the local matches are."""
+    weights = score.load_weights()
+    first, second = (replace(model, relaxation_threshold=-1.0) for model in weights.models)
+    return evidence_scorer(capacity, replace(weights, models=(first, second)))
+
+
+def _aligned_with_itself(
+    a: PreparedTemplate, b: PreparedTemplate, scorer: EvidenceScorer | None = None
 ) -> tuple[Alignment, Evidence]:
-    """Lay a print on another of the same content, for neither of which can come first.
+    """Align a print with another of the same content, for neither of which can come first.
 
-    Only lying still is its own inverse.
+    Only the identity is its own inverse.
     """
-    likeness = local_likeness(a.neighbourhoods, b.neighbourhoods)
-    alignment = at_rest(a.points)
-    return alignment, gather_evidence(a, b, alignment, likeness, on)
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    alignment = identity_alignment(a.points)
+    return alignment, gather_evidence(a, b, alignment, similarity, scorer)
 
 
 def _comparison(

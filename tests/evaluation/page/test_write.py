@@ -95,6 +95,25 @@ def test_two_matchers_stand_side_by_side_and_share_no_identifier(bench, options,
     assert len(identifiers) == len(set(identifiers))
 
 
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("paper", "Where more than a share rho = 0.6 of the minutiae must be paired, "),
+        ("unit-circle", "At the default threshold of 40, "),
+        ("fake", ""),
+    ],
+)
+def test_the_decisions_are_those_of_verify(bench, options, database, name, rule):
+    class Named(bench.Fake):
+        def __init__(self):
+            self.name = name
+
+    report = evaluate([database], **{**options, "matcher": Named()})
+    words = "".join(Reader(write.page([analyse(report, resamples=0)])).words)
+    assert ("genuine pairs do not match" in words) == bool(rule)
+    assert rule in words
+
+
 def test_a_database_of_genuine_pairs_alone(options, tmp_path):
     for number in (1, 2, 3):
         (tmp_path / f"1_{number}.tif").write_text("print")

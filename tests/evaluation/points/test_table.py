@@ -14,6 +14,7 @@ from fpmatch.evaluation.points.places import Place, places
 from fpmatch.evaluation.points.results import BenchResults, PointCell, SkippedCell
 from fpmatch.evaluation.points.summary import geometric_mean, speed_ups, summarise
 from fpmatch.evaluation.points.table import format_bench, format_bench_markdown, format_ms
+from fpmatch.pointset.paper_tables import PAPER_ROWS
 
 CELL = PointCell(Place("patch", 5, 2), "ours", "1" * 9 + "0", 1, 100, 0.5, 1.0, 2.0, 3.0)
 
@@ -23,18 +24,26 @@ def table_of(*cells: PointCell) -> list[str]:
 
 
 def test_a_cell_stands_in_its_column_beside_the_papers_time() -> None:
-    title, over, head, row, *_ = table_of(replace(CELL, place=Place("patch", 5, 4)))
-    assert title == "ours, patch reading, beside the paper's Table 2"
+    lines = table_of(replace(CELL, place=Place("patch", 5, 4), mean_ms=0.75))
+    title, over, head, row, _, answers, _, counts, found, *_ = lines
+    assert title == "ours, patch reading: times in ms, beside the paper's Table 2"
     assert [word for word in over.replace("-", " ").split() if word != "n"] == [
         *("=", "2m", "=", "4m", "=", "8m")
     ]
-    assert head.split()[:8] == ["m", "rho", "eta", "lambda", "time", "paper", "right", "false"]
+    assert head.split()[:8] == ["m", "rho", "eta", "lambda", "median", "mean", "paper", "indep."]
     assert row.split() == [
         *("50", "0.6", "0.25", "0.61"),
-        *("-", "0.58", "-", "-"),
-        *("0.50", "1.21", "9/10", "1/100"),
-        *("-", "2.19", "-", "-"),
+        *("-", "-", "0.58", "-"),
+        *("0.50", "0.75", "1.21", "2.00"),
+        *("-", "-", "2.19", "-"),
     ]
+    assert answers == "ours, patch reading: answers"
+    assert counts.split()[4:6] == ["right", "false"]
+    assert found.split()[4:] == ["-", "-", "9/10", "1/100", "-", "-"]
+
+
+def test_without_an_average_there_is_a_dash() -> None:
+    assert table_of(CELL)[3].split()[4:8] == ["0.50", "-", "0.58", "2.00"]
 
 
 @pytest.mark.parametrize(
@@ -54,7 +63,7 @@ def test_each_matcher_stands_beside_its_own_table(
 
 def test_astroalign_is_in_none_of_the_papers_tables() -> None:
     title, _, head, row, *_ = table_of(replace(CELL, matcher="astroalign"))
-    assert title == "astroalign, patch reading"
+    assert title == "astroalign, patch reading: times in ms"
     assert "paper" not in head
     assert "0.58" not in row
 
@@ -70,6 +79,8 @@ def everything() -> BenchResults:
             independent_trials=100,
             false_matches=100,
             time_ms=20345.6,
+            mean_ms=20345.6,
+            independent_time_ms=20345.6,
         )
         for place in places()
         for name in MATCHER_NAMES
@@ -88,17 +99,21 @@ def test_the_text_fits_into_120_columns() -> None:
 def test_there_is_a_block_a_reading_and_matcher() -> None:
     titles = [line for line in format_bench(everything()).splitlines() if " reading" in line]
     assert [title.split(" reading")[0] for title in titles] == [
-        f"{name}, {reading}" for reading in ("patch", "clutter") for name in MATCHER_NAMES
+        f"{name}, {reading}"
+        for reading in ("patch", "clutter")
+        for name in MATCHER_NAMES
+        for _ in ("times", "answers")
     ]
 
 
 def test_markdown_has_the_same_cells() -> None:
     text = format_bench_markdown(everything())
     tables = [line for line in text.splitlines() if line.startswith("|")]
-    assert len(tables) == 2 * 4 * (13 + 2)
-    assert {line.count("|") for line in tables} == {17, 14}
-    assert "### ours, patch reading, beside the paper's Table 2\n\n| m | rho |" in text
-    assert "| n = 2m: time | n = 2m: paper | n = 2m: right | n = 2m: false |" in text
+    assert len(tables) == 2 * 4 * 2 * (13 + 2)
+    assert {line.count("|") for line in tables} == {17, 14, 11}
+    assert "### ours, patch reading: times in ms, beside the paper's Table 2\n\n| m | rho |" in text
+    assert "| n = 2m: median | n = 2m: mean | n = 2m: paper | n = 2m: indep. |" in text
+    assert "| n = 2m: right | n = 2m: false |" in text
     for line in summarise(everything()):
         assert f"- {line}\n" in f"{text}\n"
 
@@ -144,12 +159,49 @@ def test_the_speed_up_is_over_the_rows_that_both_ran_at_n_2m() -> None:
 def test_the_summary_names_the_worst_cell_and_counts_false_matches() -> None:
     worse = replace(CELL, place=Place("patch", 0, 8), outcomes="10", stopped=3)
     lines = summarise(BenchResults({}, [CELL, worse]))
-    assert lines == [
+    assert lines[:2] + lines[4:] == [
         "ours over scipy's two triangulations, patch: rho 0.6: 0.50 to 0.50, "
         "rho 0.95: 0.50 to 0.50 times its time",
+        "ours on independent pairs, patch: 4.0 times the time of a genuine pair (median of 2 "
+        "cells, 4.0 to 4.0)",
         "ours, patch: recognised 10 of 12, at worst 1 of 2 (rho 0.95, m 50, n 400); "
         "false matches 2 of 200; stopped for taking too long 3",
     ]
+
+
+def test_growth_is_the_power_of_m_that_fits_the_times() -> None:
+    cells = [
+        replace(CELL, place=Place("patch", row, 2), time_ms=3e-4 * PAPER_ROWS[row].m ** 1.5)
+        for row in range(5)
+    ]
+    lines = summarise(BenchResults({}, cells))
+    assert "ours, patch, n = 2m: time grows as m^1.50 (rho 0.95)" in lines
+    assert not any("time grows" in line for line in summarise(BenchResults({}, cells[:2]))[:-3])
+
+
+def test_the_papers_tables_are_summed_up_from_their_rows() -> None:
+    first, second = (
+        line for line in summarise(BenchResults({}, [CELL])) if line.startswith("the paper's")
+    )
+    assert first.startswith("the paper's Table 1, n = 2m: 1411 ms on average; time grows as m^")
+    assert first.endswith("differ by a factor of 32 at most")
+    assert second.startswith("the paper's Table 2, n = 2m: 2.215 ms on average; time grows as m^")
+    assert second.endswith("differ by a factor of 1.24 at most")
+
+
+def test_the_average_over_the_rows_is_given_where_all_ran() -> None:
+    cells = [replace(CELL, place=Place("patch", row, 2), mean_ms=float(row)) for row in range(13)]
+    lines = summarise(BenchResults({}, cells))
+    assert "average time at n = 2m, patch, over all 13 rows: ours 6 ms" in lines
+    assert not any("average time" in line for line in summarise(BenchResults({}, cells[1:])))
+
+
+def test_times_on_independent_pairs_are_set_beside_the_literal_methods() -> None:
+    literal = replace(CELL, matcher="paper", independent_time_ms=1.0)
+    (line,) = (
+        line for line in summarise(BenchResults({}, [CELL, literal])) if "independent pairs" in line
+    )
+    assert line.endswith("; slower than the literal method in 1 of 1 cells")
 
 
 def test_the_summary_says_what_was_cut_short() -> None:
@@ -161,5 +213,5 @@ def test_the_summary_says_what_was_cut_short() -> None:
 
 
 def test_of_nothing_there_is_only_the_legend() -> None:
-    assert table_of()[0].startswith("time: ")
+    assert table_of()[0].startswith("median, mean: ")
     assert summarise(BenchResults({})) == []

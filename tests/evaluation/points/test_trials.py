@@ -208,3 +208,22 @@ def test_a_cell_is_json_without_nan(world: World) -> None:
 def test_scipy_triangulates_both_sets() -> None:
     case = PointCase(PAIR.p, PAIR.q, PAIR.tolerance, 0.95, 0.428, 1, 1.0)
     point_trials._triangulate_both(case)
+
+
+def test_averages_stand_beside_medians(world: World) -> None:
+    seconds = iter([0.1, 0.1, 0.4] * 2)
+
+    def find(_: PointCase) -> Claim | None:
+        if world.made:
+            world.now += next(seconds)
+        return world.truth()
+
+    cell = run_cell(PLACE, BenchMatcher("fake", find), replace(PLAN, trials=3), world.clock)
+    assert (cell.time_ms, cell.mean_ms) == pytest.approx((100, 200))
+    assert (cell.independent_time_ms, cell.independent_mean_ms) == pytest.approx((100, 200))
+
+
+def test_independent_pairs_may_be_fewer(world: World) -> None:
+    plan = replace(PLAN, trials=6, independent_trials=2)
+    cell = run_cell(PLACE, world.matcher(), plan, world.clock)
+    assert (cell.trials, cell.independent_trials) == (6, 2)

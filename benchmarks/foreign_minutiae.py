@@ -1,0 +1,257 @@
+#!/usr/bin/env python3
+"""Measure the default matcher on minutiae alone, of other extractors or of the package's own.
+
+    .venv/bin/python benchmarks/foreign_minutiae.py DIR... [--dpi DPI]... [--json FILE]
+    .venv/bin/python benchmarks/foreign_minutiae.py --templates DIR... [--format iso2005]
+
+Each DIR holds files FFF_M.csv (finger FFF, impression M) with the columns x, y, theta, type and
+quality: x and y in pixels of the image from its top left corner, y down; theta in degrees,
+counter-clockwise on screen from +x, the direction of ISO/IEC 19794-2; type E for a ridge ending, B
+for a bifurcation, any other for other; quality from 0 to 100. A quality of 0 in all minutiae of a
+file means that none is given. The files contain no image size: it is taken to be what the minutiae
+span, as the package's readers do.
+
+The resolution is that of ``--dpi``, given once for all folders or once for each of them in their
+order; without it, that of a ``dataset.toml`` in the folder, else 500 dpi. FVC2002 DB2 has 569 dpi.
+
+With ``--templates``, each DIR is an FVC-style database of images: its templates are extracted, and
+encoded and decoded in memory in the format named, by default ISO/IEC 19794-2:2005, which contains
+minutiae alone.
+
+Printed are EER, FMR100, FMR1000 and ZeroFMR in percent by the extended protocol: all pairs of
+impressions of one finger are genuine, all pairs of impressions of different fingers of a folder are
+impostor pairs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import re
+import sys
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from fpmatch.errors import DatasetError, FpmatchError, TemplateError
+from fpmatch.evaluation.all_pairs import compare_all_pairs
+from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.rates import Rates, error_rates
+from fpmatch.evaluation.run import load_datasets
+from fpmatch.evaluation.table import RATE_TITLES, lined_up, percent
+from fpmatch.formats.files import decode_record
+from fpmatch.formats.record import TemplateRecord, View
+from fpmatch.formats.registry import codec_of_name, written_formats
+from fpmatch.image.print_folder import describe_folder
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template
+from fpmatch.output import check_writable, write_whole
+
+COLUMNS: Final = ["x", "y", "theta", "type", "quality"]
+KINDS: Final = {"E": MinutiaKind.ENDING, "B": MinutiaKind.BIFURCATION}
+PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
+NOT_GIVEN: Final = 100.0  # the quality of all minutiae of a template that contains none
+SHOWN: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
+
+
+@dataclass(frozen=True)
+class PrintSet:
+    """Hold the templates of a folder, and whose they are; None where an image gave none."""
+
+    name: str
+    dpi: float | None
+    finger: list[int]
+    templates: list[Template | None]
+
+
+@dataclass(frozen=True)
+class SetScores:
+    """Hold the similarities of all pairs of a folder."""
+
+    prints: PrintSet
+    similarity: np.ndarray
+    genuine: np.ndarray
+
+    def rates(self) -> Rates:
+        """Return the error rates."""
+        return error_rates(self.similarity[self.genuine], self.similarity[~self.genuine])
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what was found as JSON values."""
+        minutiae = [len(t.minutiae) for t in self.prints.templates if t is not None]
+        return {
+            "name": self.prints.name,
+            "dpi": self.prints.dpi,
+            "prints": len(self.prints.templates),
+            "failures": self.prints.templates.count(None),
+            "minutiae": float(np.median(minutiae)) if minutiae else 0.0,
+            "genuine": int(self.genuine.sum()),
+            "impostor": int((~self.genuine).sum()),
+            **asdict(self.rates()),
+        }
+
+
+def read_minutiae(path: Path, dpi: float) -> Template:
+    """Return the template of one CSV file."""
+    try:
+        rows = list(csv.reader(path.read_text(encoding="utf-8-sig").splitlines()))
+    except (OSError, UnicodeDecodeError) as error:
+        raise TemplateError(f"{path}: cannot be read: {error}") from error
+    if not rows or [cell.strip() for cell in rows[0]] != COLUMNS:
+        raise TemplateError(f"{path}: line 1: expected the columns {','.join(COLUMNS)}")
+    numbers, kinds = [], []
+    for number, row in enumerate(rows[1:], start=2):
+        try:
+            x, y, theta, kind, quality = (cell.strip() for cell in row)
+            numbers.append([float(x), float(y), float(theta), float(quality)])
+        except ValueError as error:
+            raise TemplateError(f"{path}: line {number}: {error}") from error
+        kinds.append(KINDS.get(kind, MinutiaKind.OTHER))
+    x, y, theta, quality = np.array(numbers, dtype=np.float64).reshape(-1, 4).T
+    if not quality.any():
+        quality = np.full(len(quality), NOT_GIVEN)
+    try:
+        return Template(
+            Minutiae(x, y, np.radians(theta), np.array(kinds, np.uint8), quality),
+            *(max(1, int(side.max(initial=0)) + 1) for side in (x, y)),
+            dpi,
+        )
+    except FpmatchError as error:
+        raise TemplateError(f"{path}: {error}") from error
+
+
+def read_folder(folder: Path, dpi: float | None) -> PrintSet:
+    """Return the templates of a folder of CSV files; `dpi` None for the folder's own, or 500."""
+    found = {}
+    for path in folder.glob("*.csv") if folder.is_dir() else ():
+        named = PRINT_NAME.fullmatch(path.stem)
+        if named is not None:
+            found[int(named[1]), int(named[2])] = path
+    if not found:
+        raise DatasetError(f"{folder}: contains no minutiae named FFF_M.csv")
+    resolution = dpi or describe_folder(folder).dpi or STANDARD_DPI
+    order = sorted(found)
+    templates = [read_minutiae(found[key], resolution) for key in order]
+    return PrintSet(str(folder), resolution, [finger for finger, _ in order], templates)
+
+
+def converted(template: Template, file_format: str) -> Template:
+    """Return a template that was encoded in a format and decoded again."""
+    codec = codec_of_name(file_format)
+    if codec.encode is None:
+        raise TemplateError(f"{codec.title} is only read, not written")
+    encoded = codec.encode(TemplateRecord("", (View(template),)))
+    return decode_record(encoded.data, "template", file_format=file_format).single().template
+
+
+def own_templates(folders: list[Path], file_format: str, workers: int | None) -> list[PrintSet]:
+    """Return the templates of databases of images, converted to a format."""
+    sets = extract_datasets(load_datasets(folders), workers=workers)
+    found = []
+    for folder, extracted in zip(folders, sets, strict=True):
+        templates: list[Template | None] = []
+        for extraction in extracted.extractions:
+            template = extraction.template
+            templates.append(None if template is None else converted(template, file_format))
+        finger = [impression.finger for impression in extracted.dataset.impressions]
+        found.append(PrintSet(str(folder), extracted.dataset.dpi, finger, templates))
+    return found
+
+
+def compared(prints: PrintSet, workers: int | None) -> SetScores:
+    """Compare all pairs of a folder; what has no template scores 0."""
+    there = np.array([template is not None for template in prints.templates])
+    templates = [template for template in prints.templates if template is not None]
+    probe, reference = np.triu_indices(len(there), 1)
+    similarity = np.zeros(len(probe))
+    similarity[there[probe] & there[reference]] = compare_all_pairs(templates, workers=workers)
+    finger = np.array(prints.finger)
+    return SetScores(prints, similarity, finger[probe] == finger[reference])
+
+
+def mean_of(rates: list[Rates]) -> Rates:
+    """Return the mean of each rate; None where a folder lacks it."""
+    columns = [[getattr(row, f.name) for row in rates] for f in fields(Rates)]
+    return Rates(*(None if None in column else float(np.mean(column)) for column in columns))
+
+
+def resolutions(given: list[float], folders: int) -> list[float | None]:
+    """Return the resolution of each folder from those given: none, one, or one for each."""
+    if len(given) not in (0, 1, folders):
+        raise DatasetError(f"--dpi is given {len(given)} times for {folders} folders")
+    return [*given] if len(given) == folders else [given[0] if given else None] * folders
+
+
+def main() -> int:
+    """Run the script; return its exit status."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folders", metavar="DIR", nargs="+", type=Path, help="a folder of prints")
+    parser.add_argument(
+        "--dpi",
+        type=float,
+        action="append",
+        default=[],
+        help="resolution, once for all folders or once for each (default: that of the folder's "
+        "dataset.toml, else 500; FVC2002 DB2 has 569)",
+    )
+    parser.add_argument(
+        "--templates", action="store_true", help="the folders contain images; extract them"
+    )
+    parser.add_argument(
+        "--format",
+        choices=written_formats(),
+        default="iso2005",
+        help="of the templates of --templates; json keeps the ridges (default: %(default)s)",
+    )
+    parser.add_argument("--json", type=Path, help="write the rates to this file, as fractions")
+    parser.add_argument("--workers", type=int, help="processes to use (default: one a core)")
+    options = parser.parse_args()
+    try:
+        if options.json:
+            check_writable(options.json)
+        if options.templates and options.dpi:
+            raise DatasetError("--dpi has no use with --templates: see dataset.toml")
+        if options.templates:
+            sets = own_templates(options.folders, options.format, options.workers)
+        else:
+            dpi = resolutions(options.dpi, len(options.folders))
+            sets = [read_folder(*row) for row in zip(options.folders, dpi, strict=True)]
+        scores = [compared(prints, options.workers) for prints in sets]
+        mean = mean_of([one.rates() for one in scores])
+        pooled = error_rates(
+            np.concatenate([one.similarity[one.genuine] for one in scores]),
+            np.concatenate([one.similarity[~one.genuine] for one in scores]),
+        )
+        rows = [one.as_json() for one in scores]
+        if options.json:
+            document = {
+                "matcher": DEFAULT_MATCHER,
+                "format": options.format if options.templates else "csv",
+                "sets": rows,
+                "mean": asdict(mean),
+                "pooled": asdict(pooled),
+            }
+            write_whole(options.json, f"{json.dumps(document, indent=1)}\n".encode())
+    except FpmatchError as error:
+        print(f"foreign_minutiae: {error}", file=sys.stderr)
+        return 2
+    counts = ("dpi", "prints", "failures", "minutiae", "genuine", "impostor")
+    cells = [("folder", *counts, *(RATE_TITLES[name] for name in SHOWN))]
+    for row in rows:
+        numbers = ("-" if row[name] is None else f"{row[name]:g}" for name in counts)
+        cells.append((row["name"], *numbers, *(percent(row[name]) for name in SHOWN)))
+    if len(rows) > 1:
+        for name, rates in (("mean", mean), ("pooled", pooled)):
+            shown = (percent(getattr(rates, rate)) for rate in SHOWN)
+            cells.append((name, *("" for _ in counts), *shown))
+    print(lined_up(cells))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""Measure what the paper leaves open: rho and the area tolerance, on prints and on point sets.
+
+    .venv/bin/python benchmarks/paper_choices.py DIR... --json choices.json
+    .venv/bin/python scripts/make_point_tables --choices choices.json
+
+DIR are FVC-style databases of prints, compared as by `fpmatch evaluate --protocol extended`. On
+random point sets, those of `fpmatch points bench` up to 200 points, it measures the area tolerance,
+the rule of decision, and an early exit of the default matcher. Times are processor times.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from fpmatch.engine.engine import cores
+from fpmatch.evaluation.dataset_names import named_apart
+from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.paper_page import count_accepted
+from fpmatch.evaluation.points.open_choices import AREA_TOLERANCES, measure_points
+from fpmatch.evaluation.run import evaluate_templates, load_datasets
+from fpmatch.matching.matchers.paper import matcher_with
+from fpmatch.output import write_whole
+
+
+@click.command(help=__doc__.splitlines()[0])
+@click.argument("folders", metavar="DIR...", nargs=-1, required=True, type=Path)
+@click.option("--json", "output", metavar="FILE", required=True, type=Path, help="Results.")
+@click.option("--trials", default=40, show_default=True, help="Pairs of point sets a place.")
+def main(folders: tuple[Path, ...], output: Path, trials: int) -> None:
+    """Run the measurements and write them."""
+    results: dict[str, Any] = {"prints": _prints(folders)}
+    results |= measure_points(trials, lambda name: click.echo(name, err=True))
+    write_whole(output, f"{json.dumps(results, indent=1, allow_nan=False)}\n".encode())
+
+
+def _prints(folders: tuple[Path, ...]) -> list[dict[str, Any]]:
+    """Return the pairs that match for each area tolerance, a database each."""
+    rows = []
+    with cores(1) as engine:
+        sets = extract_datasets(named_apart(load_datasets(folders)), engine=engine)
+        for area in AREA_TOLERANCES:
+            matcher = matcher_with("paper", area_tolerance=area)
+            report = evaluate_templates(sets, matcher=matcher, engine=engine)
+            counted = [
+                count_accepted(row.name, row.outcomes["similarity"], row.pairs.genuine)
+                for row in report.sets
+            ]
+            times = np.concatenate([row.outcomes["cpu_us"] for row in report.sets])
+            rows.append({"area_tolerance": area, "ms": float(times.mean()) / 1e3, "sets": counted})
+            click.echo(f"prints, area tolerance {area:g}", err=True)
+    return rows
+
+
+if __name__ == "__main__":
+    main()

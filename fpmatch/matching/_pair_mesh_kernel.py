@@ -1,0 +1,546 @@
+"""Kernel: the Delaunay mesh of the paired minutiae, and what it predicts and measures.
+
+The paired minutiae of print A are triangulated; their partners are the same mesh in print B. In
+this mesh the one-rings of a pair have equal degree in both prints, as the paper asks. Eight frame
+points round the print, which are mapped by the similarity transform of the pairs, close the rings
+of pairs on the hull.
+
+A minutia of A, paired or not, is the sum of the vertices of its ring by the shape-preserving
+weights (eq. 4) of its place in the ring; the same sum of their partners predicts its place in B.
+The weights do not change under any affine map, and so not where skin stretches evenly. Of a pair,
+two things are measured on its ring: the places of the ring's vertices on the unit circle by chord
+length (eq. 3) in A and in B, and the distance of its partner from the prediction.
+
+Minutiae are columns of an array (4, N): x, y in pixels at 500 dpi with y pointing up, and the unit
+vector of the direction. Interpreted, the class runs as it stands.
+
+Source: Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization",
+sections 3.1 and 3.2; A. Bowyer, "Computing Dirichlet tessellations", The Computer Journal 24(2),
+1981, for inserting one point after the other.
+"""
+
+import cython
+import numpy as np
+
+if cython.compiled:
+    from cython.cimports.fpmatch.pointset._one_ring_kernel import shape_preserving_weights
+    from cython.cimports.libc.math import cos, exp, fabs, sin, sqrt
+else:
+    from math import cos, exp, fabs, sin, sqrt
+
+    from fpmatch.pointset._one_ring_kernel import shape_preserving_weights
+
+COMPILED = cython.compiled
+
+FRAME = cython.declare(cython.Py_ssize_t, 8)  # frame points
+FULL_TURN = cython.declare(cython.double, 6.283185307179586)
+FAR_AWAY = cython.declare(cython.double, 1e6)  # px, farther than any minutia
+NEAR2 = cython.declare(cython.double, 1e-3)  # px²: keeps the weight of a coincident vertex finite
+LEAST_AREA = cython.declare(cython.double, 1e-9)  # px²: of a triangle
+ROUNDING = cython.declare(cython.double, 1e-9)  # px²: a point this near a circle is not inside it
+STRAIN_PX = cython.declare(cython.double, 8.0)  # added to lengths: short edges prove no strain
+
+
+@cython.final
+@cython.cclass
+class PairMesh:
+    """The mesh of the pairs of two prints; there is room for `size_a` minutiae of print A.
+
+    `parameters` are an `fpmatch.matching.pair_mesh.PairMeshParameters`. After `predict`,
+    ``predicted[:2, i]`` is where the mesh maps minutia i of A, ``predicted[2:, i]`` its direction
+    there, and ``nearest[i]`` its distance from the nearest other pair in its ring. Where pairs are
+    measured, ``place_agreement[i]`` and ``weight_agreement[i]``, 0 to 1, indicate how well the
+    places on the circle and the prediction agree for a paired minutia, ``fullness[i]`` what share
+    of its weights lies on pairs rather than on frame points; `places`, `weights` and `full` are
+    their sums; `turned` counts the triangles at pairs that are turned over, `strain` sums the
+    relative change of length over the `edges` at pairs.
+    """
+
+    def __init__(self, parameters, size_a) -> None:
+        p = parameters
+        room = size_a + FRAME
+        self.capacity = room
+        self.vertices = 0
+        self.triangles = 0
+        self.ax = np.zeros(room)
+        self.ay = np.zeros(room)
+        self.bx = np.zeros(room)
+        self.by = np.zeros(room)
+        self.owner = np.zeros(room, np.int32)
+        self.vertex_of = np.full(max(size_a, 1), -1, np.int32)
+        self.corner = np.zeros((2 * room, 3), np.int32)
+        self.circle = np.zeros((2 * room, 3))
+        self.fan_start = np.zeros(room + 1, np.int32)
+        self.fan_from = np.zeros(6 * room, np.int32)
+        self.fan_to = np.zeros(6 * room, np.int32)
+        self.following = np.zeros(room, np.int32)
+        self.ring = np.zeros(room, np.int32)
+        self.weight = np.zeros(room)
+        self.place = np.zeros(room)
+        self.other_place = np.zeros(room)
+        self.inside = np.zeros(2 * room, np.int32)
+        self.side_from = np.zeros(6 * room, np.int32)
+        self.side_to = np.zeros(6 * room, np.int32)
+        self.ring_size = 0
+        self.predicted = np.zeros((4, size_a))
+        self.nearest = np.zeros(size_a)
+        self.place_agreement = np.zeros(size_a)
+        self.weight_agreement = np.zeros(size_a)
+        self.fullness = np.zeros(size_a)
+        self.places = self.weights = self.full = self.strain = 0.0
+        self.turned = self.edges = 0
+        self.frame_margin_px = p.frame_margin_px
+        self.place_scale = -0.5 / (p.place_tolerance * p.place_tolerance)
+        self.residual_px = p.residual_px
+        self.residual_per_px = p.residual_per_px
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def build(
+        self,
+        a: cython.double[:, ::1],
+        size_a: cython.Py_ssize_t,
+        b: cython.double[:, ::1],
+        partner: cython.int[::1],
+        c: cython.double,
+        s: cython.double,
+        x: cython.double,
+        y: cython.double,
+    ) -> cython.int:
+        """Triangulate the pairs; return the number of triangles.
+
+        ``partner[i]`` is the minutia of B that minutia i of A is paired with, or -1; the frame
+        points are mapped by the transform (c, s, x, y). A minutia at the place of an earlier one is
+        no vertex.
+        """
+        i: cython.Py_ssize_t
+        v: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        low_x: cython.double
+        low_y: cython.double
+        high_x: cython.double
+        high_y: cython.double
+        middle_x: cython.double
+        middle_y: cython.double
+        radius: cython.double
+        low_x = high_x = a[0, 0] if size_a > 0 else 0.0
+        low_y = high_y = a[1, 0] if size_a > 0 else 0.0
+        for i in range(size_a):
+            low_x = a[0, i] if a[0, i] < low_x else low_x
+            low_y = a[1, i] if a[1, i] < low_y else low_y
+            high_x = a[0, i] if a[0, i] > high_x else high_x
+            high_y = a[1, i] if a[1, i] > high_y else high_y
+        middle_x = 0.5 * (low_x + high_x)
+        middle_y = 0.5 * (low_y + high_y)
+        low_x = high_x - middle_x
+        low_y = high_y - middle_y
+        radius = sqrt(low_x * low_x + low_y * low_y) + self.frame_margin_px
+        for v in range(FRAME):
+            self.ax[v] = middle_x + radius * cos(v * FULL_TURN / FRAME)
+            self.ay[v] = middle_y + radius * sin(v * FULL_TURN / FRAME)
+            self.bx[v] = x + c * self.ax[v] - s * self.ay[v]
+            self.by[v] = y + s * self.ax[v] + c * self.ay[v]
+            self.owner[v] = -1
+        self.vertices = FRAME
+        self.triangles = FRAME - 2
+        for k in range(FRAME - 2):
+            self._put_triangle(k, 0, k + 1, k + 2)
+        for i in range(size_a):
+            self.vertex_of[i] = -1
+            if partner[i] >= 0:
+                v = self.vertices
+                self.ax[v] = a[0, i]
+                self.ay[v] = a[1, i]
+                self.bx[v] = b[0, partner[i]]
+                self.by[v] = b[1, partner[i]]
+                if self._insert(v):
+                    self.owner[v] = cython.cast(cython.int, i)
+                    self.vertex_of[i] = cython.cast(cython.int, v)
+                    self.vertices += 1
+        self._sort_fans()
+        return cython.cast(cython.int, self.triangles)
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _insert(self, v: cython.Py_ssize_t) -> cython.bint:
+        """Insert a vertex into the triangulation; return whether it is one now."""
+        k: cython.Py_ssize_t
+        following: cython.Py_ssize_t
+        t: cython.Py_ssize_t
+        p: cython.Py_ssize_t
+        q: cython.Py_ssize_t
+        area: cython.double
+        x: cython.double = self.ax[v]
+        y: cython.double = self.ay[v]
+        removed: cython.int = self._cavity(x, y)
+        # a ring of more triangles than it needs has a vertex inside, which would be lost
+        if self.ring_size < 3 or removed != self.ring_size - 2:
+            return False
+        for k in range(self.ring_size):
+            following = k + 1 if k + 1 < self.ring_size else 0
+            p = self.ring[k]
+            q = self.ring[following]
+            area = (self.ax[p] - x) * (self.ay[q] - y) - (self.ay[p] - y) * (self.ax[q] - x)
+            if area <= LEAST_AREA:
+                return False
+        # the new triangles take the places of those removed first, then new ones
+        for k in range(self.ring_size):
+            following = k + 1 if k + 1 < self.ring_size else 0
+            if k < removed:
+                t = self.inside[k]
+            else:
+                t = self.triangles
+                self.triangles += 1
+            self._put_triangle(t, v, self.ring[k], self.ring[following])
+        return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def _put_triangle(
+        self, t: cython.Py_ssize_t, p: cython.Py_ssize_t, q: cython.Py_ssize_t, r: cython.Py_ssize_t
+    ) -> cython.int:
+        """Write triangle t, counter-clockwise, and its circumcircle."""
+        ux: cython.double = self.ax[q] - self.ax[p]
+        uy: cython.double = self.ay[q] - self.ay[p]
+        vx: cython.double = self.ax[r] - self.ax[p]
+        vy: cython.double = self.ay[r] - self.ay[p]
+        area: cython.double = 2.0 * (ux * vy - uy * vx)
+        u2: cython.double = ux * ux + uy * uy
+        v2: cython.double = vx * vx + vy * vy
+        x: cython.double = (vy * u2 - uy * v2) / area
+        y: cython.double = (ux * v2 - vx * u2) / area
+        self.corner[t, 0] = cython.cast(cython.int, p)
+        self.corner[t, 1] = cython.cast(cython.int, q)
+        self.corner[t, 2] = cython.cast(cython.int, r)
+        self.circle[t, 0] = self.ax[p] + x
+        self.circle[t, 1] = self.ay[p] + y
+        self.circle[t, 2] = x * x + y * y - ROUNDING
+        return 0
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _cavity(self, x: cython.double, y: cython.double) -> cython.int:
+        """List the triangles whose circumcircle holds a point; return their number.
+
+        `ring` becomes the boundary of their union, counter-clockwise: the ring that the point would
+        have as a vertex; its size is 0 where the boundary is not one closed line.
+        """
+        t: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        e: cython.Py_ssize_t
+        f: cython.Py_ssize_t
+        dx: cython.double
+        dy: cython.double
+        found: cython.int = 0
+        kept: cython.Py_ssize_t = 0
+        u: cython.int
+        v: cython.int
+        self.ring_size = 0
+        for t in range(self.triangles):
+            dx = self.circle[t, 0] - x
+            dy = self.circle[t, 1] - y
+            if dx * dx + dy * dy < self.circle[t, 2]:
+                self.inside[found] = cython.cast(cython.int, t)
+                found += 1
+        # a side between two of the triangles comes both ways round, and goes the second time
+        for k in range(found):
+            t = self.inside[k]
+            for e in range(3):
+                u = self.corner[t, e]
+                v = self.corner[t, e + 1 if e < 2 else 0]
+                f = kept - 1
+                while f >= 0 and (self.side_from[f] != v or self.side_to[f] != u):
+                    f -= 1
+                if f < 0:
+                    self.side_from[kept] = u
+                    self.side_to[kept] = v
+                    kept += 1
+                else:
+                    kept -= 1
+                    self.side_from[f] = self.side_from[kept]
+                    self.side_to[f] = self.side_to[kept]
+        self._chain(self.side_from, self.side_to, 0, kept)
+        return found
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _chain(
+        self,
+        start: cython.int[::1],
+        end: cython.int[::1],
+        first: cython.Py_ssize_t,
+        last: cython.Py_ssize_t,
+    ) -> cython.int:
+        """Write the sides ``start[k]`` to ``end[k]``, one after the other, as `ring`."""
+        k: cython.Py_ssize_t
+        v: cython.int
+        self.ring_size = 0
+        if last - first < 3 or last - first > self.vertices:
+            return 0
+        for k in range(first, last):
+            self.following[end[k]] = -1
+        for k in range(first, last):
+            self.following[start[k]] = end[k]
+        v = start[first]
+        for k in range(last - first):
+            self.ring[k] = v
+            v = self.following[v]
+            if v < 0 or (v == start[first] and k + 1 < last - first):
+                return 0
+        if v == start[first]:
+            self.ring_size = cython.cast(cython.int, last - first)
+        return self.ring_size
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _sort_fans(self) -> cython.int:
+        """Sort the sides opposite to each vertex, from `fan_from` to `fan_to`, by the vertex."""
+        t: cython.Py_ssize_t
+        e: cython.Py_ssize_t
+        v: cython.Py_ssize_t
+        at: cython.Py_ssize_t
+        behind: cython.int = 0
+        count: cython.int
+        for v in range(self.vertices + 1):
+            self.fan_start[v] = 0
+        for t in range(self.triangles):
+            for e in range(3):
+                self.fan_start[self.corner[t, e]] += 1
+        for v in range(self.vertices):
+            count = self.fan_start[v]
+            self.fan_start[v] = behind
+            behind += count
+        self.fan_start[self.vertices] = behind
+        for t in range(self.triangles):
+            for e in range(3):
+                v = self.corner[t, e]
+                at = self.fan_start[v]
+                self.fan_from[at] = self.corner[t, e + 1 if e < 2 else 0]
+                self.fan_to[at] = self.corner[t, e + 2 if e < 1 else e - 1]
+                self.fan_start[v] += 1
+        for v in range(self.vertices, 0, -1):
+            self.fan_start[v] = self.fan_start[v - 1]
+        self.fan_start[0] = 0
+        return behind
+
+    @cython.ccall
+    @cython.nogil
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def predict(
+        self,
+        a: cython.double[:, ::1],
+        size_a: cython.Py_ssize_t,
+        b: cython.double[:, ::1],
+        partner: cython.int[::1],
+        c: cython.double,
+        s: cython.double,
+        x: cython.double,
+        y: cython.double,
+        measured: cython.bint,
+    ) -> cython.int:
+        """Predict where every minutia of A lies in B; return for how many the mesh does.
+
+        A paired minutia is predicted by its ring without itself. Where there is no ring round a
+        minutia, the transform (c, s, x, y) maps it. Where `measured`, the pairs, those that the
+        mesh was built of, are measured on their rings.
+        """
+        i: cython.Py_ssize_t
+        scale: cython.double = 1.0 / sqrt(c * c + s * s)
+        found: cython.int = 0
+        if measured:
+            self.places = self.weights = self.full = self.strain = 0.0
+            self.turned = self.edges = 0
+            for i in range(size_a):
+                self.place_agreement[i] = 0.0
+                self.weight_agreement[i] = 0.0
+                self.fullness[i] = 0.0
+        for i in range(size_a):
+            self._find_ring(a, i)
+            if self._predict_one(a, i):
+                found += 1
+                if measured and self.vertex_of[i] >= 0:
+                    self._measure_one(a, i, b, partner[i])
+                continue
+            self.predicted[0, i] = x + c * a[0, i] - s * a[1, i]
+            self.predicted[1, i] = y + s * a[0, i] + c * a[1, i]
+            self.predicted[2, i] = scale * (c * a[2, i] - s * a[3, i])
+            self.predicted[3, i] = scale * (s * a[2, i] + c * a[3, i])
+            self.nearest[i] = FAR_AWAY
+        return found
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _find_ring(self, a: cython.double[:, ::1], i: cython.Py_ssize_t) -> cython.int:
+        """Make the ring of minutia i of A, a vertex of the mesh or not, the ring at hand."""
+        v: cython.Py_ssize_t = self.vertex_of[i]
+        if v < 0:
+            self._cavity(a[0, i], a[1, i])
+        else:
+            self._chain(self.fan_from, self.fan_to, self.fan_start[v], self.fan_start[v + 1])
+        return self.ring_size
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def _predict_one(self, a: cython.double[:, ::1], i: cython.Py_ssize_t) -> cython.bint:
+        """Predict minutia i of A by the ring at hand; return whether the ring goes round it.
+
+        The direction turns as the ring does: by the rotation that fits the lines from the place to
+        the vertices best, each by its weight.
+        """
+        k: cython.Py_ssize_t
+        v: cython.Py_ssize_t
+        px: cython.double = a[0, i]
+        py: cython.double = a[1, i]
+        x: cython.double = 0.0
+        y: cython.double = 0.0
+        c: cython.double = 0.0
+        s: cython.double = 0.0
+        ax: cython.double
+        ay: cython.double
+        bx: cython.double
+        by: cython.double
+        length2: cython.double
+        weight: cython.double
+        nearest2: cython.double = FAR_AWAY * FAR_AWAY
+        if self.ring_size < 3 or not shape_preserving_weights(
+            self.ax, self.ay, self.ring, 0, self.ring_size, px, py, self.weight
+        ):
+            return False
+        for k in range(self.ring_size):
+            v = self.ring[k]
+            x += self.weight[k] * self.bx[v]
+            y += self.weight[k] * self.by[v]
+        for k in range(self.ring_size):
+            v = self.ring[k]
+            ax = self.ax[v] - px
+            ay = self.ay[v] - py
+            bx = self.bx[v] - x
+            by = self.by[v] - y
+            length2 = ax * ax + ay * ay
+            if v >= FRAME and length2 < nearest2:
+                nearest2 = length2
+            weight = self.weight[k] / (length2 + NEAR2)
+            c += weight * (ax * bx + ay * by)
+            s += weight * (ax * by - ay * bx)
+        length2 = sqrt(c * c + s * s)
+        if not length2 > 0.0:
+            return False
+        c /= length2
+        s /= length2
+        self.predicted[0, i] = x
+        self.predicted[1, i] = y
+        self.predicted[2, i] = c * a[2, i] - s * a[3, i]
+        self.predicted[3, i] = s * a[2, i] + c * a[3, i]
+        self.nearest[i] = sqrt(nearest2)
+        return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def _measure_one(
+        self,
+        a: cython.double[:, ::1],
+        i: cython.Py_ssize_t,
+        b: cython.double[:, ::1],
+        j: cython.Py_ssize_t,
+    ) -> cython.int:
+        """Measure the pair of minutia i of A and j of B on the ring at hand, which predicted it."""
+        k: cython.Py_ssize_t
+        v: cython.Py_ssize_t
+        u: cython.Py_ssize_t
+        radius: cython.double = 0.0
+        on_pairs: cython.double = 0.0
+        dx: cython.double
+        dy: cython.double
+        length_a: cython.double
+        length_b: cython.double
+        for k in range(self.ring_size):
+            v = self.ring[k]
+            u = self.ring[k + 1 if k + 1 < self.ring_size else 0]
+            dx = self.ax[v] - a[0, i]
+            dy = self.ay[v] - a[1, i]
+            length_a = sqrt(dx * dx + dy * dy)
+            dx = self.bx[v] - b[0, j]
+            dy = self.by[v] - b[1, j]
+            radius += self.weight[k] * length_a
+            if v >= FRAME:
+                length_b = sqrt(dx * dx + dy * dy)
+                on_pairs += self.weight[k]
+                self.edges += 1
+                self.strain += (
+                    2.0 * fabs(length_a - length_b) / (length_a + length_b + 2.0 * STRAIN_PX)
+                )
+            self.turned += dx * (self.by[u] - b[1, j]) - dy * (self.bx[u] - b[0, j]) <= 0.0
+        dx = self.predicted[0, i] - b[0, j]
+        dy = self.predicted[1, i] - b[1, j]
+        dx = sqrt(dx * dx + dy * dy) / (self.residual_px + self.residual_per_px * radius)
+        self.fullness[i] = on_pairs
+        self.weight_agreement[i] = exp(-0.5 * dx * dx)
+        self.place_agreement[i] = self._place_agreement()
+        self.full += on_pairs
+        self.weights += self.weight_agreement[i]
+        self.places += self.place_agreement[i]
+        return self.ring_size
+
+    @cython.ccall
+    @cython.nogil
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def mean_strain(self) -> cython.double:
+        """Return the mean relative change of length of the edges at pairs."""
+        return self.strain / self.edges if self.edges > 0 else 0.0
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def _place_agreement(self) -> cython.double:
+        """Return how well the places of the ring's vertices on the two circles agree, 0 to 1.
+
+        A place is the share of the turn that lies before a vertex, by chord length (eq. 3). The
+        circles are turned so that the places agree on average.
+        """
+        k: cython.Py_ssize_t
+        following: cython.Py_ssize_t
+        v: cython.Py_ssize_t
+        u: cython.Py_ssize_t
+        dx: cython.double
+        dy: cython.double
+        around_a: cython.double = 0.0
+        around_b: cython.double = 0.0
+        mean: cython.double = 0.0
+        square: cython.double = 0.0
+        for k in range(self.ring_size):
+            following = k + 1 if k + 1 < self.ring_size else 0
+            v = self.ring[k]
+            u = self.ring[following]
+            self.place[k] = around_a
+            self.other_place[k] = around_b
+            dx = self.ax[u] - self.ax[v]
+            dy = self.ay[u] - self.ay[v]
+            around_a += sqrt(dx * dx + dy * dy)
+            dx = self.bx[u] - self.bx[v]
+            dy = self.by[u] - self.by[v]
+            around_b += sqrt(dx * dx + dy * dy)
+        if not (around_a > 0.0 and around_b > 0.0):
+            return 0.0
+        for k in range(self.ring_size):
+            self.place[k] = self.place[k] / around_a - self.other_place[k] / around_b
+            mean += self.place[k]
+        mean /= self.ring_size
+        for k in range(self.ring_size):
+            dx = FULL_TURN * (self.place[k] - mean)
+            square += dx * dx
+        return exp(self.place_scale * square / self.ring_size)

@@ -1,0 +1,345 @@
+"""Kernel: relaxation of the local matches of two prints.
+
+A candidate is a pair of minutiae, one of each print, whose neighbourhoods are similar. Two
+candidates support each other where the second lies, in both prints, at about the same distance and
+in about the same direction from the first, and where both turn by about the same angle. In a few
+rounds every candidate takes over a share of the support of the others, so that candidates that no
+other supports fade. No transform of the whole print is assumed: the tolerance of the distance
+grows with the distance, as skin stretches.
+
+Source: relaxation of local matches as in Cappelli, Ferrara, Maltoni, "Minutia Cylinder-Code", IEEE
+TPAMI 32(12), 2010, section 4.2, with the tolerances of skin instead of fixed ones. Interpreted, the
+class runs as it stands.
+"""
+
+import cython
+import numpy as np
+
+if cython.compiled:
+    from cython.cimports.libc.math import sqrt
+else:
+    from math import sqrt
+
+COMPILED = cython.compiled
+
+NEAR = cython.declare(cython.double, 1e-6)  # px: minutiae nearer than this coincide
+
+
+@cython.final
+@cython.cclass
+class Relaxation:
+    """The candidates of two prints and the support that they give one another.
+
+    `parameters` are an `fpmatch.matching.relaxation.RelaxationParameters`; there is room for prints
+    of `size_a` and `size_b` minutiae. After `load`, candidate k of `count` is the pair
+    ``(first[k], second[k])``, ``relaxed[k]`` its similarity after relaxation and ``support[k, m]``
+    the compatibility of candidates k and m, 0 to 1. `strength` is the mean of the four greatest
+    relaxed similarities, missing ones counting as 0.
+    """
+
+    def __init__(self, parameters, size_a, size_b) -> None:
+        p = parameters
+        room = p.candidates
+        self.capacity = room
+        self.count = 0
+        self.first = np.zeros(room, np.int32)
+        self.second = np.zeros(room, np.int32)
+        self.relaxed = np.zeros(room)
+        self.support = np.zeros((room, room))
+        self.place = np.zeros((4, room))
+        self.rotation = np.zeros((2, room))
+        self.value = np.zeros(room)
+        self.gathered = np.zeros(room)
+        self.explained = np.zeros(room, np.int32)
+        self.order = np.zeros(room, np.int32)
+        self.row_best = np.zeros(size_a)
+        self.row_column = np.zeros(size_a, np.int32)
+        self.row_taken = np.zeros(size_a, np.int32)
+        self.column_taken = np.zeros(size_b, np.int32)
+        self.distance_px = p.distance_px
+        self.distance_per_px = p.distance_per_px
+        self.min_rotation_cosine = p.min_rotation_cosine
+        self.min_angle_cosine = p.min_angle_cosine
+        self.inertia = p.inertia
+        self.least_share = p.least_share
+        self.least_seed_share = p.least_seed_share
+        self.strength = 0.0
+        self.rounds = p.rounds
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def load(
+        self,
+        a: cython.double[:, ::1],
+        size_a: cython.Py_ssize_t,
+        b: cython.double[:, ::1],
+        size_b: cython.Py_ssize_t,
+        similarity: cython.float[:, ::1],
+    ) -> cython.int:
+        """Select the candidates of two prints and relax them; return their number.
+
+        `a` and `b` are minutiae (4, N): x, y with y up, and the unit vector of the direction;
+        ``similarity[i, j]`` is the local similarity of minutia i of A and minutia j of B.
+        """
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        m: cython.Py_ssize_t
+        self._select(size_a, size_b, similarity)
+        for k in range(self.count):
+            i = self.first[k]
+            j = self.second[k]
+            self.place[0, k] = a[0, i]
+            self.place[1, k] = a[1, i]
+            self.place[2, k] = b[0, j]
+            self.place[3, k] = b[1, j]
+            self.rotation[0, k] = a[2, i] * b[2, j] + a[3, i] * b[3, j]
+            self.rotation[1, k] = a[2, i] * b[3, j] - a[3, i] * b[2, j]
+            self.value[k] = cython.cast(cython.double, similarity[i, j])
+            self.relaxed[k] = self.value[k]
+            self.explained[k] = 0
+            self.support[k, k] = 0.0
+            for m in range(k):
+                self.support[k, m] = self._compatibility(k, m)
+                self.support[m, k] = self.support[k, m]
+        self._relax()
+        self.strength = self._strongest()
+        return self.count
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _select(
+        self,
+        size_a: cython.Py_ssize_t,
+        size_b: cython.Py_ssize_t,
+        similarity: cython.float[:, ::1],
+    ) -> cython.int:
+        """Select the pairs of the greatest similarity, each minutia once; the first of equals."""
+        i: cython.Py_ssize_t
+        best: cython.Py_ssize_t
+        most: cython.double
+        self.count = 0
+        for i in range(size_b):
+            self.column_taken[i] = 0
+        for i in range(size_a):
+            self.row_taken[i] = 0
+            self._best_of_row(i, size_b, similarity)
+        while self.count < self.capacity:
+            best = -1
+            most = 0.0
+            for i in range(size_a):
+                if self.row_best[i] > most and not self.row_taken[i]:
+                    if self.column_taken[self.row_column[i]]:
+                        self._best_of_row(i, size_b, similarity)
+                    if self.row_best[i] > most:
+                        most = self.row_best[i]
+                        best = i
+            if best < 0:
+                break
+            self.first[self.count] = cython.cast(cython.int, best)
+            self.second[self.count] = self.row_column[best]
+            self.row_taken[best] = 1
+            self.column_taken[self.row_column[best]] = 1
+            self.count += 1
+        return self.count
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _best_of_row(
+        self,
+        i: cython.Py_ssize_t,
+        size_b: cython.Py_ssize_t,
+        similarity: cython.float[:, ::1],
+    ) -> cython.int:
+        """Note the free minutia of B that is most similar to minutia i of A."""
+        j: cython.Py_ssize_t
+        most: cython.double = 0.0
+        column: cython.int = 0
+        for j in range(size_b):
+            if cython.cast(cython.double, similarity[i, j]) > most and not self.column_taken[j]:
+                most = cython.cast(cython.double, similarity[i, j])
+                column = cython.cast(cython.int, j)
+        self.row_best[i] = most
+        self.row_column[i] = column
+        return column
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _compatibility(self, k: cython.Py_ssize_t, m: cython.Py_ssize_t) -> cython.double:
+        """Return how well two candidates agree, 0 to 1.
+
+        It is the product of three terms, each 1 for perfect agreement and 0 at its tolerance: of
+        the distances of the two minutiae in either print, of the rotations of the two pairs, and of
+        the directions from one minutia to the other, turned by the mean rotation.
+        """
+        c: cython.double
+        s: cython.double
+        ax: cython.double
+        ay: cython.double
+        bx: cython.double
+        by: cython.double
+        length_a: cython.double
+        length_b: cython.double
+        shorter: cython.double
+        distance: cython.double
+        rotation: cython.double
+        angle: cython.double
+        rotation = self.rotation[0, k] * self.rotation[0, m]
+        rotation += self.rotation[1, k] * self.rotation[1, m]
+        rotation -= self.min_rotation_cosine
+        if rotation <= 0.0:
+            return 0.0
+        ax = self.place[0, m] - self.place[0, k]
+        ay = self.place[1, m] - self.place[1, k]
+        bx = self.place[2, m] - self.place[2, k]
+        by = self.place[3, m] - self.place[3, k]
+        length_a = sqrt(ax * ax + ay * ay)
+        length_b = sqrt(bx * bx + by * by)
+        shorter = length_a if length_a < length_b else length_b
+        if shorter < NEAR:
+            return 0.0
+        distance = (length_a - length_b) / (self.distance_px + self.distance_per_px * shorter)
+        distance = 1.0 - distance * distance
+        if distance <= 0.0:
+            return 0.0
+        c = self.rotation[0, k] + self.rotation[0, m]
+        s = self.rotation[1, k] + self.rotation[1, m]
+        angle = (c * ax - s * ay) * bx + (s * ax + c * ay) * by
+        angle = angle / (sqrt(c * c + s * s) * length_a * length_b) - self.min_angle_cosine
+        if angle <= 0.0:
+            return 0.0
+        rotation = rotation / (1.0 - self.min_rotation_cosine)
+        return distance * rotation * angle / (1.0 - self.min_angle_cosine)
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _relax(self) -> cython.int:
+        """Relax: every candidate keeps a share of its value and takes the rest from the others."""
+        k: cython.Py_ssize_t
+        m: cython.Py_ssize_t
+        r: cython.int
+        value: cython.double
+        n: cython.int = self.count
+        share: cython.double = (1.0 - self.inertia) / (n - 1 if n > 1 else 1)
+        support: cython.double[:, ::1] = self.support
+        relaxed: cython.double[::1] = self.relaxed
+        gathered: cython.double[::1] = self.gathered
+        for r in range(self.rounds):
+            for k in range(n):
+                gathered[k] = 0.0
+            for m in range(n):
+                value = relaxed[m]
+                for k in range(n):
+                    gathered[k] += value * support[m, k]
+            for k in range(n):
+                relaxed[k] = self.inertia * relaxed[k] + share * gathered[k]
+        return n
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _strongest(self) -> cython.double:
+        """Return the mean of the four greatest relaxed similarities."""
+        k: cython.Py_ssize_t
+        value: cython.double
+        rest: cython.double
+        first: cython.double = 0.0
+        second: cython.double = 0.0
+        third: cython.double = 0.0
+        fourth: cython.double = 0.0
+        for k in range(self.count):
+            value = self.relaxed[k]
+            if value <= fourth:
+                continue
+            fourth = value
+            if fourth > third:
+                rest = third
+                third = fourth
+                fourth = rest
+            if third > second:
+                rest = second
+                second = third
+                third = rest
+            if second > first:
+                rest = first
+                first = second
+                second = rest
+        return 0.25 * (first + second + third + fourth)
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def hypothesis(
+        self,
+        size_a: cython.Py_ssize_t,
+        whole: cython.bint,
+        partner: cython.int[::1],
+        weight: cython.double[::1],
+    ) -> cython.int:
+        """Write the pairs of the next hypothesis; return their number, 0 where there is none left.
+
+        Its seed is the strongest candidate that no earlier hypothesis explains; where that is much
+        weaker than the strongest of all, there is no hypothesis left. Where `whole`, all
+        candidates that are strong enough are its pairs; else each counts as much as it supports the
+        seed. ``partner[i]`` is the minutia of B that minutia i of A is paired with, or -1;
+        ``weight[i]`` is relative to the seed's.
+        """
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        seed: cython.Py_ssize_t = -1
+        most: cython.double = 0.0
+        strongest: cython.double = 0.0
+        value: cython.double
+        pairs: cython.int = 0
+        for i in range(size_a):
+            partner[i] = -1
+            weight[i] = 0.0
+        for k in range(self.count):
+            if self.relaxed[k] > strongest:
+                strongest = self.relaxed[k]
+            if not self.explained[k] and self.relaxed[k] > most:
+                most = self.relaxed[k]
+                seed = k
+        if seed < 0 or most < self.least_seed_share * strongest:
+            return 0
+        self.explained[seed] = 1
+        for k in range(self.count):
+            value = self.relaxed[k]
+            if not whole and k != seed:
+                value *= self.support[seed, k]
+            value /= most
+            if value >= self.least_share:
+                partner[self.first[k]] = self.second[k]
+                weight[self.first[k]] = value
+                pairs += 1
+        return pairs
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def explain(self, partner: cython.int[::1]) -> cython.int:
+        """Mark the candidates among these pairs as explained; return how many they are."""
+        k: cython.Py_ssize_t
+        found: cython.int = 0
+        for k in range(self.count):
+            if partner[self.first[k]] == self.second[k]:
+                self.explained[k] = 1
+                found += 1
+        return found
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def support_of(self, partner: cython.int[::1]) -> cython.double:
+        """Return the sum of the relaxed similarities of the candidates among these pairs."""
+        k: cython.Py_ssize_t
+        total: cython.double = 0.0
+        for k in range(self.count):
+            if partner[self.first[k]] == self.second[k]:
+                total += self.relaxed[k]
+        return total

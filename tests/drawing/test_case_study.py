@@ -1,0 +1,135 @@
+"""The pictures of a case study: what they show is what was found, and less where less was found."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch.drawing.case_study import prints, rings
+from fpmatch.drawing.case_study.case import Case, make_case, paired_points
+from fpmatch.drawing.case_study.figures import draw_case_study
+from fpmatch.drawing.case_study.overlay import overlays
+from fpmatch.drawing.paper_figures.sheet import settings
+from fpmatch.errors import OutputError
+from fpmatch.image.extract import extract
+from fpmatch.image.read import read_image
+from fpmatch.matching.result import Verification
+from fpmatch.matching.verify import verify
+from fpmatch.minutiae import Minutiae
+
+SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
+NAMES = ("103_1", "103_2")
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    pytest.importorskip("matplotlib")
+    images = [read_image(SAMPLES / f"{name}.tif") for name in NAMES]
+    templates = [extract(image) for image in images]
+    pixels = [image.pixels for image in images]
+    probe, reference = zip(NAMES, pixels, strict=True)
+    found = verify(*templates), verify(*templates, matcher="paper")
+    return make_case(probe, reference, *found)
+
+
+def without(result: Verification, *, pairs: int) -> Verification:
+    """Return a result of fewer pairs; of none, and no transform."""
+    transform = result.transform if pairs else None
+    return replace(result, pairs=result.pairs[:pairs], transform=transform)
+
+
+def test_the_pictures_are_those_of_the_steps_and_always_the_same(case: Case) -> None:
+    figures = draw_case_study(case)
+    assert [figure.file_name for figure in figures] == [
+        "figure_1_prints.png",
+        "figure_3_triangulations.png",
+        "pairs.png",
+        "mesh_of_pairs.png",
+        "ring_of_pairs.png",
+        "ring_of_minutiae.png",
+        "figure_8_overlays.png",
+    ]
+    for figure in figures:
+        with Image.open(io.BytesIO(figure.content)) as image:
+            assert image.width == 1600
+            assert image.info["Description"] == figure.caption
+    assert draw_case_study(case) == figures
+
+
+def test_the_captions_have_the_numbers_of_the_results(case: Case) -> None:
+    default, paper = ({tuple(pair) for pair in result.pairs.tolist()} for result in case.results)
+    with settings():
+        words = prints.pairs(case).caption
+        counted = (
+            f"finds {len(default)} pairs, the paper's {len(paper)}; {len(default & paper)} are"
+        )
+        assert counted in words
+        words = prints.prints(case).caption
+        for side in case.sides:
+            assert f"{len(side.template.minutiae)} minutiae of {side.letter}" in words
+        words = prints.triangulations(case).caption
+        assert f"P: {len(case.probe.mesh.edges)} edges" in words
+        words = overlays(case).caption
+        for result in case.results:
+            assert result.transform is not None
+            assert f"scale {result.transform.scale:.3f}" in words
+            assert f"{abs(result.transform.rotation_deg):.1f}° clockwise" in words
+
+
+def test_prints_stand_upright_and_marks_lie_on_them(case: Case) -> None:
+    with settings():
+        for axes, side in zip(prints.prints(case).figure.axes, case.sides, strict=True):
+            bottom, top = axes.get_ylim()
+            left, right = axes.get_xlim()
+            assert bottom > top  # y of an image points down
+            x, y = side.points.T
+            assert left < x.min() < x.max() < right
+            assert top < y.min() < y.max() < bottom
+            (image,) = axes.get_images()
+            assert image.get_array().shape == side.pixels.shape
+
+
+def test_a_ring_of_pairs_joins_partners(case: Case) -> None:
+    p, q = paired_points(case, case.default)
+    assert len(p) == len(q) == len(case.default.pairs)
+    with settings():
+        sheet = rings.ring_of_pairs(case)
+    assert sheet is not None
+    assert "the partner in Q is known" in sheet.caption
+
+
+def test_a_triangle_without_area_is_turned_over() -> None:
+    p = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    assert prints.turned_over(np.array([[0, 1, 2]], np.int32), p, line).tolist() == [True]
+
+
+@pytest.mark.parametrize("pairs", [0, 1, 2, 3])
+def test_few_pairs_leave_out_what_there_is_nothing_to_show_of(case: Case, pairs: int) -> None:
+    few = replace(
+        case, default=without(case.default, pairs=pairs), paper=without(case.paper, pairs=pairs)
+    )
+    names = [figure.file_name for figure in draw_case_study(few)]
+    assert "figure_8_overlays.png" in names
+    assert "ring_of_pairs.png" not in names
+    with settings():
+        assert ("no transform found" in overlays(few).caption) == (pairs == 0)
+
+
+def test_prints_without_minutiae_or_ridges_are_drawn(case: Case) -> None:
+    images = [read_image(SAMPLES / f"{name}.tif") for name in NAMES]
+    empty = [replace(side.template, minutiae=Minutiae.empty(), field=None) for side in case.sides]
+    found = verify(*empty), verify(*empty, matcher="paper")
+    pixels = [image.pixels for image in images]
+    probe, reference = zip(NAMES, pixels, strict=True)
+    assert draw_case_study(make_case(probe, reference, *found))
+
+
+def test_an_unknown_format_is_refused(case: Case) -> None:
+    with pytest.raises(OutputError, match="unknown format 'pdf'"):
+        draw_case_study(case, "pdf")  # type: ignore[arg-type]

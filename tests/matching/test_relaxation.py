@@ -1,0 +1,459 @@
+"""Relaxation of local matches: the kernel against a numpy twin, and what it is for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import COMPILED, Points, any_points, jittered, moved, seeds, spread_points
+from numpy.typing import NDArray
+
+from fpmatch.matching import _relaxation_kernel as kernel
+from fpmatch.matching.local import local_similarity
+from fpmatch.matching.neighbourhood import neighbourhoods
+from fpmatch.matching.relaxation import RelaxationParameters
+
+P = RelaxationParameters()
+MOST = 25 if COMPILED else 12
+"""Minutiae a side; the candidates support each other in pairs."""
+
+STRONGEST = 4  # relaxed similarities of which `strength` is the mean
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """Candidates, their relaxed similarities, and how well any two of them agree."""
+
+    first: list[int]
+    second: list[int]
+    support: Floats
+    relaxed: Floats
+    strength: float
+
+
+def candidates_twin(similarity: NDArray[np.float32], most: int) -> list[tuple[int, int]]:
+    """Return the pairs of the greatest similarity, each minutia once, the first of equals."""
+    found: list[tuple[int, int]] = []
+    left = similarity.astype(float)
+    while len(found) < most and (left > 0).any():
+        i, j = divmod(int(left.argmax()), left.shape[1])
+        found.append((i, j))
+        left[i, :] = 0
+        left[:, j] = 0
+    return found
+
+
+def compatibility_twin(
+    a: Points, b: Points, one: tuple[int, int], other: tuple[int, int], p: RelaxationParameters
+) -> float:
+    """Return how well two candidates agree: three terms, each 1 at best and 0 at its tolerance."""
+    (z_a, d_a), (z_b, d_b) = ((side[0] + 1j * side[1], side[2] + 1j * side[3]) for side in (a, b))
+    rotation, other_rotation = (d_b[j] / d_a[i] for i, j in (one, other))
+    line_a, line_b = z_a[other[0]] - z_a[one[0]], z_b[other[1]] - z_b[one[1]]
+    shorter = min(abs(line_a), abs(line_b))
+    if shorter < 1e-6:
+        return 0.0
+    turn = np.angle(other_rotation / rotation)
+    mean_rotation = rotation * np.exp(0.5j * turn)
+    angle = np.angle(line_b / (line_a * mean_rotation))
+    difference = (abs(line_a) - abs(line_b)) / (p.distance_px + p.distance_per_px * shorter)
+    terms = (
+        1 - difference**2,
+        (np.cos(turn) - p.min_rotation_cosine) / (1 - p.min_rotation_cosine),
+        (np.cos(angle) - p.min_angle_cosine) / (1 - p.min_angle_cosine),
+    )
+    return math.prod(max(float(term), 0.0) for term in terms)
+
+
+def relaxation_twin(
+    a: Points, b: Points, similarity: NDArray[np.float32], p: RelaxationParameters
+) -> Relaxed:
+    found = candidates_twin(similarity, p.candidates)
+    n = len(found)
+    support = np.zeros((n, n))
+    for k in range(n):
+        for m in range(n):
+            if k != m:
+                support[k, m] = compatibility_twin(a, b, found[k], found[m], p)
+    relaxed = np.array([similarity[pair] for pair in found], float)
+    for _ in range(p.rounds):
+        taken = support @ relaxed / max(n - 1, 1)
+        relaxed = p.inertia * relaxed + (1 - p.inertia) * taken
+    strength = np.sort(relaxed)[::-1][:STRONGEST].sum() / STRONGEST
+    return Relaxed([i for i, _ in found], [j for _, j in found], support, relaxed, strength)
+
+
+def relaxation_of(
+    a: Points,
+    b: Points,
+    similarity: NDArray[np.float32],
+    p: RelaxationParameters = P,
+    module: ModuleType = kernel,
+    room: int = 3,
+) -> Any:
+    """Return the kernel's relaxation, with room for more minutiae, which must not matter."""
+    found = module.Relaxation(p, a.shape[1] + room, b.shape[1] + room)
+    assert found.load(a, a.shape[1], b, b.shape[1], similarity) == found.count
+    return found
+
+
+def result_of(relaxation: Any) -> Relaxed:
+    n = relaxation.count
+    return Relaxed(
+        np.asarray(relaxation.first)[:n].tolist(),
+        np.asarray(relaxation.second)[:n].tolist(),
+        np.array(relaxation.support)[:n, :n],
+        np.array(relaxation.relaxed)[:n],
+        relaxation.strength,
+    )
+
+
+def similarity_of(a: Points, b: Points) -> NDArray[np.float32]:
+    return local_similarity(neighbourhoods(a), neighbourhoods(b))
+
+
+def any_similarity(rng: np.random.Generator, n: int, m: int) -> NDArray[np.float32]:
+    """Return similarities of which many are 0 and many are equal."""
+    return rng.choice(np.float32([0, 0, 0.1, 0.25, 0.5, 0.7, 1.1]), (n, m))
+
+
+def two_impressions(seed: int, n: int = MOST) -> tuple[Points, Points]:
+    """Return a print and a moved, jittered, partly replaced copy; most keep their indices."""
+    rng = np.random.default_rng(seed)
+    a = spread_points(rng, n)
+    b = jittered(rng, moved(a, rng.uniform(-3, 3), complex(*rng.uniform(-90, 90, 2))), 2, 0.1)
+    gone = int(rng.integers(0, 5))
+    return a, np.ascontiguousarray(np.hstack([b[:, : n - gone], spread_points(rng, gone)]))
+
+
+def any_case(seed: int) -> tuple[Points, Points, NDArray[np.float32]]:
+    """Return two prints of one finger or of any, with similarities of their own or random ones."""
+    rng = np.random.default_rng(seed)
+    if rng.random() < 0.5:
+        a, b = two_impressions(seed)
+    else:
+        a, b = any_points(seed, MOST), any_points(seed + 1, MOST)
+    if rng.random() < 0.5:
+        return a, b, similarity_of(a, b)
+    return a, b, any_similarity(rng, a.shape[1], b.shape[1])
+
+
+any_parameters = st.builds(
+    RelaxationParameters,
+    candidates=st.sampled_from([1, 5, 48]),
+    distance_px=st.floats(1, 40),
+    max_rotation_deg=st.floats(5, 90),
+    max_angle_deg=st.floats(5, 150),
+    rounds=st.integers(0, 8),
+    inertia=st.floats(0, 1),
+    least_seed_share=st.floats(0, 1),
+    least_share=st.floats(0.01, 1.5),
+)
+
+
+def hypothesis_twin(
+    of: Relaxed, explained: set[int], size_a: int, p: RelaxationParameters, *, whole: bool
+) -> tuple[Ints, Floats, int | None]:
+    """Return partners, weights and the seed of the next hypothesis; no seed where none is left."""
+    partner, weight = np.full(size_a, -1, np.int32), np.zeros(size_a)
+    left = np.array([0.0 if k in explained else r for k, r in enumerate(of.relaxed)])
+    most = left.max(initial=0.0)
+    if not most > 0 or most < p.least_seed_share * of.relaxed.max():
+        return partner, weight, None
+    seed = int(left.argmax())
+    value = of.relaxed.copy()
+    if not whole:
+        value *= of.support[seed]
+        value[seed] = most
+    value /= most
+    for k in np.flatnonzero(value >= p.least_share):
+        partner[of.first[k]], weight[of.first[k]] = of.second[k], value[k]
+    return partner, weight, seed
+
+
+def next_hypothesis(relaxation: Any, size_a: int, *, whole: bool) -> tuple[int, Ints, Floats]:
+    partner, weight = np.full(size_a, 77, np.int32), np.full(size_a, np.nan)
+    return relaxation.hypothesis(size_a, whole, partner, weight), partner, weight
+
+
+@given(seeds, any_parameters)
+def test_relaxation_agrees_with_its_twin(seed: int, p: RelaxationParameters) -> None:
+    a, b, similarity = any_case(seed)
+    found = result_of(relaxation_of(a, b, similarity, p))
+    expected = relaxation_twin(a, b, similarity, p)
+    assert (found.first, found.second) == (expected.first, expected.second)
+    assert found.support == pytest.approx(expected.support, abs=1e-9)
+    assert found.relaxed == pytest.approx(expected.relaxed, abs=1e-9)
+    assert found.strength == pytest.approx(expected.strength, abs=1e-9)
+
+
+@given(seeds)
+def test_each_minutia_is_in_one_candidate(seed: int) -> None:
+    a, b, similarity = any_case(seed)
+    found = result_of(relaxation_of(a, b, similarity))
+    assert len(set(found.first)) == len(found.first) <= P.candidates
+    assert len(set(found.second)) == len(found.second)
+    value = similarity[found.first, found.second]
+    assert (value > 0).all()
+    assert (np.diff(value) <= 0).all()
+    if len(found.first) < P.candidates:  # what is left over has no free minutia on either side
+        left = np.delete(np.delete(similarity, found.first, axis=0), found.second, axis=1)
+        assert not (left > 0).any()
+
+
+@given(seeds)
+def test_compatibility_is_mutual_and_at_most_one(seed: int) -> None:
+    support = result_of(relaxation_of(*any_case(seed))).support
+    assert support.tolist() == support.T.tolist()
+    assert not support.diagonal().any()
+    assert (support >= 0).all()
+    assert (support <= 1 + 1e-12).all()
+
+
+@given(
+    seeds,
+    st.floats(-math.pi, math.pi),
+    st.complex_numbers(max_magnitude=300),
+    st.floats(-math.pi, math.pi),
+    st.complex_numbers(max_magnitude=300),
+)
+def test_compatibility_does_not_depend_on_the_pose_of_either_print(
+    seed: int, turn_a: float, shift_a: complex, turn_b: float, shift_b: complex
+) -> None:
+    rng = np.random.default_rng(seed)
+    a, b = two_impressions(seed)
+    similarity = any_similarity(rng, a.shape[1], b.shape[1])
+    plain = result_of(relaxation_of(a, b, similarity))
+    posed = relaxation_of(moved(a, turn_a, shift_a), moved(b, turn_b, shift_b), similarity)
+    assert result_of(posed).support == pytest.approx(plain.support, abs=1e-9)
+    assert result_of(posed).relaxed == pytest.approx(plain.relaxed, abs=1e-9)
+
+
+@given(seeds)
+def test_a_print_moved_rigidly_agrees_perfectly_with_itself(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a = spread_points(rng, 10)
+    b = moved(a, rng.uniform(-3, 3), 40 - 7j)
+    found = result_of(relaxation_of(a, b, np.eye(10, dtype=np.float32)))
+    assert found.first == found.second == list(range(10))
+    assert found.support == pytest.approx(1 - np.eye(10))
+    assert found.relaxed == pytest.approx(1.0)
+    assert found.strength == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("stretch_px", "rotation_deg", "angle_deg", "expected"),
+    [
+        (0.0, 0.0, 0.0, 1.0),
+        (11.0, 0.0, 0.0, 0.0),  # the tolerance of 100 px: 6 px and 5 % of the distance
+        (5.5, 0.0, 0.0, 0.75),
+        (0.0, 25.0, 12.5, 0.0),  # the mean rotation turns the line by half of it
+        (0.0, 0.0, 30.0, 0.0),
+        (-5.0, 0.0, 0.0, 1 - (5 / (6 + 0.05 * 95)) ** 2),  # of the shorter distance
+    ],
+)
+def test_compatibility_falls_to_nothing_at_its_tolerances(
+    stretch_px: float, rotation_deg: float, angle_deg: float, expected: float
+) -> None:
+    rotation, angle = math.radians(rotation_deg), math.radians(angle_deg)
+    a = np.array([[0.0, 100.0], [0.0, 0.0], [1.0, 1.0], [0.0, 0.0]])
+    end = (100 + stretch_px) * np.exp(1j * angle)
+    b = np.array(
+        [[0.0, end.real], [0.0, end.imag], [1.0, math.cos(rotation)], [0.0, math.sin(rotation)]]
+    )
+    p = RelaxationParameters(
+        distance_px=6.0, distance_per_px=0.05, max_rotation_deg=25.0, max_angle_deg=30.0
+    )
+    support = result_of(relaxation_of(a, b, np.eye(2, dtype=np.float32), p)).support
+    assert support[0, 1] == pytest.approx(expected, abs=1e-9)
+
+
+def test_candidates_that_no_other_supports_fade() -> None:
+    """Candidates that share a motion keep their strength; false ones lose half of it a round."""
+    rng = np.random.default_rng(11)
+    a = spread_points(rng, 20)
+    b = moved(a, 0.8, 25 + 60j)
+    shuffled = np.r_[0:12, 12 + rng.permutation(8)]
+    b[:, 12:] = spread_points(rng, 8)
+    similarity = np.zeros((20, 20), np.float32)
+    similarity[np.arange(12), np.arange(12)] = 0.5
+    similarity[np.arange(12, 20), shuffled[12:]] = 0.9  # false, and more similar
+    found = result_of(relaxation_of(a, b, similarity))
+    genuine = np.array(found.first) < 12
+    assert found.relaxed[genuine].min() > 2 * found.relaxed[~genuine].max()
+
+
+@given(seeds, any_parameters, st.booleans())
+def test_hypotheses_agree_with_their_twin(
+    seed: int, p: RelaxationParameters, first_whole: bool
+) -> None:
+    a, b, similarity = any_case(seed)
+    n = a.shape[1]
+    relaxation = relaxation_of(a, b, similarity, p)
+    of = result_of(relaxation)
+    rng = np.random.default_rng(seed)
+    explained: set[int] = set()
+    for k in range(len(of.first) + 1):
+        whole = first_whole and k == 0
+        partner, weight, chosen = hypothesis_twin(of, explained, n, p, whole=whole)
+        pairs, *found = next_hypothesis(relaxation, n, whole=whole)
+        assert pairs == np.count_nonzero(partner >= 0)
+        assert found[0].tolist() == partner.tolist()
+        assert found[1].tolist() == weight.tolist()
+        if chosen is None:
+            return
+        explained.add(chosen)
+        # any pairs explain the candidates among them, and no others
+        given_pairs = partner.copy()
+        given_pairs[rng.random(n) < 0.3] = -1
+        among = {m for m in range(len(of.first)) if given_pairs[of.first[m]] == of.second[m]}
+        assert relaxation.explain(given_pairs) == len(among)
+        assert relaxation.support_of(given_pairs) == pytest.approx(of.relaxed[sorted(among)].sum())
+        explained |= among
+    assert len(explained) == len(of.first)
+
+
+@given(seeds)
+def test_every_hypothesis_has_its_own_seed(seed: int) -> None:
+    p = replace(P, least_seed_share=0.0, least_share=1e-9)
+    a, b, similarity = any_case(seed)
+    relaxation = relaxation_of(a, b, similarity, p)
+    count = 0
+    while next_hypothesis(relaxation, a.shape[1], whole=False)[0]:
+        count += 1
+    assert count == relaxation.count
+
+
+def test_the_seed_of_another_motion_makes_the_second_hypothesis() -> None:
+    """Two groups of candidates, each of its own motion: one hypothesis each, in their order."""
+    rng = np.random.default_rng(3)
+    a = spread_points(rng, 16, 25.0)
+    b = moved(a, 0.4, 30j)
+    b[:, 10:] = moved(a[:, 10:], -2.0, 50 + 8j)
+    similarity = np.eye(16, dtype=np.float32)
+    relaxation = relaxation_of(a, b, similarity, replace(P, least_seed_share=0.3))
+    pairs, partner, _ = next_hypothesis(relaxation, 16, whole=False)
+    assert pairs == np.count_nonzero(partner[:10] >= 0) > 5
+    whole = np.r_[np.arange(10), np.full(6, -1)].astype(np.int32)
+    assert relaxation.explain(whole) == 10
+    pairs, partner, _ = next_hypothesis(relaxation, 16, whole=False)
+    assert pairs == np.count_nonzero(partner[10:] >= 0) > 3
+
+
+def test_what_was_explained_is_forgotten_with_the_prints() -> None:
+    a, b = two_impressions(4)
+    similarity = similarity_of(a, b)
+    n = a.shape[1]
+    relaxation = kernel.Relaxation(P, n, n)
+    results = []
+    for _ in range(2):
+        relaxation.load(a, n, b, n, similarity)
+        results.append([next_hypothesis(relaxation, n, whole=True) for _ in range(3)])
+    for one, again in zip(*results, strict=True):
+        assert one[0] == again[0]
+        assert one[1].tolist() == again[1].tolist()
+        assert one[2].tolist() == again[2].tolist()
+
+
+@given(seeds)
+def test_nothing_of_the_prints_before_remains(seed: int) -> None:
+    used = kernel.Relaxation(P, 2 * MOST, 2 * MOST)
+    for k in range(3):
+        a, b, similarity = any_case(seed + k)
+        used.load(a, a.shape[1], b, b.shape[1], similarity)
+        fresh = relaxation_of(a, b, similarity, room=0)
+        assert vars_of(used) == vars_of(fresh)
+        for whole in (True, False, False):
+            one, other = (next_hypothesis(r, a.shape[1], whole=whole) for r in (used, fresh))
+            assert [np.asarray(part).tolist() for part in one] == [
+                np.asarray(part).tolist() for part in other
+            ]
+
+
+def vars_of(relaxation: Any) -> list[Any]:
+    """Return all that `Relaxation` shows, to be compared to the last bit."""
+    of = result_of(relaxation)
+    return [of.first, of.second, of.support.tolist(), of.relaxed.tolist(), of.strength]
+
+
+@given(seeds)
+@settings(max_examples=10)
+def test_compiled_and_interpreted_agree_to_the_last_bit(
+    interpreted: Callable[[str], ModuleType], seed: int
+) -> None:
+    a, b, similarity = any_case(seed)
+    plain = relaxation_of(a, b, similarity, module=interpreted("_relaxation_kernel"))
+    found = relaxation_of(a, b, similarity)
+    assert vars_of(plain) == vars_of(found)
+    for whole in (True, False, False):
+        one, other = (next_hypothesis(r, a.shape[1], whole=whole) for r in (plain, found))
+        assert one[0] == other[0]
+        assert one[1].tolist() == other[1].tolist()
+        assert one[2].tolist() == other[2].tolist()
+        assert plain.explain(one[1]) == found.explain(one[1])
+        assert plain.support_of(one[1]) == found.support_of(one[1])
+
+
+@pytest.mark.parametrize("n", range(5))
+@pytest.mark.parametrize("m", range(5))
+def test_few_minutiae_or_none(n: int, m: int) -> None:
+    rng = np.random.default_rng(6)
+    a, b = spread_points(rng, n), spread_points(rng, m)
+    relaxation = relaxation_of(a, b, np.ones((n, m), np.float32), room=0)
+    found = result_of(relaxation)
+    assert found.first == found.second == list(range(min(n, m)))
+    # the seed is a pair, whatever else is
+    pairs, partner, weight = next_hypothesis(relaxation, n, whole=True)
+    assert pairs == np.count_nonzero(partner >= 0)
+    assert (pairs > 0) == (min(n, m) > 0)
+    assert weight.max(initial=0.0) == (1.0 if pairs else 0.0)
+
+
+def test_a_lone_candidate_keeps_its_own_share() -> None:
+    a = spread_points(np.random.default_rng(1), 1)
+    found = result_of(relaxation_of(a, a, np.float32([[0.5]])))
+    assert found.relaxed.tolist() == [0.5 * P.inertia**P.rounds]
+    assert found.strength == found.relaxed[0] / STRONGEST
+
+
+def test_no_similarity_no_hypothesis() -> None:
+    a, b = two_impressions(2)
+    relaxation = relaxation_of(a, b, np.zeros((a.shape[1], b.shape[1]), np.float32))
+    assert (relaxation.count, relaxation.strength) == (0, 0.0)
+    for whole in (True, False):
+        pairs, partner, weight = next_hypothesis(relaxation, a.shape[1], whole=whole)
+        assert pairs == 0
+        assert (partner == -1).all()
+        assert not weight.any()
+
+
+def test_coincident_minutiae_do_not_support_each_other() -> None:
+    angle = np.radians([0, 90, 180, 270])
+    a = np.ascontiguousarray([np.full(4, 50.0), np.full(4, -50.0), np.cos(angle), np.sin(angle)])
+    found = result_of(relaxation_of(a, moved(a, 1.0), np.eye(4, dtype=np.float32)))
+    assert len(found.first) == 4
+    assert not found.support.any()
+
+
+def test_the_strongest_of_many_minutiae_are_the_candidates() -> None:
+    n = 200
+    rng = np.random.default_rng(12)
+    a = spread_points(rng, n, 6.0)
+    b = jittered(rng, moved(a, 0.5, 9j), 1.0, 0.05)
+    similarity = rng.uniform(0, 0.2, (n, n)).astype(np.float32)
+    similarity[np.diag_indices(n)] = rng.uniform(0.3, 1, n).astype(np.float32)
+    found = result_of(relaxation_of(a, b, similarity, room=0))
+    assert len(found.first) == P.candidates
+    assert found.first == found.second
+    assert found.first == np.argsort(-similarity.diagonal())[: P.candidates].tolist()
+    assert np.isfinite(found.relaxed).all()

@@ -1,0 +1,141 @@
+"""`benchmarks/foreign_minutiae.py`: rates of folders of CSV minutiae, and of own templates."""
+
+from __future__ import annotations
+
+import json
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import DatasetError, TemplateError
+from fpmatch.minutiae import MinutiaKind
+
+ROOT = Path(__file__).resolve().parents[1]
+SCRIPT = ROOT / "benchmarks" / "foreign_minutiae.py"
+FINGERS, IMPRESSIONS, MINUTIAE = 4, 3, 30
+
+
+@pytest.fixture(scope="module")
+def script() -> dict[str, Any]:
+    return runpy.run_path(str(SCRIPT))
+
+
+def write_folder(folder: Path, quality: float = 80) -> Path:
+    """Write impressions of a few fingers that differ by a shift and a little jitter."""
+    folder.mkdir()
+    for finger in range(FINGERS):
+        rng = np.random.default_rng(finger)
+        xy, theta = rng.uniform(40, 260, (MINUTIAE, 2)), rng.uniform(0, 360, MINUTIAE)
+        for number in range(1, IMPRESSIONS + 1):
+            shift = np.array([5.0, -3.0]) * number
+            moved = xy + shift + rng.normal(0, 1, xy.shape)
+            rows = [
+                f"{x:.2f},{y:.2f},{angle:.3f},{'EBU'[k % 3]},{quality}"
+                for k, ((x, y), angle) in enumerate(zip(moved, theta, strict=True))
+            ]
+            text = "\n".join(["x,y,theta,type,quality", *rows])
+            (folder / f"{101 + finger}_{number}.csv").write_text(f"{text}\n")
+    return folder
+
+
+def run(*words: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(SCRIPT), *map(str, words), "--workers", "1"]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_rates_of_folders_are_printed_and_written(tmp_path: Path) -> None:
+    one, two = write_folder(tmp_path / "one"), write_folder(tmp_path / "two", quality=0)
+    (two / "dataset.toml").write_text("dpi = 569\n")
+    done = run(one, two, "--json", tmp_path / "rates.json")
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert [line.split()[0] for line in lines] == ["folder", str(one), str(two), "mean", "pooled"]
+    found = json.loads((tmp_path / "rates.json").read_text())
+    assert [row["dpi"] for row in found["sets"]] == [500, 569]
+    for row in found["sets"]:
+        assert (row["genuine"], row["impostor"]) == (FINGERS * 3, 6 * IMPRESSIONS**2)
+        assert row["minutiae"] == MINUTIAE
+        assert row["eer"] == row["zero_fmr"] == 0.0
+        assert row["fmr1000"] is None
+    assert found["mean"]["eer"] == found["pooled"]["eer"] == 0.0
+
+
+def test_a_file_is_read_by_its_convention(script: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "101_1.csv"
+    path.write_text("x,y,theta,type,quality\n10,20,90.0,E,70.6\n30.5,40,350,B,0\n1,2,3,U,9\n")
+    template = script["read_minutiae"](path, 569.0)
+    m = template.minutiae
+    assert m.xy.tolist() == [[10, 20], [30.5, 40], [1, 2]]
+    assert np.degrees(m.angle).round(3).tolist() == [90, 350, 3]
+    assert m.kind.tolist() == [MinutiaKind.ENDING, MinutiaKind.BIFURCATION, MinutiaKind.OTHER]
+    assert m.quality.tolist() == [71, 0, 9]
+    assert (template.width, template.height, template.dpi) == (31, 41, 569)
+
+
+def test_no_quality_but_zero_means_that_none_is_given(
+    script: dict[str, Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "101_1.csv"
+    path.write_text("x,y,theta,type,quality\n10,20,90,E,0\n30,40,350,B,0\n")
+    assert script["read_minutiae"](path, 500.0).minutiae.quality.tolist() == [100, 100]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "expected the columns"),
+        ("x,y,angle,type,quality\n", "expected the columns"),
+        ("x,y,theta,type,quality\n1,2,3,E\n", "line 2"),
+        ("x,y,theta,type,quality\n1,2,a,E,5\n", "line 2"),
+        ("x,y,theta,type,quality\n1,2,3,E,101\n", "quality"),
+        ("x,y,theta,type,quality\n1,nan,3,E,10\n", "not finite"),
+    ],
+)
+def test_a_broken_file_is_named(
+    script: dict[str, Any], tmp_path: Path, text: str, message: str
+) -> None:
+    path = tmp_path / "101_1.csv"
+    path.write_text(text)
+    with pytest.raises(TemplateError, match=f"101_1.csv.*{message}"):
+        script["read_minutiae"](path, 500.0)
+
+
+def test_a_file_of_no_minutiae_is_a_template(script: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "101_1.csv"
+    path.write_text("x,y,theta,type,quality\n")
+    assert len(script["read_minutiae"](path, 500.0).minutiae) == 0
+
+
+def test_resolutions_are_given_once_or_for_each_folder(script: dict[str, Any]) -> None:
+    resolutions = script["resolutions"]
+    assert resolutions([], 2) == [None, None]
+    assert resolutions([600.0], 2) == [600, 600]
+    assert resolutions([500.0, 569.0], 2) == [500, 569]
+    with pytest.raises(DatasetError, match="2 times for 3 folders"):
+        resolutions([500.0, 569.0], 3)
+
+
+def test_own_templates_are_converted_to_minutiae_alone(tmp_path: Path) -> None:
+    folder = tmp_path / "prints"
+    folder.mkdir()
+    for name in ("101_1", "101_3", "102_1", "102_4"):
+        (folder / f"{name}.tif").write_bytes((ROOT / "sample_data" / f"{name}.tif").read_bytes())
+    done = run("--templates", folder, "--json", tmp_path / "rates.json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "rates.json").read_text())
+    assert found["format"] == "iso2005"
+    assert (found["sets"][0]["genuine"], found["sets"][0]["impostor"]) == (2, 4)
+    assert found["sets"][0]["eer"] == 0.0
+
+
+def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:
+    for words in ((tmp_path,), (tmp_path / "none",), ("--templates", tmp_path, "--dpi", "500")):
+        done = run(*words)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.startswith("foreign_minutiae: ")
+        assert done.stderr.count("\n") == 1

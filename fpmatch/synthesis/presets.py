@@ -126,7 +126,7 @@ PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(
         )
     }
 )
-"""The presets by name, from the easiest to the hardest."""
+"""The presets by name: four from the easiest to the hardest, and normal prints stretched more."""
 
 
 def preset_named(name: str) -> Preset:
@@ -135,7 +135,7 @@ def preset_named(name: str) -> Preset:
     Parameters
     ----------
     name : str
-        ``"clean"``, ``"easy"``, ``"normal"`` or ``"hard"``.
+        ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"`` or ``"stretched"``.
 
     Returns
     -------

@@ -124,10 +124,10 @@ class ScoreSample:
     ----------
     name : str
         The database.
-    features : ndarray of float64, shape (N, H, 11)
+    features : ndarray of float64, shape (N, H, 12)
         Those of the comparisons that found something, of each hypothesis, refined, its ridges
         compared; NaN where there are fewer. See `fpmatch.matching.score.FEATURES`.
-    coarse : ndarray of float64, shape (N, H, 11)
+    coarse : ndarray of float64, shape (N, H, 12)
         Those in coarse alignment, of the minutiae alone.
     descriptors : ndarray of float64, shape (N, 2)
         The prefilter's score, and the minutiae of the smaller print.
@@ -224,7 +224,7 @@ def _features(
 ) -> tuple[NDArray[np.float64], float] | None:
     """Return the features of two prints by each hypothesis, and the strength of the local matches.
 
-    The features, shape (2, H, 11), are those of coarse alignment and of the refined one.
+    The features, shape (2, H, 12), are those of coarse alignment and of the refined one.
     """
     a, b = sorted((probe, reference), key=lambda side: side.key)
     if min(len(a), len(b)) < MIN_MINUTIAE:

@@ -10,7 +10,7 @@ cdef class Aligner:
     cdef readonly double[:, ::1] a, b, predicted, best_predicted
     cdef readonly double[::1] reach, weight, rival_weight, best_weight
     cdef public int pairs, best_pairs
-    cdef readonly int[::1] partner, paired, rival, best_partner, start, item
+    cdef readonly int[::1] partner, former, paired, rival, best_partner, start, item
     cdef int[:, ::1] coarse_partner
     cdef double[:, ::1] coarse_weight, coarse_transform
     cdef public double c, s, x, y
@@ -30,7 +30,7 @@ cdef class Aligner:
     cdef int _save_coarse(self, Py_ssize_t k) noexcept nogil
     cdef int _list_pairs(self) noexcept nogil
     cdef int _first_fit(self) noexcept nogil
-    cpdef int grow(self, int rounds, bint predicted) noexcept nogil
+    cpdef int grow(self, int rounds, bint measured) noexcept nogil
     cpdef int measure(self) noexcept nogil
     cdef int _predict(self, bint measured) noexcept nogil
     cpdef int impose(

@@ -63,6 +63,7 @@ class Aligner:
         self.best_pairs = 0
         self.paired = np.empty(size_a, np.int32)
         self.partner = np.full(size_a, -1, np.int32)
+        self.former = np.full(size_a, -1, np.int32)
         self.weight = np.zeros(size_a)
         self.rival = np.empty(size_b, np.int32)
         self.rival_weight = np.empty(size_b)
@@ -231,7 +232,7 @@ class Aligner:
     def refine(self, k: cython.Py_ssize_t) -> cython.int:
         """Grow the mesh of hypothesis k to the end; return the number of pairs."""
         i: cython.Py_ssize_t
-        predicted: cython.bint = self.at_hand == k
+        measured: cython.bint = self.at_hand == k
         self.at_hand = -1
         for i in range(self.size_a):
             self.partner[i] = self.coarse_partner[k, i]
@@ -241,7 +242,9 @@ class Aligner:
         self.x = self.coarse_transform[k, 2]
         self.y = self.coarse_transform[k, 3]
         if self._list_pairs() > 0:
-            self.grow(self.rounds - self.coarse_rounds, predicted)
+            if not measured:
+                self.measure()
+            self.grow(self.rounds - self.coarse_rounds, True)
         return self.pairs
 
     @cython.cfunc
@@ -291,26 +294,36 @@ class Aligner:
     @cython.ccall
     @cython.nogil
     @cython.exceptval(check=False)
-    def grow(self, rounds: cython.int, predicted: cython.bint) -> cython.int:
+    def grow(self, rounds: cython.int, measured: cython.bint) -> cython.int:
         """Predict by the mesh of the pairs and pair anew, in turn; then measure the mesh.
 
-        Where already `predicted`, the mesh at hand is that of the pairs at hand. Return the number
-        of pairs. The reach of a minutia grows with its distance from the nearest other pair.
+        It ends early where no pair changes. Where already `measured`, the mesh at hand is that of
+        the pairs at hand, and so are its measures. Return the number of pairs. The reach of a
+        minutia grows with its distance from the nearest other pair.
         """
         i: cython.Py_ssize_t
         r: cython.int
+        changed: cython.bint
         reach: cython.double
         for r in range(rounds):
-            if r > 0 or not predicted:
-                self._predict(False)
+            if not measured:
+                self._predict(r > 0)
+                measured = r > 0
             for i in range(self.size_a):
                 reach = self.reach_px + self.reach_per_px * self.mesh.nearest[i]
                 self.reach[i] = reach if reach < self.reach_limit_px else self.reach_limit_px
+                self.former[i] = self.partner[i]
             self.pair()
+            changed = False
+            for i in range(self.size_a):
+                changed = changed or self.former[i] != self.partner[i]
+            if measured and not changed:
+                return self.pairs
             self.fit()
+            measured = False
             if self.pairs == 0:
                 return 0
-        return self.measure()
+        return self.pairs if measured else self.measure()
 
     @cython.ccall
     @cython.nogil

@@ -14,7 +14,7 @@ cdef class EvidenceScorer:
     cdef double most, last
     cdef int found
     cdef Py_ssize_t model
-    cdef double margin, hull_margin, doubt_pairs, doubt_cells
+    cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae
 
     cpdef int choose_model(self, bint ridges_a, bint ridges_b) noexcept nogil
     cpdef double prefilter_shortfall(self, int weight, Py_ssize_t smaller) noexcept nogil
@@ -28,9 +28,7 @@ cdef class EvidenceScorer:
     cdef bint _save_better(
         self, Print a, Print b, Aligner aligner, float[:, ::1] similarity, bint ridges
     ) noexcept nogil
-    cdef double _compare_ridges(
-        self, Print a, Print b, int[::1] partner, double c, double s, double x, double y
-    ) noexcept nogil
+    cdef double _compare_ridges(self, Print a, Print b, Aligner aligner) noexcept nogil
     cpdef int describe(self) noexcept nogil
     cdef double _total(self) noexcept nogil
     cdef int _gather(

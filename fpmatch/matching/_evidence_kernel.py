@@ -33,14 +33,15 @@ WEIGHTS = cython.declare(cython.Py_ssize_t, 7)
 FULLNESS = cython.declare(cython.Py_ssize_t, 8)
 TURNED = cython.declare(cython.Py_ssize_t, 9)
 STRAIN = cython.declare(cython.Py_ssize_t, 10)
-RIDGES = cython.declare(cython.Py_ssize_t, 11)
-CELLS = cython.declare(cython.Py_ssize_t, 12)
-ENTRIES = cython.declare(cython.Py_ssize_t, 13)
+FEWEST = cython.declare(cython.Py_ssize_t, 11)
+RIDGES = cython.declare(cython.Py_ssize_t, 12)
+CELLS = cython.declare(cython.Py_ssize_t, 13)
+ENTRIES = cython.declare(cython.Py_ssize_t, 14)
 
 # What a unit of the prefilter's shortfall takes off the sum: about as much as it is worth.
 SHORTFALL = cython.declare(cython.double, 0.25)
 
-FEATURES = cython.declare(cython.Py_ssize_t, 11)
+FEATURES = cython.declare(cython.Py_ssize_t, 12)
 # Added to the relaxed similarity before its logarithm is taken
 LEAST_RELAXED = cython.declare(cython.double, 0.01)
 
@@ -72,13 +73,13 @@ MINUTIAE_ALONE = cython.declare(cython.Py_ssize_t, 1)
 class EvidenceScorer:
     """Score alignments of two prints.
 
-    `score` is an `fpmatch.matching.score.ScoreParameters`, `ridges` a `RidgeParameters`, `weights`
-    a `ScoreWeights`; there is room for so many minutiae of print B. `evidence` and `feature` are
-    those of the alignment scored last. Where both prints have pictures of their ridges the model
-    with ridges scores, else the model of minutiae alone.
+    `score` is an `fpmatch.matching.score.ScoreParameters`, `weights` a `ScoreWeights`; there is
+    room for so many minutiae of print B. `evidence` and `feature` are those of the alignment scored
+    last. Where both prints have pictures of their ridges the model with ridges scores, else the
+    model of minutiae alone.
     """
 
-    def __init__(self, score, ridges, weights, room) -> None:
+    def __init__(self, score, weights, room) -> None:
         self.evidence = np.zeros(ENTRIES)
         self.best = np.zeros(ENTRIES)
         self.feature = np.zeros(FEATURES)
@@ -90,11 +91,12 @@ class EvidenceScorer:
         self.coarse = np.zeros(MOST_HYPOTHESES)
         self.found = 0
         self.paired_b = np.empty(room, np.int32)
-        self.lens = RidgeLens(ridges, room)
+        self.lens = RidgeLens(room)
         self.margin = score.margin_px
         self.hull_margin = score.hull_margin_px
         self.doubt_pairs = score.doubt_pairs
         self.doubt_cells = score.doubt_cells
+        self.doubt_minutiae = score.doubt_minutiae
 
     @cython.boundscheck(False)
     @cython.wraparound(False)
@@ -153,9 +155,7 @@ class EvidenceScorer:
         self._gather(a, b, aligner, similarity)
         total = self._total()
         if total > self.limits[self.model, REFINE]:
-            total = self._compare_ridges(
-                a, b, aligner.partner, aligner.c, aligner.s, aligner.x, aligner.y
-            )
+            total = self._compare_ridges(a, b, aligner)
         return total
 
     @cython.ccall
@@ -242,9 +242,7 @@ class EvidenceScorer:
         self._gather(a, b, aligner, similarity)
         total = self._total()
         if ridges and self.model == WITH_RIDGES:
-            total = self._compare_ridges(
-                a, b, aligner.partner, aligner.c, aligner.s, aligner.x, aligner.y
-            )
+            total = self._compare_ridges(a, b, aligner)
         self.last = total
         better = self.found == 0 or total > self.most
         if better:
@@ -260,18 +258,9 @@ class EvidenceScorer:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def _compare_ridges(
-        self,
-        a: Print,
-        b: Print,
-        partner: cython.int[::1],
-        c: cython.double,
-        s: cython.double,
-        x: cython.double,
-        y: cython.double,
-    ) -> cython.double:
-        """Compare the ridges; return the weighted sum."""
-        if self.lens.compare(a, b, partner, c, s, x, y) > 0:
+    def _compare_ridges(self, a: Print, b: Print, aligner: Aligner) -> cython.double:
+        """Compare the ridges, moved as the mesh of pairs is; return the weighted sum."""
+        if self.lens.compare(a, b, aligner.mesh, aligner.c, aligner.s, aligner.x, aligner.y) > 0:
             self.evidence[RIDGES] = self.lens.correlation
             self.evidence[CELLS] = self.lens.cells
         return self._total()
@@ -295,12 +284,13 @@ class EvidenceScorer:
         self.feature[6] = log(1.0 + self.evidence[LOCAL])
         self.feature[7] = sqrt(self.evidence[UNPAIRED] / (pairs + self.doubt_pairs))
         self.feature[8] = self.evidence[OVERLAP]
+        self.feature[9] = pairs / (self.evidence[FEWEST] + self.doubt_minutiae)
         if self.evidence[CELLS] > 0.0:
-            self.feature[9] = self.evidence[RIDGES]
-            self.feature[10] = log(self.evidence[CELLS] + self.doubt_cells)
+            self.feature[10] = self.evidence[RIDGES]
+            self.feature[11] = log(self.evidence[CELLS] + self.doubt_cells)
         else:
-            self.feature[9] = self.standard[self.model, IMPOSTOR, 9]
             self.feature[10] = self.standard[self.model, IMPOSTOR, 10]
+            self.feature[11] = self.standard[self.model, IMPOSTOR, 11]
         return 0
 
     @cython.cfunc
@@ -390,6 +380,7 @@ class EvidenceScorer:
         self.evidence[FULLNESS] = aligner.mesh.full
         self.evidence[TURNED] = aligner.mesh.turned
         self.evidence[STRAIN] = aligner.mesh.mean_strain()
+        self.evidence[FEWEST] = a.size if a.size < b.size else b.size
         self.evidence[RIDGES] = 0.0
         self.evidence[CELLS] = 0.0
         self.evidence[OVERLAP] = 0.0

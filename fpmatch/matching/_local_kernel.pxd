@@ -2,7 +2,7 @@
 cdef class NeighbourIndex:
     cdef readonly Py_ssize_t minutiae, size, half
     cdef readonly double per_px
-    cdef readonly double[:, ::1] entry
+    cdef readonly float[:, ::1] entry
     cdef readonly int[::1] owner, start, item
     cdef double[::1] best, root_weight
 

@@ -23,6 +23,8 @@ else:
 COMPILED = cython.compiled
 
 EIGHTHS = cython.declare(cython.Py_ssize_t, 8)  # of a turn: the cells of direction
+ROOTS = cython.declare(cython.int, 64)
+INVERSE_ROOT = cython.declare(cython.double[::1], 1.0 / np.sqrt(np.maximum(np.arange(64.0), 1.0)))
 # 1/tolerance² of neighbours so far away that it has come to nothing
 LEAST_PRECISION = cython.declare(cython.double, 1e-30)
 
@@ -82,11 +84,15 @@ class NeighbourIndex:
         cell=cython.Py_ssize_t,
         cells=cython.Py_ssize_t,
         filling=cython.int,
+        u=cython.double,
+        v=cython.double,
+        c=cython.double,
+        s=cython.double,
         reach=cython.double,
         least=cython.double,
         middle=cython.double[:, ::1],
         in_reach=cython.Py_ssize_t[::1],
-        entry=cython.double[:, ::1],
+        entry=cython.float[:, ::1],
         owner=cython.int[::1],
         start=cython.int[::1],
         item=cython.int[::1],
@@ -101,7 +107,8 @@ class NeighbourIndex:
         self.per_px = 1.0 / side
         self.best = np.zeros(self.minutiae * max(self.size, other_size))
         self.root_weight = np.asarray(frame)[:, 5].T.astype(np.float64).ravel()
-        entry = np.empty((self.minutiae * self.size, 6))
+        # as single as the frames are: half the memory to look through
+        entry = np.empty((self.minutiae * self.size, 6), np.float32)
         owner = np.empty(self.minutiae * self.size, np.int32)
         cells = 4 * half * half * EIGHTHS
         start = np.zeros(cells + 1, np.int32)
@@ -118,15 +125,20 @@ class NeighbourIndex:
                     owner[e] = cython.cast(cython.int, i)
                     turns = 0
                     for turn in range(EIGHTHS):
-                        if entry[e, 2] * middle[turn, 0] + entry[e, 3] * middle[turn, 1] >= least:
+                        c = cython.cast(cython.double, entry[e, 2])
+                        s = cython.cast(cython.double, entry[e, 3])
+                        if c * middle[turn, 0] + s * middle[turn, 1] >= least:
                             in_reach[turns] = turn
                             turns += 1
-                    reach = entry[e, 4] if entry[e, 4] > LEAST_PRECISION else LEAST_PRECISION
+                    u = cython.cast(cython.double, entry[e, 0])
+                    v = cython.cast(cython.double, entry[e, 1])
+                    reach = cython.cast(cython.double, entry[e, 4])
+                    reach = reach if reach > LEAST_PRECISION else LEAST_PRECISION
                     reach = slack / sqrt(reach) * 1.001 + 0.01
-                    low_column = self._line(entry[e, 0] - reach)
-                    high_column = self._line(entry[e, 0] + reach)
-                    low_row = self._line(entry[e, 1] - reach)
-                    high_row = self._line(entry[e, 1] + reach)
+                    low_column = self._line(u - reach)
+                    high_column = self._line(u + reach)
+                    low_row = self._line(v - reach)
+                    high_row = self._line(v + reach)
                     for row in range(low_row, high_row + 1):
                         for column in range(low_column, high_column + 1):
                             for turn in range(turns):
@@ -202,7 +214,7 @@ class NeighbourIndex:
         # a quarter, as either factor of a similarity is doubled below
         scale: cython.double = 0.25 / (1.0 - min_cosine)
         n: cython.Py_ssize_t = self.minutiae
-        entry: cython.double[:, ::1] = self.entry
+        entry: cython.float[:, ::1] = self.entry
         owner: cython.int[::1] = self.owner
         item: cython.int[::1] = self.item
         best: cython.double[::1] = self.best
@@ -217,14 +229,18 @@ class NeighbourIndex:
                 cell = cell * EIGHTHS + eighth(c, s)
                 for at in range(self.start[cell], self.start[cell + 1]):
                     e = item[at]
-                    near = entry[e, 0] - u
-                    turn = entry[e, 1] - v
+                    near = cython.cast(cython.double, entry[e, 0]) - u
+                    turn = cython.cast(cython.double, entry[e, 1]) - v
                     near = 1.0 - (near * near + turn * turn) * precision
-                    turn = (c * entry[e, 2] + s * entry[e, 3] - min_cosine) * scale
+                    turn = (
+                        c * cython.cast(cython.double, entry[e, 2])
+                        + s * cython.cast(cython.double, entry[e, 3])
+                        - min_cosine
+                    ) * scale
                     # twice each, or nothing where it is negative, without a branch for it
                     near = near + fabs(near)
                     turn = turn + fabs(turn)
-                    near = near * turn * entry[e, 5]
+                    near = near * turn * cython.cast(cython.double, entry[e, 5])
                     j = k * n + owner[e]
                     best[j] = near if near > best[j] else best[j]
             j = 0
@@ -293,7 +309,7 @@ class NeighbourIndex:
         # a quarter, as either factor of a similarity is doubled below
         scale: cython.double = 0.25 / (1.0 - min_cosine)
         n: cython.Py_ssize_t = self.minutiae
-        entry: cython.double[:, ::1] = self.entry
+        entry: cython.float[:, ::1] = self.entry
         item: cython.int[::1] = self.item
         root_weight: cython.double[::1] = self.root_weight
         best: cython.double[::1] = self.best
@@ -308,10 +324,16 @@ class NeighbourIndex:
                 cell = cell * EIGHTHS + eighth(c, s)
                 for at in range(self.start[cell], self.start[cell + 1]):
                     e = item[at]
-                    near = u - entry[e, 0]
-                    turn = v - entry[e, 1]
-                    near = 1.0 - (near * near + turn * turn) * entry[e, 4]
-                    turn = (entry[e, 2] * c + entry[e, 3] * s - min_cosine) * scale
+                    near = u - cython.cast(cython.double, entry[e, 0])
+                    turn = v - cython.cast(cython.double, entry[e, 1])
+                    near = 1.0 - (near * near + turn * turn) * cython.cast(
+                        cython.double, entry[e, 4]
+                    )
+                    turn = (
+                        cython.cast(cython.double, entry[e, 2]) * c
+                        + cython.cast(cython.double, entry[e, 3]) * s
+                        - min_cosine
+                    ) * scale
                     # twice each, or nothing where it is negative, without a branch for it
                     near = near + fabs(near)
                     turn = turn + fabs(turn)
@@ -362,13 +384,26 @@ def normalize_by_size(
     """Divide by the geometric mean of the neighbourhoods' sizes, taken as `fewest` at least."""
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
-    size_a: cython.double
-    size_b: cython.double
+    share: cython.double
     for i in range(minutiae_a):
-        size_a = count_a[i] if count_a[i] > fewest else fewest
+        share = _inverse_root(count_a[i], fewest)
         for j in range(minutiae_b):
-            size_b = count_b[j] if count_b[j] > fewest else fewest
             similarity[i, j] = cython.cast(
-                cython.float, cython.cast(cython.double, similarity[i, j]) / sqrt(size_a * size_b)
+                cython.float,
+                cython.cast(cython.double, similarity[i, j])
+                * (share * _inverse_root(count_b[j], fewest)),
             )
     return 0
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+@cython.exceptval(check=False)
+def _inverse_root(count: cython.int, fewest: cython.int) -> cython.double:
+    """Return 1/√count, of at least `fewest`."""
+    count = count if count > fewest else fewest
+    return INVERSE_ROOT[count] if count < ROOTS else 1.0 / sqrt(count)

@@ -8,6 +8,7 @@ cdef class PairMesh:
     cdef readonly double[::1] nearest, place_agreement, weight_agreement, fullness
     cdef double[:, ::1] circle
     cdef int[::1] fan_start, fan_from, fan_to, following, ring, inside
+    cdef long long[::1] side
     cdef int[::1] side_from, side_to
     cdef double[::1] weight, place, other_place
     cdef int ring_size

@@ -79,6 +79,7 @@ class PairMesh:
         self.place = np.zeros(room)
         self.other_place = np.zeros(room)
         self.inside = np.zeros(2 * room, np.int32)
+        self.side = np.zeros(6 * room, np.int64)
         self.side_from = np.zeros(6 * room, np.int32)
         self.side_to = np.zeros(6 * room, np.int32)
         self.ring_size = 0
@@ -238,32 +239,35 @@ class PairMesh:
         dy: cython.double
         found: cython.int = 0
         kept: cython.Py_ssize_t = 0
-        u: cython.int
-        v: cython.int
+        u: cython.longlong
+        v: cython.longlong
+        back: cython.longlong
         self.ring_size = 0
         for t in range(self.triangles):
             dx = self.circle[t, 0] - x
             dy = self.circle[t, 1] - y
-            if dx * dx + dy * dy < self.circle[t, 2]:
-                self.inside[found] = cython.cast(cython.int, t)
-                found += 1
+            # written in any case and counted where it lies inside: no branch to predict
+            self.inside[found] = cython.cast(cython.int, t)
+            found += dx * dx + dy * dy < self.circle[t, 2]
         # a side between two of the triangles comes both ways round, and goes the second time
         for k in range(found):
             t = self.inside[k]
             for e in range(3):
-                u = self.corner[t, e]
-                v = self.corner[t, e + 1 if e < 2 else 0]
+                u = cython.cast(cython.longlong, self.corner[t, e])
+                v = cython.cast(cython.longlong, self.corner[t, e + 1 if e < 2 else 0])
+                back = (v << 24) | u
                 f = kept - 1
-                while f >= 0 and (self.side_from[f] != v or self.side_to[f] != u):
+                while f >= 0 and self.side[f] != back:
                     f -= 1
                 if f < 0:
-                    self.side_from[kept] = u
-                    self.side_to[kept] = v
+                    self.side[kept] = (u << 24) | v
                     kept += 1
                 else:
                     kept -= 1
-                    self.side_from[f] = self.side_from[kept]
-                    self.side_to[f] = self.side_to[kept]
+                    self.side[f] = self.side[kept]
+        for k in range(kept):
+            self.side_from[k] = cython.cast(cython.int, self.side[k] >> 24)
+            self.side_to[k] = cython.cast(cython.int, self.side[k] & 0xFFFFFF)
         self._chain(self.side_from, self.side_to, 0, kept)
         return found
 

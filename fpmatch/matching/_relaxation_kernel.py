@@ -54,7 +54,6 @@ class Relaxation:
         self.order = np.zeros(room, np.int32)
         self.row_best = np.zeros(size_a)
         self.row_column = np.zeros(size_a, np.int32)
-        self.row_taken = np.zeros(size_a, np.int32)
         self.column_taken = np.zeros(size_b, np.int32)
         self.distance_px = p.distance_px
         self.distance_per_px = p.distance_per_px
@@ -124,13 +123,12 @@ class Relaxation:
         for i in range(size_b):
             self.column_taken[i] = 0
         for i in range(size_a):
-            self.row_taken[i] = 0
             self._best_of_row(i, size_b, similarity)
         while self.count < self.capacity:
             best = -1
             most = 0.0
             for i in range(size_a):
-                if self.row_best[i] > most and not self.row_taken[i]:
+                if self.row_best[i] > most:
                     if self.column_taken[self.row_column[i]]:
                         self._best_of_row(i, size_b, similarity)
                     if self.row_best[i] > most:
@@ -140,7 +138,7 @@ class Relaxation:
                 break
             self.first[self.count] = cython.cast(cython.int, best)
             self.second[self.count] = self.row_column[best]
-            self.row_taken[best] = 1
+            self.row_best[best] = 0.0
             self.column_taken[self.row_column[best]] = 1
             self.count += 1
         return self.count

@@ -1,20 +1,26 @@
 """Kernel: how well the ridges of two prints fall on one another once their minutiae are laid so.
 
 A cell of a print holds a picture of its ridges, 8 by 8 bits: bit ``8 * row + column`` is set on a
-ridge. Cells are displaced as the paired minutiae around them are. Interpreted, the class runs as it
-stands.
+ridge. Cells are displaced as the mesh of the paired minutiae maps the skin between them
+(`_pair_mesh_kernel`). Interpreted, the class runs as it stands.
 """
 
 import cython
 import numpy as np
 
 if cython.compiled:
+    from cython.cimports.fpmatch.matching._pair_mesh_kernel import PairMesh
     from cython.cimports.fpmatch.matching._print_kernel import Print
+    from cython.cimports.libc.math import ceil, floor
 else:
+    from math import ceil, floor
+
+    from fpmatch.matching._pair_mesh_kernel import PairMesh
     from fpmatch.matching._print_kernel import Print
 
 COMPILED = cython.compiled
 
+FRAME = cython.declare(cython.Py_ssize_t, 8)  # vertices of a mesh that are no pairs
 SIDE = cython.declare(cython.int, 8)  # bits along a cell
 REACH = cython.declare(cython.int, 2)  # bits by which ridges may lie off, along either axis
 SHIFTS = cython.declare(cython.int, 5)  # 2 * REACH + 1
@@ -37,14 +43,11 @@ class RidgeLens:
     which has a valley wherever it has no cell; of all shifts, that under which the most of them
     agree counts.
 
-    `parameters` are an `fpmatch.matching.ridges.RidgeParameters`; there is room for so many pairs
-    of minutiae. After `compare`, `cells` is the number of cells that could be compared,
-    `correlation` their mean correlation, -1 to 1.
+    There is room for so many pairs of minutiae. After `compare`, `cells` is the number of cells
+    that could be compared, `correlation` their mean correlation, -1 to 1.
     """
 
-    def __init__(self, parameters, room) -> None:
-        self.per_bend2 = 1.0 / (parameters.bend_sigma_px * parameters.bend_sigma_px)
-        self.stillness = parameters.stillness
+    def __init__(self, room) -> None:
         self.correlation = 0.0
         self.cells = 0
         # five bits, one a byte
@@ -59,8 +62,9 @@ class RidgeLens:
         self.agreeing = np.zeros((MOST_CELLS, SHIFTS), np.uint64)
         self.wide = np.zeros((MOST_CELLS, SHIFTS), np.uint64)
         self.both = np.zeros(MOST_CELLS, np.uint8)
-        self.pair = np.zeros((4, room))
-        self.pairs = 0
+        self.drift = np.zeros((MOST_CELLS, 2))
+        self.blocks = 0
+        self.vertex = np.zeros((room + FRAME, 2))
         self.c = 1.0
         self.s = 0.0
         self.x = 0.0
@@ -76,16 +80,16 @@ class RidgeLens:
         self,
         a: Print,
         b: Print,
-        partner: cython.int[::1],
+        mesh: PairMesh,
         c: cython.double,
         s: cython.double,
         x: cython.double,
         y: cython.double,
     ) -> cython.int:
-        """Lay A on B by a transform, bent so that paired minutiae meet; return the cells compared.
+        """Lay A on B by a transform, bent as the mesh of pairs is; return the cells compared.
 
-        `partner` are the minutiae of B that those of A are paired with, or -1. Where a region has
-        more than 16,384 cells, its border counted, none are compared.
+        The mesh is built by the same transform. Where a region has more than 16,384 cells, its
+        border counted, none are compared.
         """
         row: cython.int
         column: cython.int
@@ -105,7 +109,8 @@ class RidgeLens:
         self.s = s
         self.x = x
         self.y = y
-        self._gather(a, b, partner)
+        self._gather(a, b)
+        self._displace(a, mesh)
         for k in range((a.rows + 2) * wide):
             self.both[k] = 0
             for r in range(SHIFTS):
@@ -133,10 +138,8 @@ class RidgeLens:
     @cython.wraparound(False)
     @cython.cdivision(True)
     @cython.exceptval(check=False)
-    def _gather(self, a: Print, b: Print, partner: cython.int[::1]) -> cython.int:
-        """Gather B's picture with two empty cells around it, the pairs, and the samples' places."""
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
+    def _gather(self, a: Print, b: Print) -> cython.int:
+        """Gather B's picture with two empty cells around it, and the samples' places."""
         k: cython.Py_ssize_t
         row: cython.int
         column: cython.int
@@ -152,17 +155,6 @@ class RidgeLens:
             for column in range(b.columns):
                 self.picture[(row + 2) * wide + column + 2] = b.ridges[k]
                 k += 1
-        self.pairs = 0
-        for i in range(a.size):
-            j = partner[i]
-            if j >= 0 and self.pairs < self.pair.shape[1]:
-                px = a.points[0, i]
-                py = a.points[1, i]
-                self.pair[0, self.pairs] = px
-                self.pair[1, self.pairs] = py
-                self.pair[2, self.pairs] = b.points[0, j] - (self.c * px - self.s * py + self.x)
-                self.pair[3, self.pairs] = b.points[1, j] - (self.s * px + self.c * py + self.y)
-                self.pairs += 1
         for k in range(self.sample_row.shape[0]):
             px = (cython.cast(cython.double, self.sample_column[k]) - 3.5) * bit
             py = -(cython.cast(cython.double, self.sample_row[k]) - 3.5) * bit
@@ -176,50 +168,143 @@ class RidgeLens:
     @cython.wraparound(False)
     @cython.cdivision(True)
     @cython.exceptval(check=False)
-    def _count_block(self, a: Print, b: Print, top: cython.int, left: cython.int) -> cython.int:
-        """Displace two by two cells as the paired minutiae are, near ones the most; count in each.
+    def _displace(self, a: Print, mesh: PairMesh) -> cython.int:
+        """Write how far from the transform the mesh moves each block of two by two cells.
 
-        A pair at distance d weighs ``1 / (1 + (d / bend_sigma_px)²)²``.
+        A block is moved as its middle is; a triangle of the mesh is mapped affinely. A pair lies
+        halfway between the partner and where its ring predicts it: so noise is less.
         """
+        i: cython.Py_ssize_t
+        t: cython.Py_ssize_t
+        p: cython.Py_ssize_t
+        q: cython.Py_ssize_t
+        r: cython.Py_ssize_t
+        row: cython.int
+        column: cython.int
+        first_row: cython.int
+        last_row: cython.int
+        first_column: cython.int
+        last_column: cython.int
         k: cython.Py_ssize_t
+        rows: cython.int = (a.rows + 1) // 2
+        columns: cython.int = (a.columns + 1) // 2
+        side: cython.double = 2.0 * a.step
+        # the middle of the first block
+        left: cython.double = (a.first_column + 1.0) * a.step
+        top: cython.double = -(a.first_row + 1.0) * a.step
+        px: cython.double
+        py: cython.double
+        ux: cython.double
+        uy: cython.double
+        vx: cython.double
+        vy: cython.double
+        area: cython.double
+        at_q: cython.double
+        at_r: cython.double
+        low: cython.double
+        high: cython.double
+        self.blocks = columns
+        for k in range(cython.cast(cython.Py_ssize_t, rows) * columns):
+            self.drift[k, 0] = 0.0
+            self.drift[k, 1] = 0.0
+        for k in range(mesh.vertices):
+            i = mesh.owner[k]
+            self.vertex[k, 0] = mesh.bx[k]
+            self.vertex[k, 1] = mesh.by[k]
+            if i >= 0:
+                self.vertex[k, 0] = 0.5 * (mesh.bx[k] + mesh.predicted[0, i])
+                self.vertex[k, 1] = 0.5 * (mesh.by[k] + mesh.predicted[1, i])
+        for t in range(mesh.triangles):
+            p = mesh.corner[t, 0]
+            q = mesh.corner[t, 1]
+            r = mesh.corner[t, 2]
+            if mesh.owner[p] < 0 and mesh.owner[q] < 0 and mesh.owner[r] < 0:
+                continue
+            px = mesh.ax[p]
+            py = mesh.ay[p]
+            ux = mesh.ax[q] - px
+            uy = mesh.ay[q] - py
+            vx = mesh.ax[r] - px
+            vy = mesh.ay[r] - py
+            area = ux * vy - uy * vx
+            low = ux if ux < vx else vx
+            high = ux if ux > vx else vx
+            low = px + (low if low < 0.0 else 0.0)
+            high = px + (high if high > 0.0 else 0.0)
+            first_column = self._within(ceil((low - left) / side), columns)
+            last_column = self._within(floor((high - left) / side) + 1.0, columns)
+            low = uy if uy < vy else vy
+            high = uy if uy > vy else vy
+            low = py + (low if low < 0.0 else 0.0)
+            high = py + (high if high > 0.0 else 0.0)
+            first_row = self._within(ceil((top - high) / side), rows)
+            last_row = self._within(floor((top - low) / side) + 1.0, rows)
+            for row in range(first_row, last_row):
+                for column in range(first_column, last_column):
+                    low = left + column * side - px
+                    high = top - row * side - py
+                    at_q = low * vy - high * vx
+                    at_r = ux * high - uy * low
+                    # one test of all three: a branch for each would go either way as often
+                    if (
+                        cython.cast(cython.int, at_q >= 0.0)
+                        & cython.cast(cython.int, at_r >= 0.0)
+                        & cython.cast(cython.int, at_q + at_r <= area)
+                    ):
+                        k = cython.cast(cython.Py_ssize_t, row) * columns + column
+                        at_q = at_q / area
+                        at_r = at_r / area
+                        low = low + px
+                        high = high + py
+                        self.drift[k, 0] = (
+                            self.vertex[p, 0]
+                            + at_q * (self.vertex[q, 0] - self.vertex[p, 0])
+                            + at_r * (self.vertex[r, 0] - self.vertex[p, 0])
+                            - (self.c * low - self.s * high + self.x)
+                        )
+                        self.drift[k, 1] = (
+                            self.vertex[p, 1]
+                            + at_q * (self.vertex[q, 1] - self.vertex[p, 1])
+                            + at_r * (self.vertex[r, 1] - self.vertex[p, 1])
+                            - (self.s * low + self.c * high + self.y)
+                        )
+        return 0
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _within(self, line: cython.double, lines: cython.int) -> cython.int:
+        """Return a row or column of blocks, one of the first or the last where it lies beyond."""
+        if not line > 0.0:
+            return 0
+        return cython.cast(cython.int, line) if line < lines else lines
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def _count_block(self, a: Print, b: Print, top: cython.int, left: cython.int) -> cython.int:
+        """Displace two by two cells as the mesh does; count in each."""
+        k: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, top // 2) * self.blocks + left // 2
         row: cython.int
         column: cython.int
         last_row: cython.int = top + 2 if top + 2 < a.rows else a.rows
         last_column: cython.int = left + 2 if left + 2 < a.columns else a.columns
-        any_cell: cython.bint = False
-        px: cython.double = (a.first_column + left + 1.0) * a.step
-        py: cython.double = -(a.first_row + top + 1.0) * a.step
+        px: cython.double
+        py: cython.double
         dx: cython.double
         dy: cython.double
-        w: cython.double
-        mass: cython.double = self.stillness
-        drift_x: cython.double = 0.0
-        drift_y: cython.double = 0.0
         half: cython.double = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
-        for row in range(top, last_row):
-            for column in range(left, last_column):
-                if a.cell[a.cell_at + row * a.columns + column]:
-                    any_cell = True
-        if not any_cell:
-            return 0
-        for k in range(self.pairs):
-            dx = self.pair[0, k] - px
-            dy = self.pair[1, k] - py
-            w = 1.0 + (dx * dx + dy * dy) * self.per_bend2
-            w = 1.0 / (w * w)
-            mass += w
-            drift_x += w * self.pair[2, k]
-            drift_y += w * self.pair[3, k]
-        if mass > 0.0:
-            drift_x /= mass
-            drift_y /= mass
         for row in range(top, last_row):
             for column in range(left, last_column):
                 if a.cell[a.cell_at + row * a.columns + column]:
                     px = (a.first_column + column) * a.step + half
                     py = -((a.first_row + row) * a.step + half)
-                    dx = self.c * px - self.s * py + self.x + drift_x
-                    dy = self.s * px + self.c * py + self.y + drift_y
+                    dx = self.c * px - self.s * py + self.x + self.drift[k, 0]
+                    dy = self.s * px + self.c * py + self.y + self.drift[k, 1]
                     if b.contains(dx, dy):
                         self._count(a, b, row, column, dx, dy)
         return 0

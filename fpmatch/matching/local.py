@@ -34,7 +34,7 @@ class LocalParameters:
 
     max_turn_deg: float = 30.0
     fewest_neighbours: int = 4
-    cell_px: float = 12.0
+    cell_px: float = 20.0
     cells_reach_px: float = 128.0
 
     @property

@@ -38,7 +38,7 @@ class RelaxationParameters:
         Share of the strongest candidate's relaxed similarity from which a candidate is a pair.
     """
 
-    candidates: int = 48
+    candidates: int = 32
     distance_px: float = 6.0
     distance_per_px: float = 0.08
     max_rotation_deg: float = 25.0

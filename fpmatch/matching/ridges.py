@@ -2,41 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fpmatch.matching._ridge_kernel import RidgeLens
+from fpmatch.matching.align import aligner_of
 
 if TYPE_CHECKING:
     from fpmatch.matching.align import Alignment
     from fpmatch.matching.prepare import PreparedTemplate
 
 
-@dataclass(frozen=True, slots=True)
-class RidgeParameters:
-    """Set how ridges are laid on one another.
-
-    Parameters
-    ----------
-    bend_sigma_px : float
-        How far the displacement of a pair of minutiae reaches, in pixels at 500 dpi.
-    stillness : float
-        Weight of the belief that skin has not bent, in pairs of minutiae.
-    """
-
-    bend_sigma_px: float = 30.0
-    stillness: float = 0.05
-
-
 def ridge_correlation(
     a: PreparedTemplate,
     b: PreparedTemplate,
     alignment: Alignment,
-    parameters: RidgeParameters | None = None,
 ) -> tuple[float, int]:
     """Correlate the ridges of two prints under an alignment.
 
-    Every cell of A is laid on B, displaced as the paired minutiae around it are. It and the cells
+    Every cell of A is laid on B, moved as the mesh of pairs maps the skin there. It and the cells
     that touch it may be shifted by up to half a ridge period to where they agree best.
 
     Parameters
@@ -45,8 +28,6 @@ def ridge_correlation(
         The two prints.
     alignment : Alignment
         How A lies on B.
-    parameters : RidgeParameters, optional
-        How skin bends.
 
     Returns
     -------
@@ -66,7 +47,9 @@ def ridge_correlation(
     >>> ridge_correlation(bare, bare, identity_alignment(bare.points))
     (0.0, 0)
     """
-    lens = RidgeLens(parameters or RidgeParameters(), len(a))
+    lens = RidgeLens(len(b))
     c, s, x, y = alignment.transform.tolist()
-    cells = lens.compare(a.for_kernels(), b.for_kernels(), alignment.partner, c, s, x, y)
+    aligner = aligner_of(a.points, b.points)
+    aligner.impose(alignment.partner, c, s, x, y)
+    cells = lens.compare(a.for_kernels(), b.for_kernels(), aligner.mesh, c, s, x, y)
     return lens.correlation, cells

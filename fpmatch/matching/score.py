@@ -11,6 +11,7 @@ its features are
 - of the neighbourhoods: ``log(1 + L)``;
 - ``√(U / (m + 2))``: minutiae that should be paired and are not;
 - the overlap: the share of the smaller print that is compared;
+- ``m / (n + 5)``, of n minutiae of the smaller print: what the paper decides by;
 - the correlation of the ridges, and the logarithm of the area where they could be compared.
 
 There are two models: one for two prints that have pictures of their ridges, one for minutiae alone,
@@ -36,7 +37,6 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.matching import _evidence_kernel as kernel
 from fpmatch.matching.align import aligner_of
-from fpmatch.matching.ridges import RidgeParameters
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,6 +58,7 @@ FEATURES: Final = (
     "local similarity",
     "unpaired",
     "overlap",
+    "share of the minutiae",
     "ridges",
     "area of the ridges",
 )
@@ -112,12 +113,14 @@ class Evidence:
         Triangles at pairs, in the mesh of pairs, that are turned over in the other print.
     strain : float
         Mean relative change of length of the edges of the mesh of pairs.
+    fewest : int
+        Minutiae of the smaller print.
     ridges : float
         Mean correlation of the ridges of both prints, -1 to 1; see
         `fpmatch.matching.ridges.ridge_correlation`.
     cells : int
         Cells whose ridges were compared; 0 where they were not.
-    features : ndarray of float64, shape (11,)
+    features : ndarray of float64, shape (12,)
         The features of `FEATURES`, before they are standardised.
     total : float
         Their weighted sum.
@@ -134,6 +137,7 @@ class Evidence:
     fullness: float
     turned: int
     strain: float
+    fewest: int
     ridges: float
     cells: int
     features: NDArray[np.float64] = field(repr=False)
@@ -162,13 +166,14 @@ class ScoreParameters:
     hull_margin_px : float
         The same where the convex hull of the minutiae stands for the print: the print reaches
         farther than its outermost minutiae.
-    doubt_pairs, doubt_cells : float
-        Added to pairs and to cells: little evidence is not to count as much.
+    doubt_pairs, doubt_minutiae, doubt_cells : float
+        Added to pairs, minutiae and cells: little evidence is not to count as much.
     """
 
     margin_px: float = 20.0
     hull_margin_px: float = 0.0
     doubt_pairs: float = 2.0
+    doubt_minutiae: float = 5.0
     doubt_cells: float = 10.0
 
 
@@ -178,7 +183,7 @@ class ScoreModel:
 
     Parameters
     ----------
-    standard : ndarray of float64, shape (4, 11)
+    standard : ndarray of float64, shape (4, 12)
         Of each of `FEATURES`, the middle between genuine and impostor prints, the spread, the
         weight, and the mean of impostor prints.
     bias : float
@@ -255,7 +260,7 @@ class ScoreWeights:
 
     @property
     def standard(self) -> NDArray[np.float64]:
-        """Those of both models, shape (2, 4, 11)."""
+        """Those of both models, shape (2, 4, 12)."""
         return np.stack([model.standard for model in self.models])
 
     @property
@@ -296,12 +301,10 @@ def evidence_scorer(
     room: int,
     weights: ScoreWeights | None = None,
     parameters: ScoreParameters | None = None,
-    ridges: RidgeParameters | None = None,
 ) -> kernel.EvidenceScorer:
     """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
     return kernel.EvidenceScorer(
         parameters or ScoreParameters(),
-        ridges or RidgeParameters(),
         weights or load_weights(),
         room,
     )
@@ -344,7 +347,7 @@ def evidence_of(scorer: kernel.EvidenceScorer, total: float) -> Evidence:
     """Return the evidence that was scored last, and came to `total`."""
     entries, features = scorer.last_evidence()
     pairs, local, unpaired, common, overlap, relaxed, places, weights = entries[:8]
-    fullness, turned, strain, correlation, cells = entries[8:]
+    fullness, turned, strain, fewest, correlation, cells = entries[8:]
     return Evidence(
         pairs=int(pairs),
         local=local,
@@ -357,6 +360,7 @@ def evidence_of(scorer: kernel.EvidenceScorer, total: float) -> Evidence:
         fullness=fullness,
         turned=int(turned),
         strain=strain,
+        fewest=int(fewest),
         ridges=correlation,
         cells=int(cells),
         features=np.array(features),

@@ -48,7 +48,6 @@ from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
 from fpmatch.matching.relaxation import RelaxationParameters
-from fpmatch.matching.ridges import RidgeParameters
 from fpmatch.matching.rounding import QUALITIES, ROOT_WEIGHTS
 from fpmatch.matching.score import NO_PREFILTER, WEIGHTS_FILE, ScoreParameters, ScoreWeights
 from fpmatch.minutiae import RidgeField, Template
@@ -345,7 +344,7 @@ def plainly(
     turn = math.radians(p.max_turn_deg)
     index = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
     largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
-    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), RidgeParameters(), weights, room)
+    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, room)
     tables = plain.code.Sieve(16, 12.0, 0.1, 11)
     own = probe.codes
     tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)

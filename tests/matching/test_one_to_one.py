@@ -29,7 +29,6 @@ from fpmatch.matching.one_to_one import LEAST_CAPACITY, Workspace, workspace_for
 from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate
 from fpmatch.matching.relaxation import RelaxationParameters
-from fpmatch.matching.ridges import RidgeParameters
 from fpmatch.matching.score import ScoreParameters, evidence_scorer
 from fpmatch.pointset.similarity import Similarity
 
@@ -117,7 +116,7 @@ def test_compiled_and_interpreted_align_the_same(
     aligner = plain.align.Aligner(
         9, 9, AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
     )
-    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), RidgeParameters(), weights, 9)
+    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, 9)
     turn = round(codes.pair_turn_deg * 256 / 360)
     sieve = plain.code.Sieve(codes.most_pairs, codes.near_px, codes.spread, turn)
     kernel = plain.one_to_one.OneToOne(sieve, aligner, scorer, 9, local)

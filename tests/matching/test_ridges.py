@@ -26,16 +26,15 @@ from matching_weights import print_for
 from numpy.typing import NDArray
 
 from fpmatch.matching import _ridge_kernel
-from fpmatch.matching.align import Alignment, identity_alignment
+from fpmatch.matching.align import Alignment, aligner_of, identity_alignment
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
-from fpmatch.matching.ridges import RidgeParameters, ridge_correlation
+from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 REACH_BITS = 2
 FEWEST_AROUND = 4
 MOST_CELLS = 16384
-PARAMETERS = RidgeParameters()
 ROOM = 20  # for pairs
 SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -54,22 +53,41 @@ def picture_of(print_: PreparedTemplate) -> NDArray[np.bool_]:
     return square.reshape(8 * rows, 8 * columns).astype(bool)
 
 
+def mesh_of(a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Transform) -> Any:
+    """Return the measured mesh of given pairs under a given transform."""
+    aligner = aligner_of(a.points, b.points)
+    aligner.impose(partner, *transform)
+    return aligner.mesh
+
+
+def mapped_by(mesh: Any, place: complex) -> complex | None:
+    """Return where the triangle round a place is mapped affinely; None where there is no pair."""
+    vertices = slice(0, mesh.vertices)
+    own = np.array(mesh.ax)[vertices] + 1j * np.array(mesh.ay)[vertices]
+    other = np.array(mesh.bx)[vertices] + 1j * np.array(mesh.by)[vertices]
+    owner = np.array(mesh.owner)[vertices]
+    predicted = np.array(mesh.predicted)
+    pairs = owner >= 0
+    ring = predicted[0, owner[pairs]] + 1j * predicted[1, owner[pairs]]
+    other[pairs] = (other[pairs] + ring) / 2
+    for corners in np.array(mesh.corner)[: mesh.triangles]:
+        z = own[corners]
+        matrix = np.array([z.real, z.imag, np.ones(3)])
+        shares = np.linalg.solve(matrix, [place.real, place.imag, 1.0])
+        if (shares >= 0).all():
+            return complex(shares @ other[corners]) if (owner[corners] >= 0).any() else None
+    return None
+
+
 def twin(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    partner: Ints,
-    transform: Transform,
-    parameters: RidgeParameters = PARAMETERS,
+    a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Transform
 ) -> tuple[float, int]:
     """Return correlation and cells as the docstrings say them, one cell after the other."""
     c, s, x, y = transform
     linear, shift = complex(c, s), complex(x, y)
     ridges_a, ridges_b = picture_of(a), picture_of(b)
     step = a.region.step
-    paired = np.flatnonzero(partner >= 0)
-    z = a.points[0, paired] + 1j * a.points[1, paired]
-    displaced = b.points[0, partner[paired]] + 1j * b.points[1, partner[paired]]
-    displaced = displaced - (linear * z + shift)
+    mesh = mesh_of(a, b, partner, transform)
     offsets = range(-REACH_BITS, REACH_BITS + 1)
     agreeing: dict[tuple[int, int], NDArray[np.int64]] = {}
     for row, column in np.argwhere(a.region.code).tolist():
@@ -80,8 +98,8 @@ def twin(
         middle = corner + (step / 2) * (1 - 1j)
         # of the two by two cells that are displaced alike
         among = middle + step * complex(0.5 - column % 2, row % 2 - 0.5)
-        weight = (1 + (np.abs(z - among) / parameters.bend_sigma_px) ** 2) ** -2.0
-        drift = (weight * displaced).sum() / (weight.sum() + parameters.stillness)
+        bent = mapped_by(mesh, among)
+        drift = 0.0 if bent is None else bent - (linear * among + shift)
         lies = linear * (middle - (0.5 - 0.5j)) + shift + drift
         if not b.region.holds(np.array([lies.real]), np.array([lies.imag]))[0]:
             continue
@@ -115,14 +133,13 @@ def compared(
     b: PreparedTemplate,
     transform: Transform = IDENTITY,
     partner: Ints | None = None,
-    parameters: RidgeParameters = PARAMETERS,
 ) -> tuple[float, int]:
     """Return correlation and cells as the kernel finds them; no minutiae paired if not told."""
     unpaired = np.full(len(a), -1, np.int32)
     bare = Alignment(
         np.array(transform), unpaired if partner is None else partner, np.ones(len(a)), a.points
     )
-    return ridge_correlation(a, b, bare, parameters)
+    return ridge_correlation(a, b, bare)
 
 
 def compared_interpreted(
@@ -134,8 +151,9 @@ def compared_interpreted(
 ) -> tuple[float, int]:
     """Return correlation and cells as the interpreted kernel finds them."""
     prints = interpreted("_print_kernel")
-    lens = interpreted("_ridge_kernel").RidgeLens(PARAMETERS, ROOM)
-    cells = lens.compare(print_for(prints, a), print_for(prints, b), partner, *transform)
+    lens = interpreted("_ridge_kernel").RidgeLens(ROOM)
+    mesh = mesh_of(a, b, partner, transform)
+    cells = lens.compare(print_for(prints, a), print_for(prints, b), mesh, *transform)
     assert cells == lens.cells
     return float(lens.correlation), cells
 
@@ -183,15 +201,6 @@ def test_comparison_agrees_with_its_twin(seed: int) -> None:
     assert cells == expected_cells
     assert found == pytest.approx(expected, abs=1e-12)
     assert -1.0 <= found <= 1.0
-
-
-@given(seeds, st.floats(5, 200), st.floats(0.01, 5))
-@settings(max_examples=20)
-def test_bending_agrees_with_its_twin(seed: int, sigma: float, stillness: float) -> None:
-    a, b, partner, transform = some_case(seed)
-    p = RidgeParameters(sigma, stillness)
-    found = compared(a, b, transform, partner, p)
-    assert found == pytest.approx(twin(a, b, partner, transform, p), abs=1e-12)
 
 
 @given(seeds)
@@ -299,14 +308,13 @@ def test_pairs_bend_the_skin_where_they_are() -> None:
     b = prepare(template_of(shifted, field=RidgeField(16.0, flat, full, off)))
     everyone = np.arange(20, dtype=np.int32)
     assert compared(a, b)[0] < 0.25
-    assert compared(a, b, partner=everyone)[0] > 0.8
-    still = RidgeParameters(stillness=1e9)
-    assert compared(a, b, partner=everyone, parameters=still) == compared(a, b)
+    # beyond the outermost pairs the skin bends less and less towards the frame of the mesh
+    assert compared(a, b, partner=everyone)[0] > 0.7
 
 
-def test_skin_without_stillness_and_without_pairs_does_not_bend() -> None:
+def test_skin_without_pairs_does_not_bend() -> None:
     print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=3)))
-    assert compared(print_, print_, parameters=RidgeParameters(stillness=0.0)) == (1.0, 9)
+    assert compared(print_, print_) == (1.0, 9)
 
 
 def test_without_ridges_there_is_nothing_to_compare() -> None:
@@ -425,9 +433,10 @@ def test_too_large_a_region_is_not_compared(rows: int, columns: int) -> None:
 @given(seeds)
 @settings(max_examples=10)
 def test_a_lens_remembers_nothing(seed: int) -> None:
-    lens = _ridge_kernel.RidgeLens(PARAMETERS, ROOM)
+    lens = _ridge_kernel.RidgeLens(ROOM)
     for a, b, partner, transform in map(some_case, (seed, seed + 1, seed)):
-        cells = lens.compare(a.for_kernels(), b.for_kernels(), partner, *transform)
+        mesh = mesh_of(a, b, partner, transform)
+        cells = lens.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
         assert (lens.correlation, cells) == compared(a, b, transform, partner)
         assert cells == lens.cells
 
@@ -447,10 +456,10 @@ def test_prints_unpacked_of_many_are_compared_as_they_were(
     room.points, room.quality = np.zeros((4, 9)), np.zeros(9)
     room.count = np.zeros(9, np.int32)
     room.frame = np.zeros((9, 6, many.neighbour.shape[1]), np.float32)
-    lens = ridges.RidgeLens(PARAMETERS, ROOM)
+    lens = ridges.RidgeLens(ROOM)
     for k, case in enumerate(cases):
         packed.unpack(k, room)
-        nobody = np.full(9, -1, np.int32)
+        nobody = mesh_of(case, case, np.full(len(case), -1, np.int32), IDENTITY)
         cells = lens.compare(room, room, nobody, *IDENTITY)
         assert (lens.correlation, cells) == compared(case, case)
         assert room.has_ridges == (case.region.ridges is not None)

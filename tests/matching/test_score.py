@@ -57,7 +57,7 @@ from fpmatch.matching.matchers.unit_circle import align
 from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
 from fpmatch.matching.relaxation import RelaxationParameters
-from fpmatch.matching.ridges import RidgeParameters, ridge_correlation
+from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.matching.score import (
     FEATURES,
     LIMITS,
@@ -89,6 +89,7 @@ ENTRIES = (
     "fullness",
     "turned",
     "strain",
+    "fewest",
     "ridges",
     "cells",
 )
@@ -150,6 +151,7 @@ def features_twin(impostor_mean: Floats, **entries: float) -> list[float]:
         math.log(1.0 + entries["local"]),
         math.sqrt(entries["unpaired"] / (pairs + P.doubt_pairs)),
         entries["overlap"],
+        pairs / (entries["fewest"] + P.doubt_minutiae),
         *(compared if cells else impostor_mean[[RIDGES, AREA]].tolist()),
     ]
 
@@ -251,7 +253,9 @@ def twin(a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Flo
         )
     ]
     local = float(similarity[i, j].sum())
-    return [len(i), local, unpaired, common, overlap, relaxed, *agreement, *mesh_twin(aligner)]
+    fewest = min(len(a), len(b))
+    evidence = [len(i), local, unpaired, common, overlap, relaxed, *agreement]
+    return [*evidence, *mesh_twin(aligner), fewest]
 
 
 def entries_of(found: Evidence) -> list[float]:
@@ -262,9 +266,9 @@ def entries_of(found: Evidence) -> list[float]:
 def test_evidence_agrees_with_its_twin(seed: int) -> None:
     a, b, partner, transform = some_case(seed)
     found = entries_of(overlay(a, b, partner, transform))
-    assert found[:11] == pytest.approx(twin(a, b, partner, transform), abs=1e-5)
+    assert found[:12] == pytest.approx(twin(a, b, partner, transform), abs=1e-5)
     correlation, cells = ridge_correlation(a, b, given_pairs(a, partner, transform))
-    assert found[11:] == [correlation if cells else 0.0, cells]
+    assert found[12:] == [correlation if cells else 0.0, cells]
 
 
 def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
@@ -291,7 +295,7 @@ def test_compiled_and_interpreted_agree(
     weights = some_weights(refine, apart=3.0)
     plain = interpreted_kernels(interpreted)
     room = max(len(a), len(b))
-    scorer = plain.evidence.EvidenceScorer(P, RidgeParameters(), weights, room)
+    scorer = plain.evidence.EvidenceScorer(P, weights, room)
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     aligner = plain.align.Aligner(
         len(a), len(b), AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
@@ -408,7 +412,7 @@ def test_prints_side_by_side_have_nothing_in_common() -> None:
     print_ = prepare(template_of(spread_points(np.random.default_rng(6), 25), field=field))
     nobody = np.full(25, -1, np.int32)
     found = overlay(print_, print_, nobody, np.array([1.0, 0.0, 900.0, 0.0]))
-    assert entries_of(found) == [0] * len(ENTRIES)
+    assert entries_of(replace(found, fewest=0)) == [0] * len(ENTRIES)
     assert found.agreement == 0.0
 
 
@@ -553,6 +557,7 @@ USUAL = {
     "fullness": 14.0,
     "turned": 2,
     "strain": 0.07,
+    "fewest": 30,
     "ridges": 0.45,
     "cells": 130,
 }
@@ -615,7 +620,7 @@ def test_similarity_is_the_logarithm_of_one_and_the_ratio(bias: float) -> None:
     assert found.similarity > 0 or bias == -800.0
 
 
-LOWERING = ("unpaired", "turned", "strain")
+LOWERING = ("unpaired", "turned", "strain", "fewest")
 
 
 @given(
@@ -916,7 +921,7 @@ def test_compiled_and_interpreted_align_the_same(
     weights = some_weights(refine, confident=confident)
     plain = interpreted_kernels(interpreted)
     room = max(len(a), len(b))
-    scorer = plain.evidence.EvidenceScorer(P, RidgeParameters(), weights, room)
+    scorer = plain.evidence.EvidenceScorer(P, weights, room)
     aligner = plain.align.Aligner(
         room, room, AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
     )

@@ -80,6 +80,7 @@ class PaperMatcher:
 
     Examples
     --------
+    >>> from fpmatch.matching.matchers.paper import PaperMatcher
     >>> from fpmatch import Minutiae, Template, verify
     >>> xy = np.random.default_rng(7).uniform(20, 280, (2, 30))
     >>> template = Template(Minutiae(*xy, np.zeros(30)), width=300, height=300)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.evaluation.decision import decide
 from fpmatch.matching.calibration import calibrated_matchers, load_calibration
 from fpmatch.output import check_writable, replacing
 
@@ -29,7 +30,8 @@ def write_scores(path: str | os.PathLike[str], *reports: EvaluationReport) -> No
     """Write a row a comparison, by matcher, set and pair, with the columns `COLUMNS`.
 
     `genuine` is 1 or 0; values that do not exist (the transform of a pair without one, the score
-    of a matcher without calibration) are left empty. The file appears whole or not at all.
+    of a matcher without calibration) are left empty, and so is `reason` where `fpmatch.verify` says
+    match by default. The file appears whole or not at all.
 
     Parameters
     ----------
@@ -67,7 +69,7 @@ def _rows(result: SetResult, matcher: str) -> Iterator[list[object]]:
         [_short(v) for v in score.tolist()],
         outcomes["pairs"].tolist(),
         *geometry,
-        outcomes["reason"].tolist(),
+        np.where(decide(matcher, outcomes["similarity"]), "", outcomes["reason"]).tolist(),
     )
     for values in zip(*columns, strict=True):
         yield [matcher, result.name, *values]

@@ -2,17 +2,20 @@
 
 A file looks like this::
 
-    {"format": "fpmatch-template", "version": 1, "width": 388, "height": 374, "dpi": 500.0,
+    {"format": "fpmatch-template", "version": 2, "width": 388, "height": 374, "dpi": 500.0,
      "minutiae": {"x": [...], "y": [...], "angle": [...], "kind": [...], "quality": [...]},
      "ridge_field": {"step": 8.0, "rows": 47, "columns": 49, "orientation": "...", "mask": "...",
                      "ridges": "..."}}
 
 Values follow the conventions of `fpmatch.minutiae` (pixels, radians, ISO kinds). ``ridge_field``
-is null where it is unknown. Its ``orientation`` is base64 of one byte a cell in row order, 0..255
-for [0, π), 0 outside the mask: a quantisation to 0.7°, finer than an orientation is known. Its
-``mask`` is base64 of one bit a cell in row order, the highest bit of a byte first. Its ``ridges``
-is base64 of eight bytes a cell inside the mask, one a row of the cell's picture of its ridges, the
-lowest bit of a byte leftmost; the member is missing where the ridges are not known.
+is null where it is unknown. Its ``mask`` is base64 of one bit a cell in row order, the highest bit
+of a byte first. Its ``orientation`` is base64 of a float32 a cell inside the mask, in row order,
+the lowest byte first: radians in [0, π). Its ``ridges`` is base64 of eight bytes a cell inside the
+mask, one a row of the cell's picture of its ridges, the lowest bit of a byte leftmost; the member
+is missing where the ridges are not known.
+
+Version 1, which is read, differs in the ``orientation``: one byte for every cell, 0..255 for
+[0, π).
 """
 
 from __future__ import annotations
@@ -33,9 +36,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FORMAT: Final = "fpmatch-template"
-VERSION: Final = 1
+VERSION: Final = 2
+READ_VERSIONS: Final = (1, 2)
 COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
-ORIENTATION_STEPS: Final = 256  # of a half turn
+ORIENTATION_STEPS: Final = 256  # of a half turn, in version 1
 
 
 def encode(record: TemplateRecord) -> Encoded:
@@ -61,15 +65,17 @@ def decode(data: bytes, how: Reading) -> TemplateRecord:
     document = _parse(data)
     if document.get("format") != FORMAT:
         raise TemplateError(f'not a template: expected the member "format": "{FORMAT}"')
-    if document.get("version") != VERSION:
-        raise TemplateError(f"unknown version of the format (known: {VERSION})")
+    version = document.get("version")
+    if version not in READ_VERSIONS:
+        known = ", ".join(map(str, READ_VERSIONS))
+        raise TemplateError(f"unknown version of the format (known: {known})")
     columns = _member(document, "minutiae", dict)
     minutiae = Minutiae(*(_column(columns, name, how) for name in COLUMNS))
     width, height = _member(document, "width", int), _member(document, "height", int)
     how.limits.check_size(width, height)
     field = None
     if document.get("ridge_field") is not None:
-        field = _decode_field(_member(document, "ridge_field", dict))
+        field = _decode_field(_member(document, "ridge_field", dict), version)
     template = Template(minutiae, width, height, _number(document, "dpi"), field)
     return TemplateRecord(CODEC.name, (View(template),))
 
@@ -125,13 +131,15 @@ def _numbers(column: NDArray[Any]) -> list[float] | list[int]:
 
 
 def _encode_field(field: RidgeField) -> dict[str, Any]:
-    steps = np.rint(np.where(field.mask, field.orientation, 0.0) * (ORIENTATION_STEPS / np.pi))
     rows, columns = field.mask.shape
+    orientation = field.orientation[field.mask]
+    beyond = (orientation < 0.0) | (orientation >= np.float32(np.pi))
+    orientation = np.where(beyond, np.mod(orientation, np.pi), orientation)
     stored = {
         "step": field.step,
         "rows": rows,
         "columns": columns,
-        "orientation": _to_base64(np.mod(steps, ORIENTATION_STEPS).astype(np.uint8)),
+        "orientation": _to_base64(orientation.astype("<f4").view(np.uint8)),
         "mask": _to_base64(np.packbits(field.mask)),
     }
     if field.ridges is not None:
@@ -139,22 +147,29 @@ def _encode_field(field: RidgeField) -> dict[str, Any]:
     return stored
 
 
-def _decode_field(stored: dict[str, Any]) -> RidgeField:
+def _decode_field(stored: dict[str, Any], version: int) -> RidgeField:
     rows, columns = _member(stored, "rows", int), _member(stored, "columns", int)
     if rows < 1 or columns < 1:
         raise TemplateError("ridge_field: rows and columns must be positive")
     cells = rows * columns
-    steps = _from_base64(stored, "orientation", cells)
     bits = np.unpackbits(_from_base64(stored, "mask", -(-cells // 8)), count=cells)
-    orientation = (steps * (np.pi / ORIENTATION_STEPS)).astype(np.float32)
     shape = (rows, columns)
     mask = bits.astype(bool).reshape(shape)
+    orientation = np.zeros(shape, np.float32)
+    if version == 1:
+        steps = _from_base64(stored, "orientation", cells)
+        orientation[:] = (steps * (np.pi / ORIENTATION_STEPS)).reshape(shape)
+    else:
+        octets = _from_base64(stored, "orientation", 4 * int(np.count_nonzero(mask)))
+        orientation[mask] = octets.view("<f4")
+        if not ((orientation >= 0.0) & (orientation <= np.pi)).all():
+            raise TemplateError("ridge_field: orientation must lie from 0 to π")
     ridges = None
     if "ridges" in stored:
         ridges = np.zeros(shape, np.uint64)
         octets = _from_base64(stored, "ridges", 8 * int(np.count_nonzero(mask)))
         ridges[mask] = octets.view("<u8")
-    return RidgeField(_number(stored, "step"), orientation.reshape(shape), mask, ridges)
+    return RidgeField(_number(stored, "step"), orientation, mask, ridges)
 
 
 def _to_base64(values: NDArray[np.uint8]) -> str:
@@ -172,4 +187,4 @@ def _from_base64(stored: dict[str, Any], name: str, length: int) -> NDArray[np.u
     return np.frombuffer(data, dtype=np.uint8)
 
 
-CODEC: Final = Codec("json", "fpmatch JSON 1", (".json",), _recognises, decode, encode)
+CODEC: Final = Codec("json", "fpmatch JSON 2", (".json",), _recognises, decode, encode)

@@ -50,6 +50,17 @@ def test_what_does_not_exist_is_left_empty(report, tmp_path):
     assert {row["score"] for row in rows.values()} == {""}
 
 
+def test_a_reason_stands_beside_what_does_not_match_alone(report, tmp_path, monkeypatch):
+    write_scores(tmp_path / "before.csv", report)
+    monkeypatch.setattr(scores_file, "decide", lambda matcher, similarity: similarity == 0.0)
+    write_scores(tmp_path / "after.csv", report)
+    files = [read(tmp_path / f"{name}.csv") for name in ("before", "after")]
+    for before, after in zip(*files, strict=True):
+        matches = float(before["similarity"]) == 0.0
+        assert after["reason"] == ("" if matches else before["reason"])
+    assert any(row["reason"] for row in files[0])
+
+
 def test_scores_come_from_the_calibration(report, tmp_path, monkeypatch):
     calibration = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
     monkeypatch.setattr(scores_file, "calibrated_matchers", lambda: ["fake"])

@@ -207,6 +207,8 @@ class RidgeLens:
         for k in range(cython.cast(cython.Py_ssize_t, rows) * columns):
             self.drift[k, 0] = 0.0
             self.drift[k, 1] = 0.0
+        if mesh.vertices > self.vertex.shape[0]:  # more pairs than there is room for
+            return 0
         for k in range(mesh.vertices):
             i = mesh.owner[k]
             self.vertex[k, 0] = mesh.bx[k]

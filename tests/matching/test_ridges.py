@@ -317,6 +317,15 @@ def test_skin_without_pairs_does_not_bend() -> None:
     assert compared(print_, print_) == (1.0, 9)
 
 
+def test_more_pairs_than_there_is_room_for_do_not_bend_the_skin() -> None:
+    a, b, _, transform = some_case(2)
+    assert len(a) > 1
+    mesh = mesh_of(a, b, np.arange(len(a), dtype=np.int32), transform)
+    lens = _ridge_kernel.RidgeLens(1)
+    cells = lens.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
+    assert (lens.correlation, cells) == compared(a, b, transform)
+
+
 def test_without_ridges_there_is_nothing_to_compare() -> None:
     points = spread_points(np.random.default_rng(1), 9)
     field = striped_field()

@@ -357,8 +357,9 @@ class PairMesh:
         mesh was built of, are measured on their rings.
         """
         i: cython.Py_ssize_t
-        scale: cython.double = 1.0 / sqrt(c * c + s * s)
+        scale: cython.double = sqrt(c * c + s * s)
         found: cython.int = 0
+        scale = 1.0 / scale if scale > 0.0 else 0.0
         if measured:
             self.places = self.weights = self.full = self.strain = 0.0
             self.turned = self.edges = 0

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fpmatch.matching._ridge_kernel import RidgeLens
 from fpmatch.matching.align import aligner_of
 
@@ -50,6 +52,7 @@ def ridge_correlation(
     lens = RidgeLens(len(b))
     c, s, x, y = alignment.transform.tolist()
     aligner = aligner_of(a.points, b.points)
-    aligner.impose(alignment.partner, c, s, x, y)
-    cells = lens.compare(a.for_kernels(), b.for_kernels(), aligner.mesh, c, s, x, y)
+    with np.errstate(over="ignore", invalid="ignore"):  # of transforms that lead nowhere
+        aligner.impose(alignment.partner, c, s, x, y)
+        cells = lens.compare(a.for_kernels(), b.for_kernels(), aligner.mesh, c, s, x, y)
     return lens.correlation, cells

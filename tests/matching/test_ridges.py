@@ -56,7 +56,8 @@ def picture_of(print_: PreparedTemplate) -> NDArray[np.bool_]:
 def mesh_of(a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Transform) -> Any:
     """Return the measured mesh of given pairs under a given transform."""
     aligner = aligner_of(a.points, b.points)
-    aligner.impose(partner, *transform)
+    with np.errstate(over="ignore", invalid="ignore"):
+        aligner.impose(partner, *transform)
     return aligner.mesh
 
 

@@ -18,7 +18,11 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 if TYPE_CHECKING:
     from fpmatch.evaluation.report import EvaluationReport
 
-_STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
+_STAGES = {
+    "extract": "extracting prints",
+    "extract probes": "extracting squares",
+    "compare": "comparing pairs",
+}
 _WORKERS_NEED = (
     "cv2",
     "threadpoolctl",
@@ -74,9 +78,10 @@ Examples:
   fpmatch evaluate fvc2002/DB*_B --report report
   fpmatch evaluate fvc2002/DB*_B --enhance filters
   fpmatch evaluate sample_data --minutiae
+  fpmatch evaluate fvc2002/DB1_B --crop 160
 
-Exit status: 0 when every image gave a template, 1 when some did not (a note on stderr names each),
-2 when the run could not be done.
+Exit status: 0 when every image (and, with --crop, every square) gave a template, 1 when some did
+not (a note on stderr names each), 2 when the run could not be done.
 """
 )
 @click.argument(
@@ -133,6 +138,13 @@ Exit status: 0 when every image gave a template, 1 when some did not (a note on 
     help="Measure extraction and transforms (of the first matcher) too, against the truth that "
     "each DIR then holds.",
 )
+@click.option(
+    "--crop",
+    metavar="PX",
+    type=click.IntRange(min=32, max=4000),
+    help="Compare a square of PX by PX pixels at 500 dpi, about the centroid of the first print of "
+    "each pair, with the whole second print.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
@@ -151,6 +163,7 @@ def evaluate(
     resamples: int,
     seed: int,
     minutiae: bool,
+    crop: int | None,
     as_json: bool,
     workers: int | None,
 ) -> None:
@@ -160,13 +173,15 @@ def evaluate(
     may hold a dataset.toml that gives name, dpi and sensor. Printed are the rates per database,
     their mean, those of all scores pooled, and how sure they are.
     """
+    if crop is not None and (minutiae or report_folder is not None):
+        raise click.UsageError("--crop goes with neither --report nor --minutiae")
     from fpmatch.engine.local import get_ready
 
     get_ready(workers, *_WORKERS_NEED)
     with importing():
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
-        from fpmatch.evaluation import extraction, run
+        from fpmatch.evaluation import cropping, extraction, run
         from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
         from fpmatch.evaluation.dataset_names import named_apart
         from fpmatch.evaluation.minutiae_report import measure_minutiae
@@ -193,6 +208,9 @@ def evaluate(
             workers=workers,
             progress=bars.show,
             extractor=extraction.extractor_of(enhance, read),
+            probe_extractor=(
+                None if crop is None else cropping.crop_extractor_of(crop, enhance, read)
+            ),
         )
     if scores is not None:
         write_scores(scores, *reports)
@@ -209,12 +227,19 @@ def evaluate(
     document, text = document_of(analyses, comparisons), text_of(analyses, comparisons)
     document["dpi_assumed"] = len(reports[0].dpi_assumed)
     document["notes"] = notes_as_json(reports[0].noted)
+    failed: list[str] = []
+    if crop is not None:
+        failed = [str(path) for path in cropping.failed_crops(reports[0].sets)]
+        document["crop"] = {"side_px": crop, "failures": failed}
+        text = f"Probes: squares of {crop} by {crop} px at 500 dpi.\n\n{text}"
+        for name in failed:
+            click.echo(f"fpmatch: note: no template of the square: {name}", err=True)
     if minutiae:
         measured = measure_minutiae(reports[0], truths)
         document["minutiae"] = measured.as_json()
         text = f"{text}\n\n{format_minutiae(measured)}"
     click.echo(json.dumps(document, indent=2, allow_nan=False) if as_json else text)
-    ctx.exit(1 if any(row.failures for row in reports[0].sets) else 0)
+    ctx.exit(1 if failed or any(row.failures for row in reports[0].sets) else 0)
 
 
 def _chosen(names: tuple[str, ...]) -> list[str]:

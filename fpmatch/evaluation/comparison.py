@@ -45,22 +45,33 @@ NO_TEMPLATE: Final = "no template"
 
 @dataclass(slots=True)
 class _Bench:
-    """Hold all templates, and what the matcher prepared of those of the set at hand."""
+    """Hold all templates, and what the matcher prepared of those of the set at hand.
+
+    `templates` are those of the references and, where they are others, those of the probes.
+    """
 
     matcher: Matcher
-    templates: list[list[Template | None]]
+    templates: list[list[list[Template | None]]]
     set_at_hand: int = -1
-    prepared: dict[int, Any] = field(default_factory=dict)
+    prepared: dict[tuple[int, int], Any] = field(default_factory=dict)
 
-    def get(self, set_index: int, impression: int) -> Any:
-        """Return one impression, prepared; None where it has no template."""
+    def probe(self, set_index: int, impression: int) -> Any:
+        """Return one impression as a probe, prepared; None where it has no template."""
+        return self._get(len(self.templates) - 1, set_index, impression)
+
+    def reference(self, set_index: int, impression: int) -> Any:
+        """Return one impression as a reference, prepared; None where it has no template."""
+        return self._get(0, set_index, impression)
+
+    def _get(self, side: int, set_index: int, impression: int) -> Any:
         if set_index != self.set_at_hand:
             self.set_at_hand = set_index
             self.prepared.clear()
-        if impression not in self.prepared:
-            template = self.templates[set_index][impression]
-            self.prepared[impression] = None if template is None else self.matcher.prepare(template)
-        return self.prepared[impression]
+        key = side, impression
+        if key not in self.prepared:
+            template = self.templates[side][set_index][impression]
+            self.prepared[key] = None if template is None else self.matcher.prepare(template)
+        return self.prepared[key]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +89,7 @@ def compare_sets(
     workers: int | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
+    probes: Sequence[ExtractedSet] | None = None,
 ) -> list[NDArray[np.void]]:
     """Compare the chosen pairs of every database.
 
@@ -95,6 +107,9 @@ def compare_sets(
         As for `fpmatch.engine.workers.run_chunks`.
     progress : callable
         Told of stage "compare", in pairs.
+    probes : sequence of ExtractedSet, optional
+        The same databases, extracted in another way, whose templates are the probes (default: those
+        of `sets`).
 
     Returns
     -------
@@ -102,7 +117,10 @@ def compare_sets(
         One array a database, in the order of its pairs. Where a side has no template, the
         similarity is 0 and the CPU time not a number.
     """
-    templates = [[e.template for e in extracted.extractions] for extracted in sets]
+    templates = [
+        [[e.template for e in extracted.extractions] for extracted in side]
+        for side in ([sets] if probes is None else [sets, probes])
+    ]
     chunks = [
         _Chunk(s, p.probe[k : k + PAIRS_PER_CHUNK], p.reference[k : k + PAIRS_PER_CHUNK])
         for s, p in enumerate(pairs)
@@ -131,7 +149,7 @@ def compare_sets(
 def _compare_chunk(bench: _Bench, chunk: _Chunk) -> NDArray[np.void]:
     outcomes = np.empty(chunk.probe.size, OUTCOME)
     for row, (i, j) in enumerate(zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)):
-        probe, reference = bench.get(chunk.set_index, i), bench.get(chunk.set_index, j)
+        probe, reference = bench.probe(chunk.set_index, i), bench.reference(chunk.set_index, j)
         if probe is None or reference is None:
             outcomes[row] = _no_template()
             continue

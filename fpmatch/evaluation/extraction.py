@@ -115,6 +115,7 @@ def extract_datasets(
     workers: int | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
+    stage: str = "extract",
 ) -> list[ExtractedSet]:
     """Extract a template from every impression of some databases.
 
@@ -131,7 +132,9 @@ def extract_datasets(
     engine : Engine, optional
         As for `fpmatch.engine.workers.run_chunks`.
     progress : callable
-        Told of stage "extract", in images.
+        Called as ``progress(stage, done, total)``, in images.
+    stage : str
+        Name of the stage, for `progress`.
 
     Returns
     -------
@@ -142,7 +145,7 @@ def extract_datasets(
         datasets,
         _extract_chunk,
         extractor,
-        stage="extract",
+        stage=stage,
         workers=workers,
         engine=engine,
         progress=progress,

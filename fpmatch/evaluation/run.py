@@ -90,8 +90,13 @@ def evaluate_matchers(
     workers: int | None = None,
     progress: Progress = no_progress,
     extractor: Extractor = extract_image,
+    probe_extractor: Extractor | None = None,
 ) -> list[EvaluationReport]:
     """Evaluate some matchers on the same templates, extracted once; else as `evaluate`.
+
+    Where `probe_extractor` is given, it makes the templates of the probes, the first prints of the
+    pairs, and `extractor` those of the references; `progress` is called for the stage "extract
+    probes", too.
 
     Returns
     -------
@@ -102,6 +107,15 @@ def evaluate_matchers(
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
     with cores(workers) as engine:
         extracted = extract_datasets(loaded, extractor=extractor, engine=engine, progress=progress)
+        probes = None
+        if probe_extractor is not None:
+            probes = extract_datasets(
+                loaded,
+                extractor=probe_extractor,
+                engine=engine,
+                progress=progress,
+                stage="extract probes",
+            )
         return [
             evaluate_templates(
                 extracted,
@@ -109,6 +123,7 @@ def evaluate_matchers(
                 protocol=protocol,
                 engine=engine,
                 progress=_part(progress, k, len(chosen)),
+                probes=probes,
             )
             for k, matcher in enumerate(chosen)
         ]
@@ -131,14 +146,17 @@ def evaluate_templates(
     workers: int | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
+    probes: Sequence[ExtractedSet] | None = None,
 ) -> EvaluationReport:
     """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`.
 
-    `engine` is as for `fpmatch.engine.workers.run_chunks`.
+    `engine` is as for `fpmatch.engine.workers.run_chunks`, `probes` as for `compare_sets`.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     pairs = [choose_pairs(extracted.dataset.impressions, protocol) for extracted in sets]
-    outcomes = compare_sets(sets, pairs, chosen, workers=workers, engine=engine, progress=progress)
+    outcomes = compare_sets(
+        sets, pairs, chosen, workers=workers, engine=engine, progress=progress, probes=probes
+    )
     rows = [summarise_set(*row) for row in zip(sets, pairs, outcomes, strict=True)]
     return summarise(chosen.name, protocol, rows)
 

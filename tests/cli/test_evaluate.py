@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.evaluation import extraction, run
+from fpmatch.evaluation import cropping, extraction, run
 from fpmatch.evaluation.protocol import PROTOCOLS
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
@@ -83,6 +83,40 @@ def test_scores_file_holds_every_comparison(fpmatch, database, tmp_path):
     assert fpmatch(database, "--scores", path, "--workers", 1).exit_code == 1
     with path.open(newline="") as stream:
         assert sum(1 for _ in csv.DictReader(stream)) == 190
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_squares_are_compared_with_whole_prints(fpmatch, database, monkeypatch):
+    sides = []
+
+    def squares(side_px, enhance, reader):
+        sides.append((side_px, enhance))
+        return extraction.extractor_of()
+
+    monkeypatch.setattr(cropping, "crop_extractor_of", squares)
+    (database / "3_3.tif").write_text("print")
+    result = fpmatch(database, "--crop", 160, "--workers", 1)
+    assert result.exit_code == 0
+    assert result.stdout.startswith("Probes: squares of 160 by 160 px at 500 dpi.\n\ndatabase ")
+    whole = fpmatch(database, "--workers", 1)
+    assert result.stdout.split("\n\n", 1)[1].split("\n")[2:] == whole.stdout.split("\n")[2:]
+    document = json.loads(fpmatch(database, "--crop", 128, "--workers", 1, "--json").stdout)
+    assert document["crop"] == {"side_px": 128, "failures": []}
+    assert "crop" not in json.loads(fpmatch(database, "--workers", 1, "--json").stdout)
+    assert [side for side, _ in sides] == [160, 128]
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_squares_without_a_template_are_named(fpmatch, database, monkeypatch):
+    bench = importlib.import_module("fake_bench")
+    monkeypatch.setattr(cropping, "failed_crops", lambda sets: [database / "1_1.tif"])
+    monkeypatch.setattr(cropping, "crop_extractor_of", lambda *_: bench.extractor)
+    (database / "3_3.tif").write_text("print")
+    result = fpmatch(database, "--crop", 64, "--workers", 1)
+    assert result.exit_code == 1
+    assert result.stderr.splitlines() == [
+        f"fpmatch: note: no template of the square: {database / '1_1.tif'}"
+    ]
 
 
 @pytest.mark.usefixtures("known_answers")
@@ -199,7 +233,17 @@ def test_bad_input_is_one_line_and_status_2(fpmatch, database, tmp_path, argumen
     assert reason in line
 
 
-@pytest.mark.parametrize("arguments", [[], ["x", "--workers", "0"], ["x", "--protocol", "all"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["x", "--workers", "0"],
+        ["x", "--protocol", "all"],
+        ["x", "--crop", "31"],
+        ["x", "--crop", "160", "--minutiae"],
+        ["x", "--crop", "160", "--report", "y"],
+    ],
+)
 def test_wrong_usage(fpmatch, arguments):
     result = fpmatch(*arguments)
     assert result.exit_code == 2

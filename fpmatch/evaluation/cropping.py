@@ -1,0 +1,124 @@
+"""Partial probes: square windows about the middle of prints, as a small sensor would see them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.gallery.prints import ExtractedPrint
+from fpmatch.image.read import GreyImage, read_image
+from fpmatch.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from fpmatch.evaluation.extraction import Extractor
+    from fpmatch.evaluation.report import SetResult
+    from fpmatch.minutiae import Template
+
+
+def crop_about_centroid(image: GreyImage, template: Template, side_px: float) -> GreyImage:
+    """Cut a square about the centroid of a print out of its image.
+
+    Parameters
+    ----------
+    image : GreyImage
+        The image.
+    template : Template
+        What was extracted from it: the mask of its ridge field says where the print is, or its
+        minutiae where it has no ridge field.
+    side_px : float
+        Side of the square in pixels at 500 dpi.
+
+    Returns
+    -------
+    GreyImage
+        The square, moved inwards where it would reach beyond the image, and smaller where the image
+        is narrower.
+
+    Raises
+    ------
+    ImageError
+        If the template has neither a ridge field nor minutiae: nothing says where the print is.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae
+    >>> from fpmatch.minutiae import Template
+    >>> image = GreyImage(np.zeros((300, 200), np.uint8), dpi=500)
+    >>> template = Template(Minutiae([150.0], [40.0], [0.0]), 200, 300)
+    >>> crop_about_centroid(image, template, 120).pixels.shape
+    (120, 120)
+    """
+    x, y = _centroid(image, template)
+    side = max(1, round(side_px * template.dpi / STANDARD_DPI))
+    height, width = image.pixels.shape
+    left, top = (
+        int(np.clip(round(middle - side / 2), 0, max(0, length - side)))
+        for middle, length in ((x, width), (y, height))
+    )
+    pixels = np.ascontiguousarray(image.pixels[top : top + side, left : left + side])
+    return replace(image, pixels=pixels)
+
+
+def _centroid(image: GreyImage, template: Template) -> tuple[float, float]:
+    field = template.field
+    if field is not None and field.mask.any():
+        rows, columns = np.nonzero(field.mask)
+        return float((columns.mean() + 0.5) * field.step), float((rows.mean() + 0.5) * field.step)
+    if len(template.minutiae):
+        return float(template.minutiae.x.mean()), float(template.minutiae.y.mean())
+    raise ImageError(f"{image.source}: no print found that a square could be cut out of")
+
+
+def extract_crop(
+    path: Path,
+    dpi: float | None,
+    side_px: float,
+    enhance: str | None = None,
+    reader: Callable[[Path], GreyImage] = read_image,
+) -> ExtractedPrint:
+    """Extract a template from a square of an image file; see `crop_about_centroid`."""
+    from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract  # noqa: PLC0415
+
+    image = reader(path)
+    way = enhance or DEFAULT_ENHANCEMENT
+    square = crop_about_centroid(image, extract(image, dpi=dpi, enhance=way), side_px)
+    assumed = dpi is None and image.dpi is None
+    return ExtractedPrint(extract(square, dpi=dpi, enhance=way), assumed, image.notes)
+
+
+def crop_extractor_of(
+    side_px: float, enhance: str, reader: Callable[[Path], GreyImage] = read_image
+) -> Extractor:
+    """Return what extracts a template from a square of an image file."""
+    return partial(extract_crop, side_px=side_px, enhance=enhance, reader=reader)
+
+
+def failed_crops(sets: Sequence[SetResult]) -> list[Path]:
+    """List the prints whose square gave no template though the whole print did.
+
+    Parameters
+    ----------
+    sets : sequence of SetResult
+        Databases, evaluated with the squares as probes.
+
+    Returns
+    -------
+    list of Path
+        Their images.
+    """
+    found = []
+    for row in sets:
+        there = np.array([e.template is not None for e in row.extracted.extractions])
+        pairs, reason = row.pairs, row.outcomes["reason"]
+        both = there[pairs.probe] & there[pairs.reference]
+        failed = np.unique(pairs.probe[both & (reason == NO_TEMPLATE)])
+        found += [row.extracted.dataset.impressions[k].path for k in failed.tolist()]
+    return found

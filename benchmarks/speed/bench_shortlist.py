@@ -28,7 +28,7 @@ def search() -> Search:
     return Search(MATCHER, np.arange(PRINTS), repeated(few, PRINTS))
 
 
-@cpu("search by a shortlist")
+@cpu("search by a candidate list")
 @in_turn(3)
 def test_search(benchmark: Any, side: str, search: Search) -> None:
     """Weigh the codes of all prints and compare the shortlist; the yardstick aligns all."""

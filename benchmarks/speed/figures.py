@@ -52,7 +52,7 @@ FIGURES: Final = (
     Figure("extraction, peak memory", 150, "MB", "numpy and cv2 imported"),
     Figure("comparison, 1:1", 0.5, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
     Figure("comparison, 1:N", 0.25, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
-    Figure("search by a shortlist", 0.1, TIMES_THE_TIME, "every print laid in full"),
+    Figure("search by a candidate list", 0.1, TIMES_THE_TIME, "every print compared in full"),
     Figure("preparation", 3, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
     Figure("cold start of verify", 3, TIMES_THE_TIME, 'python -c "import numpy, cv2"'),
     Figure("cold start of help", 1.5, TIMES_THE_TIME, 'python -c "import click"'),

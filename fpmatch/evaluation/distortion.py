@@ -213,7 +213,7 @@ def measure_distortion(
     workers : int, optional
         Processes to use (default: one a core). The results are the same for any number.
     progress : callable
-        Told of stage "press", in fingers.
+        Called as ``progress(stage, done, total)`` for the stage "press", in fingers.
 
     Returns
     -------

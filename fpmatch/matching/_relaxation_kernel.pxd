@@ -5,8 +5,8 @@ cdef class Relaxation:
     cdef readonly double[::1] relaxed
     cdef readonly double[:, ::1] support
     cdef double[:, ::1] place, rotation
-    cdef double[::1] value, gathered, row_best
-    cdef int[::1] row_column, column_taken, explained, order
+    cdef double[::1] gathered, row_best
+    cdef int[::1] row_column, column_taken, explained
     cdef double distance_px, distance_per_px, min_rotation_cosine, min_angle_cosine
     cdef double inertia, least_share, least_seed_share
     cdef readonly double strength

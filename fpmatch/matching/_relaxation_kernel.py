@@ -48,10 +48,8 @@ class Relaxation:
         self.support = np.zeros((room, room))
         self.place = np.zeros((4, room))
         self.rotation = np.zeros((2, room))
-        self.value = np.zeros(room)
         self.gathered = np.zeros(room)
         self.explained = np.zeros(room, np.int32)
-        self.order = np.zeros(room, np.int32)
         self.row_best = np.zeros(size_a)
         self.row_column = np.zeros(size_a, np.int32)
         self.column_taken = np.zeros(size_b, np.int32)
@@ -95,8 +93,7 @@ class Relaxation:
             self.place[3, k] = b[1, j]
             self.rotation[0, k] = a[2, i] * b[2, j] + a[3, i] * b[3, j]
             self.rotation[1, k] = a[2, i] * b[3, j] - a[3, i] * b[2, j]
-            self.value[k] = cython.cast(cython.double, similarity[i, j])
-            self.relaxed[k] = self.value[k]
+            self.relaxed[k] = cython.cast(cython.double, similarity[i, j])
             self.explained[k] = 0
             self.support[k, k] = 0.0
             for m in range(k):

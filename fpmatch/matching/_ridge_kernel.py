@@ -1,4 +1,4 @@
-"""Kernel: how well the ridges of two prints fall on one another once their minutiae are laid so.
+"""Kernel: how well the ridges of two prints fall on one another once their minutiae are aligned.
 
 A cell of a print holds a picture of its ridges, 8 by 8 bits: bit ``8 * row + column`` is set on a
 ridge. Cells are displaced as the mesh of the paired minutiae maps the skin between them
@@ -86,7 +86,7 @@ class RidgeLens:
         x: cython.double,
         y: cython.double,
     ) -> cython.int:
-        """Lay A on B by a transform, bent as the mesh of pairs is; return the cells compared.
+        """Align A with B, bent as the mesh of pairs is; return the number of cells compared.
 
         The mesh is built by the same transform. Where a region has more than 16,384 cells, its
         border counted, none are compared.

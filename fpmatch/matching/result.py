@@ -73,7 +73,7 @@ class Explaining(Protocol):
 
 @runtime_checkable
 class DecidesByShare(Protocol):
-    """Decide by the share of minutiae that are paired, where no score is asked for.
+    """Decide by the share of minutiae that are paired, where no threshold is given.
 
     The `similarity` of such a matcher is that share, of the smaller template: more than `rho` is
     a match.
@@ -99,7 +99,7 @@ class Verification:
     fmr : float
         Estimated rate at which impostors reach this score; NaN with `score`.
     threshold : float
-        The score that was asked for; where `rho` decides, the score of a matched share of `rho`.
+        The least score of a match; where `rho` decides, the score of a matched share of `rho`.
     matcher : str
         Name of the matcher.
     transform, pairs, rms_px, agreement, overlap

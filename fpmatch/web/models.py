@@ -52,7 +52,7 @@ class Verified(BaseModel):
     fmr: float | None = Field(description="Share of pairs of different fingers that score as high")
     extrapolated: bool = Field(description="Whether the FMR lies beyond what was measured")
     threshold: float | None = Field(
-        description="The score that was asked for, or that rho stands for"
+        description="The least score of a match, or the score that corresponds to rho"
     )
     matched_share: float = Field(description="Pairs over minutiae of the smaller print")
     rho: float | None = Field(description="What matched_share must exceed; null if a score decides")

@@ -7,7 +7,7 @@ yardstick for its tolerant descendant, not for its error rates.
 
 It decides as the paper does: two prints match where more than a share ρ of the minutiae of the
 smaller template is paired. The calibrated score stands beside that decision and does not make it,
-unless a threshold is asked for.
+unless a threshold is given.
 
 What the paper leaves open: the area tolerance of alike one-rings; of which set ρ is a share; the
 turn of one circle on the other; the unit of λ; and which transform is kept. How these are settled,

@@ -66,7 +66,13 @@ class CalibrationParameters:
     knot_step: float = 0.5
 
 
-def calibrate_on(sets: Sequence[ImpostorSet], matcher: str, command: str = "") -> Calibration:
+def calibrate_on(
+    sets: Sequence[ImpostorSet],
+    matcher: str,
+    command: str = "",
+    *,
+    shares: Sequence[float] | None = None,
+) -> Calibration:
     """Fit a calibration to the impostor comparisons of some databases together.
 
     Comparisons of the same two fingers are no independent trials, and ten fingers a database are
@@ -81,6 +87,8 @@ def calibrate_on(sets: Sequence[ImpostorSet], matcher: str, command: str = "") -
         The matcher that compared.
     command : str
         What ran it, kept in the calibration's provenance.
+    shares : sequence of float, optional
+        Weight of each database (default: every comparison has the same weight).
 
     Returns
     -------
@@ -101,11 +109,16 @@ def calibrate_on(sets: Sequence[ImpostorSet], matcher: str, command: str = "") -
         matcher=matcher,
         fingers=sum(one.trials.fingers for one in sets),
     )
-    return replace(fit_calibration(impostors), provenance=provenance)
+    weights = None
+    if shares is not None:
+        counts = np.array([len(one.trials.similarity) for one in sets])
+        weights = np.repeat(np.asarray(shares, np.float64) / np.maximum(counts, 1), counts)
+    return replace(fit_calibration(impostors, weights), provenance=provenance)
 
 
 def fit_calibration(
     impostor_similarities: ArrayLike,
+    weights: ArrayLike | None = None,
     *,
     parameters: CalibrationParameters = CalibrationParameters(),
 ) -> Calibration:
@@ -115,6 +128,8 @@ def fit_calibration(
     ----------
     impostor_similarities : array_like of float, shape (N,)
         Similarities of comparisons of different fingers.
+    weights : array_like of float, shape (N,), optional
+        Weight of each (default: the same).
     parameters : CalibrationParameters
         How to fit.
 
@@ -135,7 +150,10 @@ def fit_calibration(
     >>> fit_calibration(unit_tail).score(math.log(1000)).__round__()
     30
     """
-    s = np.sort(np.asarray(impostor_similarities, dtype=np.float64).ravel())
+    s = np.asarray(impostor_similarities, dtype=np.float64).ravel()
+    w = np.ones(s.size) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
+    order = np.lexsort((w, s))
+    s, w = s[order], w[order]
     if not np.isfinite(s).all():
         raise MatcherError("calibration: impostor similarities must be finite numbers")
     s[np.abs(s) < _TINY] = 0.0
@@ -144,19 +162,21 @@ def fit_calibration(
             f"calibration: {s.size} impostor comparisons are too few; "
             f"at least {parameters.min_impostors} are needed"
         )
-    knots = _empirical_knots(s, parameters)
-    scale, shape = _tail_at(knots[-1][0], s, parameters)
+    knots = _empirical_knots(s, w, parameters)
+    scale, shape = _tail_at(knots[-1][0], s, w, parameters)
     return Calibration(knots, _rounded(scale), _rounded(shape))
 
 
 def _empirical_knots(
-    s: NDArray[np.float64], parameters: CalibrationParameters
+    s: NDArray[np.float64], w: NDArray[np.float64], parameters: CalibrationParameters
 ) -> tuple[tuple[float, float], ...]:
     """Return knots of the curve x -> -10 log10(share of impostors at or above x); s is sorted."""
     x, first = np.unique(s, return_index=True)
     above = s.size - first
     kept = above >= min(parameters.min_above, s.size)
-    x, score = x[kept], -10.0 * np.log10(above[kept] / s.size) + 0.0
+    weight_above = np.cumsum(w[::-1])[::-1]
+    share = weight_above[first[kept]] / weight_above[0]
+    x, score = x[kept], -10.0 * np.log10(np.minimum(share, 1.0)) + 0.0
     steps = np.arange(0.0, score[-1], parameters.knot_step)
     chosen = np.searchsorted(score, steps)
     # Two knots keep a jump of the curve a jump, not a slope from the knot before.
@@ -171,33 +191,41 @@ def _empirical_knots(
 
 
 def _tail_at(
-    last: float, s: NDArray[np.float64], parameters: CalibrationParameters
+    last: float,
+    s: NDArray[np.float64],
+    w: NDArray[np.float64],
+    parameters: CalibrationParameters,
 ) -> tuple[float, float]:
     """Return scale and shape of the generalised Pareto tail above the similarity `last`.
 
     Excesses over a higher threshold keep the shape, and the scale grows by shape times the rise.
     """
-    count = max(parameters.min_tail, round(parameters.tail_share * s.size))
-    start = s[-min(count + 1, s.size)]
-    excess = s[s > start] - start
+    above = np.cumsum(w[::-1])
+    count = round(float(np.searchsorted(above, parameters.tail_share * above[-1])))
+    start = s[-min(max(parameters.min_tail, count) + 1, s.size)]
+    tail = s > start
+    excess = s[tail] - start
     if not excess.size:
         raise MatcherError(
             "calibration: the highest impostor similarities are all the same; no tail can be fitted"
         )
-    scale, shape = _fit_pareto(excess, parameters.max_shape)
+    scale, shape = _fit_pareto(excess, w[tail], parameters.max_shape)
     return scale + shape * max(last - start, 0.0), shape
 
 
-def _fit_pareto(excess: NDArray[np.float64], max_shape: float) -> tuple[float, float]:
+def _fit_pareto(
+    excess: NDArray[np.float64], w: NDArray[np.float64], max_shape: float
+) -> tuple[float, float]:
     """Fit scale and shape (in Hosking and Wallis's sign, -k) to sorted positive excesses.
 
     With α0 the mean and α1 the mean of x·(1 - F(x)), the moments give k = α0/(α0 - 2α1) - 2 and
     scale = 2·α0·α1/(α0 - 2α1). Where the shape -k leaves 0..max_shape it is held at that limit,
     and the scale is what then gives the mean: α0·(1 - shape).
     """
-    n = excess.size
-    mean = float(excess.mean())
-    weighted = float(excess @ (np.arange(n - 1, -1, -1) / max(n - 1, 1))) / n
+    total = float(w.sum())
+    mean = float(w @ excess) / total
+    above = np.maximum(total - np.cumsum(w), 0.0) / np.maximum(total - w, 1e-300)
+    weighted = float(w @ (excess * above)) / total
     spread = mean - 2.0 * weighted
     shape = 2.0 - mean / spread if spread > 0 else 0.0
     shape = min(max(shape, 0.0), max_shape)

@@ -13,8 +13,8 @@ It is logistic regression with five particulars.
 - Of the hypotheses of a comparison the one of the greatest sum counts. Which one that is depends on
   the weights, so that choosing and fitting take turns.
 
-Two models are learned, of the same prints: one with their ridges, one on their minutiae alone. The
-second is brought to the scale of the first by the scores of impostors.
+Two models are learned, of the same prints: one with their ridges, one on their minutiae alone. What
+their sums are worth, given how much was compared, is measured by `fpmatch.evaluation.amount_fit`.
 
 It is solved by Newton's steps, the lost share by expectation and maximisation between them.
 """
@@ -37,6 +37,7 @@ from fpmatch.matching.one_to_many import MIN_MINUTIAE
 from fpmatch.matching.score import (
     FEATURES,
     NO_PREFILTER,
+    NO_QUANTILES,
     ScoreModel,
     ScoreWeights,
     evidence_scorer,
@@ -93,8 +94,6 @@ class FitParameters:
         The greatest growth of the prefilter threshold a minutia, and how many slopes are tried.
     turns : int
         How many times to choose and to fit.
-    anchors : tuple of float
-        Shares of the impostor comparisons whose scores are the same under both models.
     """
 
     impostor_weight: float = 10.0
@@ -113,7 +112,6 @@ class FitParameters:
     steepest: float = 3.0
     slopes: int = 61
     turns: int = 4
-    anchors: tuple[float, float] = (0.99, 0.999)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -207,7 +205,7 @@ def _no_weights(refine: float) -> ScoreWeights:
     """Return weights of 0; the ridges are compared where `refine` is negative."""
     standard = np.zeros((4, len(FEATURES)))
     standard[1] = 1.0
-    model = ScoreModel(standard, 0.0, NO_PREFILTER, -1.0, refine, np.inf)
+    model = ScoreModel(standard, 0.0, NO_PREFILTER, -1.0, refine, np.inf, np.array(NO_QUANTILES))
     return ScoreWeights((model, model), {})
 
 
@@ -254,7 +252,7 @@ def fit_weights(
     command: str = "",
     parameters: FitParameters | None = None,
 ) -> ScoreWeights:
-    """Learn the weights of both models.
+    """Learn the weights of both models, whose quantiles do not yet depend on what was compared.
 
     Parameters
     ----------
@@ -285,7 +283,6 @@ def fit_weights(
     }
     first = fit_model(samples, without=without, parameters=p)
     second = fit_model(alone, without={*without, *RIDGE_FEATURES}, parameters=p)
-    second = _on_scale_of(first, second, samples, alone, p)
     return ScoreWeights((first, second), provenance)
 
 
@@ -315,36 +312,8 @@ def fit_model(
     strength = np.sort(np.concatenate([one.strength for one in samples])[passing])
     lost = int(p.relaxation_loss * len(strength))
     weak = float(_rounded(strength[lost : lost + 1], p.digits)[0]) if len(strength) else -1.0
-    return ScoreModel(standard, bias, prefilter, weak, refine, confident)
-
-
-def _on_scale_of(
-    first: ScoreModel,
-    second: ScoreModel,
-    samples: Sequence[ScoreSample],
-    alone: Sequence[ScoreSample],
-    p: FitParameters,
-) -> ScoreModel:
-    """Return the second model with its sums mapped so that impostors score as under the first."""
-    goal, given = (
-        np.quantile(np.concatenate([_sums(one, model)[1] for one in sets]), p.anchors)
-        for model, sets in ((first, samples), (second, alone))
-    )
-    rise, run = float(goal[1] - goal[0]), float(given[1] - given[0])
-    if not (rise > 0.0 and run > 0.0):
-        return second
-    slope = rise / run
-    shift = float(goal[0] - slope * given[0])
-    standard = second.standard.copy()
-    standard[2] = _rounded(slope * standard[2], p.digits)
-    moved = [
-        slope * value + shift
-        for value in (second.bias, second.refine_threshold, second.confident_threshold)
-    ]
-    bias, refine, confident = _rounded(np.array(moved), p.digits).tolist()
-    return ScoreModel(
-        standard, bias, second.prefilter, second.relaxation_threshold, refine, confident
-    )
+    no_quantiles = np.array(NO_QUANTILES)
+    return ScoreModel(standard, bias, prefilter, weak, refine, confident, no_quantiles)
 
 
 def _prefilter(

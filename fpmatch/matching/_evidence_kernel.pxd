@@ -5,12 +5,14 @@ from fpmatch.matching._ridge_kernel cimport RidgeLens
 
 
 cdef class EvidenceScorer:
-    cdef readonly double[::1] evidence, feature
+    cdef readonly double[::1] evidence, feature, term
     cdef double[::1] best, coarse
     cdef const double[:, :, ::1] standard
     cdef const double[:, ::1] limits
+    cdef const double[:, :, ::1] quantiles
     cdef int[::1] paired_b
     cdef RidgeLens lens
+    cdef readonly double total
     cdef double most, last
     cdef int found
     cdef Py_ssize_t model
@@ -30,6 +32,8 @@ cdef class EvidenceScorer:
     ) noexcept nogil
     cdef double _compare_ridges(self, Print a, Print b, Aligner aligner) noexcept nogil
     cpdef int describe(self) noexcept nogil
+    cpdef double condition(self, double total) noexcept nogil
+    cpdef int describe_amount(self) noexcept nogil
     cdef double _total(self) noexcept nogil
     cdef int _gather(
         self, Print a, Print b, Aligner aligner, float[:, ::1] similarity
@@ -37,4 +41,5 @@ cdef class EvidenceScorer:
 
 
 cdef double common_cells(Print a, Print b, double c, double s, double x, double y) noexcept nogil
+cdef double saturated(double amount, double enough) noexcept nogil
 cpdef double as_similarity(double total) noexcept nogil

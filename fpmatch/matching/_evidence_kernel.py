@@ -36,10 +36,23 @@ STRAIN = cython.declare(cython.Py_ssize_t, 10)
 FEWEST = cython.declare(cython.Py_ssize_t, 11)
 RIDGES = cython.declare(cython.Py_ssize_t, 12)
 CELLS = cython.declare(cython.Py_ssize_t, 13)
-ENTRIES = cython.declare(cython.Py_ssize_t, 14)
+AREA = cython.declare(cython.Py_ssize_t, 14)
+ENTRIES = cython.declare(cython.Py_ssize_t, 15)
 
-# What a unit of the prefilter's shortfall takes off the sum: about as much as it is worth.
+# The result for prints that the prefilter rejects, below those of nearly all that are aligned, and
+# what a unit of their shortfall takes off.
+REJECTED = cython.declare(cython.double, -5.0)
 SHORTFALL = cython.declare(cython.double, 0.25)
+
+# Terms that the quantiles of impostor comparisons are linear in. Beyond about these amounts, more
+# evidence changes the quantiles no longer; areas are in square pixels at 500 dpi:
+TERMS = cython.declare(cython.Py_ssize_t, 5)
+ENOUGH_MINUTIAE = cython.declare(cython.double, 12.0)
+ENOUGH_AREA = cython.declare(cython.double, 20000.0)
+LEAST_AREA = cython.declare(cython.double, 256.0)
+UNIT_AREA = cython.declare(cython.double, 10000.0)
+LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
+LOG_10 = cython.declare(cython.double, 2.302585092994046)
 
 FEATURES = cython.declare(cython.Py_ssize_t, 12)
 # Added to the relaxed similarity before its logarithm is taken
@@ -85,7 +98,10 @@ class EvidenceScorer:
         self.feature = np.zeros(FEATURES)
         self.standard = weights.standard
         self.limits = weights.limits
+        self.quantiles = weights.quantiles
+        self.term = np.zeros(TERMS)
         self.model = 0
+        self.total = 0.0
         self.most = 0.0
         self.last = 0.0
         self.coarse = np.zeros(MOST_HYPOTHESES)
@@ -136,9 +152,8 @@ class EvidenceScorer:
     @cython.wraparound(False)
     @cython.exceptval(check=False)
     def prefilter_rejected(self, shortfall: cython.double) -> cython.double:
-        """Return the sum for prints that the prefilter rejects: below the refine threshold."""
-        refine: cython.double = self.limits[self.model, REFINE]
-        return (refine if refine < 0.0 else 0.0) - SHORTFALL * shortfall
+        """Return what stands for -ln(FMR) of prints that the prefilter rejects."""
+        return REJECTED - SHORTFALL * shortfall
 
     @cython.ccall
     @cython.nogil
@@ -146,7 +161,7 @@ class EvidenceScorer:
     def score_alignment(
         self, a: Print, b: Print, aligner: Aligner, similarity: cython.float[:, ::1]
     ) -> cython.double:
-        """Return the weighted sum of the features of the alignment at hand in the aligner.
+        """Score the alignment at hand in the aligner; return -ln(FMR) as `condition` estimates it.
 
         The ridges are compared only where the minutiae leave a doubt.
         """
@@ -156,7 +171,7 @@ class EvidenceScorer:
         total = self._total()
         if total > self.limits[self.model, REFINE]:
             total = self._compare_ridges(a, b, aligner)
-        return total
+        return self.condition(total)
 
     @cython.ccall
     @cython.nogil
@@ -166,7 +181,7 @@ class EvidenceScorer:
     def align(
         self, a: Print, b: Print, aligner: Aligner, similarity: cython.float[:, ::1]
     ) -> cython.double:
-        """Align A with B, which the aligner holds; return the weighted sum of the features.
+        """Align A with B, which the aligner holds; return -ln(FMR) as `condition` estimates it.
 
         The hypotheses of the relaxed local matches are aligned coarsely, one after the other, until
         the minutiae leave no doubt that one of them is right (the confident threshold): that one
@@ -175,7 +190,7 @@ class EvidenceScorer:
         with most prints of different fingers, it stands as it is. Else those that pass are refined,
         their ridges are compared, and the aligner saves the one of the greatest sum.
 
-        Where nothing is paired by any, the aligner's `best_pairs` are 0, and so is the sum.
+        Where nothing is paired by any, the aligner's `best_pairs` are 0, and so is the result.
         """
         k: cython.Py_ssize_t
         hypotheses: cython.Py_ssize_t = aligner.hypotheses
@@ -215,7 +230,7 @@ class EvidenceScorer:
                 return 0.0
         for k in range(ENTRIES):
             self.evidence[k] = self.best[k]
-        return self._total()
+        return self.condition(self._total())
 
     @cython.cfunc
     @cython.nogil
@@ -291,6 +306,52 @@ class EvidenceScorer:
         else:
             self.feature[10] = self.standard[self.model, IMPOSTOR, 10]
             self.feature[11] = self.standard[self.model, IMPOSTOR, 11]
+        return 0
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def condition(self, total: cython.double) -> cython.double:
+        """Return -ln(FMR) of a weighted sum, given how much was compared.
+
+        The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
+        the area in the common region; beyond and between them the tail is exponential. The model is
+        chosen, and the evidence gathered, before. `total` keeps the sum.
+        """
+        k: cython.Py_ssize_t
+        low: cython.double = 0.0
+        high: cython.double = 0.0
+        self.total = total
+        self.describe_amount()
+        for k in range(TERMS):
+            low += self.quantiles[self.model, 0, k] * self.term[k]
+            high += self.quantiles[self.model, 1, k] * self.term[k]
+        high -= low
+        if high < LEAST_SPREAD:
+            high = LEAST_SPREAD
+        return LOG_10 * (2.0 + (total - low) / high)
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def describe_amount(self) -> cython.int:
+        """Fill the terms of how much was compared; see `fpmatch.matching.score`."""
+        # the geometric mean of a print's minutiae in the common region and of the smaller's in all
+        minutiae: cython.double = sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0)
+        area: cython.double = saturated(self.evidence[AREA], ENOUGH_AREA)
+        minutiae = saturated(minutiae, ENOUGH_MINUTIAE)
+        area = log((area if area > LEAST_AREA else LEAST_AREA) / UNIT_AREA)
+        self.term[0] = 1.0
+        self.term[1] = 1.0 / (minutiae + 1.0)
+        self.term[2] = self.term[1] * self.term[1]
+        self.term[3] = area
+        self.term[4] = area * area
         return 0
 
     @cython.cfunc
@@ -384,12 +445,16 @@ class EvidenceScorer:
         self.evidence[RIDGES] = 0.0
         self.evidence[CELLS] = 0.0
         self.evidence[OVERLAP] = 0.0
+        self.evidence[AREA] = 0.0
         smaller = a.inside * (a.step * a.step)
         area = b.inside * (b.step * b.step)
         smaller = area if area < smaller else smaller
         if smaller > 0.0:
             area = common_cells(a, b, c, s, x, y) * (a.step * a.step)
-            self.evidence[OVERLAP] = area / smaller if area < smaller else 1.0
+            if area > smaller:
+                area = smaller
+            self.evidence[OVERLAP] = area / smaller
+            self.evidence[AREA] = area
         return 0
 
 
@@ -437,6 +502,17 @@ def common_cells(
                     cells += b.cell[b.cell_at + other] != 0
             place += 1
     return cells
+
+
+@cython.cfunc
+@cython.nogil
+@cython.cdivision(True)
+@cython.exceptval(check=False)
+def saturated(amount: cython.double, enough: cython.double) -> cython.double:
+    """Return the amount where it is far less than enough, and about enough where it is more."""
+    share: cython.double = amount / enough
+    share = share * share
+    return amount / sqrt(sqrt(1.0 + share * share))
 
 
 @cython.ccall

@@ -83,9 +83,9 @@ class OneToOne:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     def align(self, neighbours: NeighbourIndex, a: Print, b: Print) -> cython.double:
-        """Align A, whose neighbours are indexed, with B; return the weighted sum of the features.
+        """Align A, whose neighbours are indexed, with B; return an estimate of -ln(FMR).
 
-        Where nothing is paired, the aligner's `best_pairs` are 0, and so is the sum.
+        Where nothing is paired, the aligner's `best_pairs` are 0, and so is the result.
         """
         neighbours.to_prints_after(b.count, b.frame, b.size, self.min_cosine, self.similarity)
         normalize_by_size(self.similarity, a.count, a.size, b.count, b.size, self.fewest_neighbours)

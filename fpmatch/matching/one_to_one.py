@@ -65,7 +65,7 @@ class Workspace:
         Returns
         -------
         float or None
-            The sum that stands for prints that the prefilter rejects; None where they pass.
+            What stands for -ln(FMR) of prints that the prefilter rejects; None where they pass.
         """
         shortfall: float = self._kernel.prefilter_shortfall(
             for_kernels(probe), for_kernels(reference), reference_first
@@ -78,7 +78,8 @@ class Workspace:
         Returns
         -------
         float or None
-            The weighted sum of the features; None where nothing is paired.
+            The weighted sum of the features, conditioned on how much was compared: an estimate of
+            -ln(FMR); None where nothing is paired.
         """
         total: float = self._kernel.align(_index_of(a), for_kernels(a), for_kernels(b))
         return total if self.aligner.best_pairs else None

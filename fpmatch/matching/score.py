@@ -19,9 +19,17 @@ whose weights of the ridges are 0. Each feature is standardised, so that 0 lies 
 genuine and impostor prints, then weighted. Where the ridges were not compared, because the minutiae
 leave no doubt in coarse alignment, their features are the mean of impostor prints. The sum of
 prints that the prefilter rejects lies below the refine threshold, the lower the more they fall
-short. The sum is the logarithm of a ratio, and ``log(1 + e^sum)``, which is positive, is the
-similarity. The sums of both models are brought to one scale: the scores of impostor prints have
-the same 99 % and 99.9 % quantiles under either.
+short.
+
+How rarely two fingers reach a sum by chance depends on how much was compared: two minutiae agree
+easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the minutiae in
+the common region, per print, averaged geometrically with those of the smaller print, and a the area
+of the common region. Beyond about 12 minutiae and 20,000 square pixels at 500 dpi (52 mm2) they
+count no further: the features say what more there is to say of whole prints. The sums that 1 % and
+0.1 % of impostor comparisons reach are linear in the terms of `AMOUNTS`; between and beyond them
+the tail of the impostor comparisons is exponential.
+What comes out is an estimate of -ln(FMR), the same for prints with ridges and without, and
+``log(1 + e^that)``, which is positive, is the similarity.
 """
 
 from __future__ import annotations
@@ -78,6 +86,21 @@ LIMITS: Final = (
 )
 """The numbers of a model beside its features, in the order in which the kernel has them."""
 
+AMOUNTS: Final = (
+    "1",
+    "1 / (n + 1)",
+    "1 / (n + 1)^2",
+    "log(a / 10000 px^2)",
+    "log(a / 10000 px^2)^2",
+)
+"""The terms of the amount of evidence, in the order in which the kernel has them."""
+
+RATES: Final = (0.01, 0.001)
+"""The shares of the impostor comparisons whose least sums a model has."""
+
+NO_QUANTILES: Final = ((0.0,) * len(AMOUNTS), (1.0, *(0.0,) * (len(AMOUNTS) - 1)))
+"""Quantiles that do not depend on the amount of evidence."""
+
 MODELS: Final = ("with ridges", "minutiae alone")
 """The two models, in the order in which the kernel has them."""
 
@@ -120,10 +143,14 @@ class Evidence:
         `fpmatch.matching.ridges.ridge_correlation`.
     cells : int
         Cells whose ridges were compared; 0 where they were not.
+    area : float
+        Area of the common region, in square pixels at 500 dpi.
     features : ndarray of float64, shape (12,)
         The features of `FEATURES`, before they are standardised.
     total : float
         Their weighted sum.
+    minus_log_fmr : float
+        The sum, conditioned on how much was compared: an estimate of -ln(FMR).
     """
 
     pairs: int
@@ -140,8 +167,10 @@ class Evidence:
     fewest: int
     ridges: float
     cells: int
+    area: float
     features: NDArray[np.float64] = field(repr=False)
     total: float
+    minus_log_fmr: float
 
     @property
     def agreement(self) -> float:
@@ -150,8 +179,8 @@ class Evidence:
 
     @property
     def similarity(self) -> float:
-        """``log(1 + e^total)``: greater for more alike; for sums above a few, the sum itself."""
-        return float(kernel.as_similarity(self.total))
+        """``log(1 + e^x)`` of `minus_log_fmr`: where that is more than a few, as good as that."""
+        return float(kernel.as_similarity(self.minus_log_fmr))
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,6 +227,9 @@ class ScoreModel:
         Sum in coarse alignment above which prints are refined, and their ridges compared.
     confident_threshold : float
         Such a sum above which the hypothesis that has it is refined alone.
+    quantiles : ndarray of float64, shape (2, 5)
+        For each of `RATES`, the coefficients of the terms of `AMOUNTS`, which make the sum that so
+        many impostor comparisons reach.
     """
 
     standard: NDArray[np.float64]
@@ -206,6 +238,7 @@ class ScoreModel:
     relaxation_threshold: float
     refine_threshold: float
     confident_threshold: float
+    quantiles: NDArray[np.float64]
 
     @property
     def limits(self) -> NDArray[np.float64]:
@@ -223,8 +256,10 @@ class ScoreModel:
     def as_document(self) -> dict[str, Any]:
         """Return the model as what JSON can hold."""
         columns = zip(FEATURES, self.standard.T.tolist(), strict=True)
+        amounts = (dict(zip(AMOUNTS, row, strict=True)) for row in self.quantiles.tolist())
         return {
             **dict(zip(LIMITS, self.limits.tolist(), strict=True)),
+            "impostor_quantiles": dict(zip(map(str, RATES), amounts, strict=True)),
             "features": [
                 {"name": name, **dict(zip(STANDARD, column, strict=True))}
                 for name, column in columns
@@ -240,7 +275,14 @@ class ScoreModel:
         standard = np.array([[float(row[key]) for row in rows] for key in STANDARD])
         *prefilter, relaxation, refine, confident, bias = (float(document[k]) for k in LIMITS)
         base, growth, limit = prefilter
-        return cls(standard, bias, (base, growth, limit), relaxation, refine, confident)
+        rows = [document["impostor_quantiles"][str(rate)] for rate in RATES]
+        quantiles = np.array([[float(row[name]) for name in AMOUNTS] for row in rows])
+        return cls(standard, bias, (base, growth, limit), relaxation, refine, confident, quantiles)
+
+    def sums(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the weighted sums of features, shape (..., 12), as the kernel makes them."""
+        middle, spread, weight, _ = self.standard
+        return np.asarray(self.bias + (features - middle) / spread @ weight)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -267,6 +309,11 @@ class ScoreWeights:
     def limits(self) -> NDArray[np.float64]:
         """Those of both models, shape (2, 7)."""
         return np.stack([model.limits for model in self.models])
+
+    @property
+    def quantiles(self) -> NDArray[np.float64]:
+        """Those of both models, shape (2, 2, 5)."""
+        return np.stack([model.quantiles for model in self.models])
 
     def as_json(self) -> str:
         """Return the weights as the text of a JSON file."""
@@ -333,21 +380,21 @@ def gather_evidence(
     Returns
     -------
     Evidence
-        Of pairs, mesh, unpaired minutiae and ridges, and its weighted sum.
+        Of pairs, mesh, unpaired minutiae and ridges, and what it comes to.
     """
     used = evidence_scorer(len(b)) if scorer is None else scorer
     aligner = aligner_of(a.points, b.points)
     aligner.relax(similarity)
     aligner.impose(alignment.partner, *alignment.transform.tolist())
-    total = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)
-    return evidence_of(used, total)
+    found = used.score_alignment(a.for_kernels(), b.for_kernels(), aligner, similarity)
+    return evidence_of(used, found)
 
 
-def evidence_of(scorer: kernel.EvidenceScorer, total: float) -> Evidence:
-    """Return the evidence that was scored last, and came to `total`."""
+def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence:
+    """Return the evidence that was scored last, and came to `minus_log_fmr`."""
     entries, features = scorer.last_evidence()
     pairs, local, unpaired, common, overlap, relaxed, places, weights = entries[:8]
-    fullness, turned, strain, fewest, correlation, cells = entries[8:]
+    fullness, turned, strain, fewest, correlation, cells, area = entries[8:]
     return Evidence(
         pairs=int(pairs),
         local=local,
@@ -363,6 +410,8 @@ def evidence_of(scorer: kernel.EvidenceScorer, total: float) -> Evidence:
         fewest=int(fewest),
         ridges=correlation,
         cells=int(cells),
+        area=float(area),
         features=np.array(features),
-        total=float(total),
+        total=float(scorer.total),
+        minus_log_fmr=float(minus_log_fmr),
     )

@@ -12,12 +12,9 @@ from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.evaluation.score_fit import (
     OF_RIDGES,
-    RIDGE_FEATURES,
     FitParameters,
     ScoreSample,
-    _on_scale_of,
     _prefilter,
-    _sums,
     fit_model,
     fit_weights,
     rates_of,
@@ -29,6 +26,7 @@ from fpmatch.matching.matchers.unit_circle import MATCHER, align
 from fpmatch.matching.score import (
     FEATURES,
     NO_PREFILTER,
+    NO_QUANTILES,
     ScoreModel,
     ScoreWeights,
     evidence_scorer,
@@ -211,59 +209,6 @@ def test_the_model_of_minutiae_alone_gives_ridges_no_weight() -> None:
     assert (second.standard[2, ~OF_RIDGES] != 0).all()
 
 
-def alone_with_other_spread(apart: float = 3.0) -> tuple[list[ScoreSample], list[ScoreSample]]:
-    """Return samples with ridges, and samples on minutiae alone that tell the kinds better."""
-    return [sample(1), sample(2)], [sample(k, apart=apart, ridges=False) for k in (3, 4)]
-
-
-@pytest.mark.parametrize("apart", [0.5, 1.0, 4.0])
-@pytest.mark.parametrize("anchors", [(0.99, 0.999), (0.5, 0.9)])
-def test_impostors_have_the_same_quantiles_under_both_models(
-    apart: float, anchors: tuple[float, float]
-) -> None:
-    samples, alone = alone_with_other_spread(apart)
-    p = FitParameters(anchors=anchors)
-    first, second = fit_weights(samples, alone, parameters=p).models
-    raw = fit_model(alone, without=RIDGE_FEATURES, parameters=p)
-
-    def quantiles(model: ScoreModel, sets: list[ScoreSample]) -> np.ndarray:
-        return np.quantile(np.concatenate([_sums(one, model)[1] for one in sets]), anchors)
-
-    assert quantiles(second, alone) == pytest.approx(quantiles(first, samples), abs=1e-3)
-    assert abs(quantiles(raw, alone) - quantiles(first, samples)).max() > 0.01
-
-
-def test_a_model_on_the_scale_of_another_is_mapped_by_one_line() -> None:
-    """Its sums and thresholds alike, so that all its decisions stay as they were."""
-    samples, alone = alone_with_other_spread()
-    p = FitParameters()
-    first = fit_model(samples)
-    raw = fit_model(alone, without=RIDGE_FEATURES)
-    mapped = _on_scale_of(first, raw, samples, alone, p)
-    before, after = (
-        np.concatenate([coarse_sums(one, model) for one in alone]) for model in (raw, mapped)
-    )
-    slope, shift = np.polyfit(before, after, 1)
-    assert slope > 0
-    assert after == pytest.approx(slope * before + shift, abs=1e-3)
-    for name in ("refine_threshold", "confident_threshold"):
-        expected = slope * getattr(raw, name) + shift
-        assert getattr(mapped, name) == pytest.approx(expected, abs=1e-3)
-    assert mapped.prefilter == raw.prefilter
-    assert mapped.relaxation_threshold == raw.relaxation_threshold
-    assert mapped.standard[[0, 1, 3]].tolist() == raw.standard[[0, 1, 3]].tolist()
-    rates, same = (rates_of(alone, [model] * len(alone)) for model in (raw, mapped))
-    assert rates["mean"]["eer"] == pytest.approx(same["mean"]["eer"], abs=0.05)
-
-
-def test_a_model_that_gives_impostors_one_sum_is_not_mapped() -> None:
-    samples, alone = alone_with_other_spread()
-    first = fit_model(samples)
-    raw = fit_model(alone, without=RIDGE_FEATURES)
-    flat = replace(raw, standard=raw.standard * [[1.0], [1.0], [0.0], [1.0]])
-    assert _on_scale_of(first, flat, samples, alone, FitParameters()) is flat
-
-
 def two_fingers(folder: Path, impressions: int = 2, lost: bool = True) -> ExtractedSet:
     """Return impressions of two fingers that show their ridges, the last perhaps without any."""
     rng = np.random.default_rng(5)
@@ -355,7 +300,8 @@ def some_weights(refine: float) -> ScoreWeights:
     alone = standard.copy()
     alone[2] = np.where(OF_RIDGES, 0.0, 2.0 - np.arange(N))
     first, second = (
-        ScoreModel(one, 2.0, NO_PREFILTER, -1.0, refine, np.inf) for one in (standard, alone)
+        ScoreModel(one, 2.0, NO_PREFILTER, -1.0, refine, np.inf, np.array(NO_QUANTILES))
+        for one in (standard, alone)
     )
     return ScoreWeights((first, second), {})
 

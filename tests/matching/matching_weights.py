@@ -15,7 +15,13 @@ import pytest
 
 from fpmatch.matching import score
 from fpmatch.matching.prepare import PreparedTemplate
-from fpmatch.matching.score import FEATURES, NO_PREFILTER, ScoreModel, ScoreWeights
+from fpmatch.matching.score import (
+    FEATURES,
+    NO_PREFILTER,
+    NO_QUANTILES,
+    ScoreModel,
+    ScoreWeights,
+)
 
 ALWAYS = -math.inf
 NEVER = math.inf
@@ -29,6 +35,9 @@ RIDGES, AREA = (FEATURES.index(name) for name in ("ridges", "area of the ridges"
 MIDDLE = (-1.7, 0.85, 0.7, 0.7, 0.01, 0.08, 1.2, 0.65, 0.7, 0.35, 0.4, 4.9)
 SPREAD = (2.3, 0.07, 0.1, 0.15, 0.05, 0.03, 0.9, 0.5, 0.2, 0.2, 0.15, 0.45)
 WEIGHT = (3.0, 0.6, 0.8, 0.1, -0.1, -0.2, 0.5, -4.7, 1.0, 0.9, 4.0, 0.9)
+QUANTILES = np.array([[-4.0, 60.0, -120.0, -2.5, -0.5], [-1.5, 60.0, -80.0, -2.9, -0.7]])
+"""Under which little evidence must come to a greater sum."""
+
 IMPOSTOR_MEAN = (-3.7, 0.82, 0.63, 0.6, 0.02, 0.1, 0.45, 1.1, 0.6, 0.15, 0.27, 4.8)
 
 
@@ -46,7 +55,7 @@ def some_model(
     if not ridges:
         standard[:, [RIDGES, AREA]] = [[0.0], [1.0], [0.0], [0.0]]
         standard[2] *= 1.25
-    return ScoreModel(standard, bias, prefilter, relaxation, refine, confident)
+    return ScoreModel(standard, bias, prefilter, relaxation, refine, confident, QUANTILES)
 
 
 def some_weights(
@@ -69,7 +78,9 @@ def some_weights(
 
 def weights_of(standard: Any, bias: float = 0.0, refine: float = ALWAYS) -> ScoreWeights:
     """Return weights of which both models are the same, and nothing is rejected or confident."""
-    model = ScoreModel(np.array(standard, float), bias, NO_PREFILTER, -1.0, refine, math.inf)
+    limits = -1.0, refine, math.inf
+    no_quantiles = np.array(NO_QUANTILES)
+    model = ScoreModel(np.array(standard, float), bias, NO_PREFILTER, *limits, no_quantiles)
     return ScoreWeights((model, model), {})
 
 

@@ -59,10 +59,12 @@ from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, pr
 from fpmatch.matching.relaxation import RelaxationParameters
 from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.matching.score import (
+    AMOUNTS,
     FEATURES,
     LIMITS,
     MODELS,
     NO_PREFILTER,
+    RATES,
     STANDARD,
     WEIGHTS_FILE,
     Evidence,
@@ -92,6 +94,7 @@ ENTRIES = (
     "fewest",
     "ridges",
     "cells",
+    "area",
 )
 N = len(FEATURES)
 FEW = 20 if COMPILED else 6
@@ -160,6 +163,20 @@ def total_of(model: ScoreModel, features: Any) -> float:
     """Return the weighted sum of features, as the docstring of `score` defines it."""
     middle, spread, weight, _ = model.standard
     return float(model.bias + (weight * (features - middle) / spread).sum())
+
+
+def minus_log_fmr_twin(model: ScoreModel, evidence: Evidence) -> float:
+    """Return -ln(FMR) of a weighted sum, as the docstring of `score` defines it."""
+
+    def saturated(amount: float, enough: float) -> float:
+        return float((amount**-4 + enough**-4) ** -0.25) if amount else 0.0
+
+    n = saturated(math.sqrt(evidence.fewest * evidence.common / 2), 12.0)
+    area = math.log(max(saturated(evidence.area, 20_000.0), 256.0) / 10_000)
+    amounts = np.array([1.0, 1 / (n + 1), 1 / (n + 1) ** 2, area, area**2])
+    percent, permille = model.quantiles @ amounts
+    decades = 2 + (evidence.total - percent) / max(permille - percent, 0.5)
+    return float(decades * math.log(10))
 
 
 def some_case(seed: int) -> tuple[PreparedTemplate, PreparedTemplate, Ints, Floats]:
@@ -268,7 +285,9 @@ def test_evidence_agrees_with_its_twin(seed: int) -> None:
     found = entries_of(overlay(a, b, partner, transform))
     assert found[:12] == pytest.approx(twin(a, b, partner, transform), abs=1e-5)
     correlation, cells = ridge_correlation(a, b, given_pairs(a, partner, transform))
-    assert found[12:] == [correlation if cells else 0.0, cells]
+    assert found[12:14] == [correlation if cells else 0.0, cells]
+    smaller = min(side.region.inside * side.region.step**2 for side in (a, b))
+    assert found[14] == pytest.approx(found[4] * smaller)
 
 
 def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
@@ -305,12 +324,13 @@ def test_compiled_and_interpreted_agree(
     aligner.relax(similarity)
     aligner.impose(partner, *transform.tolist())
     sides = (print_for(plain.print, a), print_for(plain.print, b))
-    total = scorer.score_alignment(*sides, aligner, similarity)
+    minus_log_fmr = scorer.score_alignment(*sides, aligner, similarity)
     found = overlay(a, b, partner, transform, weights)
-    assert total == pytest.approx(found.total, rel=1e-9, abs=1e-9)
+    assert minus_log_fmr == pytest.approx(found.minus_log_fmr, rel=1e-9, abs=1e-9)
+    assert scorer.total == pytest.approx(found.total, rel=1e-9, abs=1e-9)
     assert scorer.evidence.tolist() == pytest.approx(entries_of(found), rel=1e-9, abs=1e-9)
     assert scorer.feature.tolist() == pytest.approx(found.features.tolist(), rel=1e-9, abs=1e-9)
-    assert plain.evidence.as_similarity(total) == pytest.approx(found.similarity, rel=1e-9)
+    assert plain.evidence.as_similarity(minus_log_fmr) == pytest.approx(found.similarity, rel=1e-9)
 
 
 @given(seeds)
@@ -583,6 +603,39 @@ def test_features_agree_with_their_twin(entries: dict[str, float], shown: bool) 
     assert found == pytest.approx(features_twin(model.standard[3], **entries), rel=1e-12)
 
 
+@given(seeds, st.floats(-20, 20), st.floats(-4, 4))
+@settings(max_examples=FEW)
+def test_sums_are_conditioned_on_the_amount_of_evidence(
+    seed: int, bias: float, level: float
+) -> None:
+    weights = some_weights(bias=bias)
+    quantiles = weights.models[0].quantiles + np.array([[level], [1.5 * level]])
+    weights = both_with(weights, quantiles=quantiles)
+    a, b, partner, transform = some_case(seed)
+    found = overlay(a, b, partner, transform, weights)
+    shown = a.region.ridges is not None and b.region.ridges is not None
+    model = weights.models[0 if shown else 1]
+    assert found.minus_log_fmr == pytest.approx(minus_log_fmr_twin(model, found), rel=1e-9)
+    assert found.similarity == pytest.approx(np.logaddexp(0.0, found.minus_log_fmr), rel=1e-9)
+
+
+def test_the_same_sum_is_worth_less_where_less_was_compared() -> None:
+    """By the weights of the package: of minutiae, and of area."""
+    for model in load_weights().models:
+        scorer = evidence_scorer(0, load_weights())
+        scorer.choose_model(*[model is load_weights().models[0]] * 2)
+
+        def worth(minutiae: int, area: float, scorer: Any = scorer) -> float:
+            entries = {"fewest": minutiae, "common": 2 * minutiae, "area": area}
+            np.asarray(scorer.evidence)[:] = [entries.get(name, 0.0) for name in ENTRIES]
+            return float(scorer.condition(8.0))
+
+        found = [worth(n, 9000.0) for n in (6, 8, 12, 20)]
+        assert found == sorted(found)
+        assert worth(5, 2000.0) < worth(5, 9000.0) < worth(5, 30000.0)
+        assert worth(60, 60000.0) == pytest.approx(worth(200, 90000.0), rel=0.02)
+
+
 def test_features_and_sum_are_those_of_the_evidence() -> None:
     weights = some_weights(apart=5.0)
     for seed in range(10):
@@ -616,7 +669,8 @@ def test_similarity_is_the_logarithm_of_one_and_the_ratio(bias: float) -> None:
     standard = np.array([[0.0], [1.0], [0.0], [0.0]]).repeat(N, axis=1)
     found = with_itself(print_, weights=weights_of(standard, bias, NEVER))
     assert found.total == bias
-    assert found.similarity == pytest.approx(np.logaddexp(0.0, bias), rel=1e-12)
+    assert found.minus_log_fmr == pytest.approx((2 + bias) * math.log(10))  # NO_QUANTILES
+    assert found.similarity == pytest.approx(np.logaddexp(0.0, found.minus_log_fmr), rel=1e-12)
     assert found.similarity > 0 or bias == -800.0
 
 
@@ -801,9 +855,7 @@ def test_the_prefilter_shortfall_is_that_of_the_model(
         shortfall = scorer.prefilter_shortfall(score, smaller)
         assert shortfall == pytest.approx(min(base + growth * smaller, limit) - score)
         rejected = scorer.prefilter_rejected(abs(shortfall))
-        expected = min(model.refine_threshold, 0.0) - abs(shortfall) / 4
-        assert rejected == pytest.approx(expected)
-        assert rejected <= min(model.refine_threshold, 0.0)
+        assert rejected == pytest.approx(-5.0 - abs(shortfall) / 4)
         assert scorer.prefilter_rejected(abs(shortfall) + 1.0) < rejected
 
 
@@ -929,12 +981,12 @@ def test_compiled_and_interpreted_align_the_same(
     aligner.put_b(b.points, len(b))
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     sides = (print_for(plain.print, a), print_for(plain.print, b))
-    total = scorer.align(*sides, aligner, similarity)
+    minus_log_fmr = scorer.align(*sides, aligner, similarity)
     found = align(a, b, evidence_scorer(room, weights))
     assert (found is None) == (aligner.best_pairs == 0)
     if found is not None:
         assert aligner.best_partner[: len(a)].tolist() == found[0].partner.tolist()
-        assert total == pytest.approx(found[1].total, rel=1e-9)
+        assert minus_log_fmr == pytest.approx(found[1].minus_log_fmr, rel=1e-9)
         assert scorer.evidence.tolist() == pytest.approx(entries_of(found[1]), rel=1e-9, abs=1e-9)
 
 
@@ -961,13 +1013,17 @@ numbers = st.floats(-1e6, 1e6)
 
 
 @given(
-    arrays(np.float64, (2, 4, N), elements=numbers), arrays(np.float64, (2, 7), elements=numbers)
+    arrays(np.float64, (2, 4, N), elements=numbers),
+    arrays(np.float64, (2, 7), elements=numbers),
+    arrays(np.float64, (2, len(RATES), len(AMOUNTS)), elements=numbers),
 )
-def test_weights_read_back_are_the_same(standard: Floats, limits: Floats) -> None:
+def test_weights_read_back_are_the_same(
+    standard: Floats, limits: Floats, quantiles: Floats
+) -> None:
     first, second = (
-        ScoreModel(rows, bias, (base, growth, most), relaxation, refine, confident)
-        for rows, (base, growth, most, relaxation, refine, confident, bias) in zip(
-            standard, limits.tolist(), strict=True
+        ScoreModel(rows, bias, (base, growth, most), relaxation, refine, confident, reached)
+        for rows, (base, growth, most, relaxation, refine, confident, bias), reached in zip(
+            standard, limits.tolist(), quantiles, strict=True
         )
     )
     weights = ScoreWeights((first, second), {"sets": ["one", "two"], "n": 3})
@@ -976,6 +1032,7 @@ def test_weights_read_back_are_the_same(standard: Floats, limits: Floats) -> Non
     again = ScoreWeights.from_json(weights.as_json())
     assert again.standard.tolist() == standard.tolist()
     assert again.limits.tolist() == limits.tolist()
+    assert again.quantiles.tolist() == quantiles.tolist()
     for model, other in zip(again.models, weights.models, strict=True):
         assert model.prefilter == other.prefilter
         assert model.relaxation_threshold == other.relaxation_threshold
@@ -990,8 +1047,10 @@ def test_the_arrays_are_what_the_kernel_takes() -> None:
     weights = some_weights()
     assert weights.standard.shape == (len(MODELS), len(STANDARD), N)
     assert weights.limits.shape == (len(MODELS), len(LIMITS))
-    assert weights.standard.flags.c_contiguous
-    assert weights.standard.dtype == weights.limits.dtype == np.float64
+    assert weights.quantiles.shape == (len(MODELS), len(RATES), len(AMOUNTS))
+    for array in (weights.standard, weights.limits, weights.quantiles):
+        assert array.flags.c_contiguous
+        assert array.dtype == np.float64
 
 
 def test_the_file_names_the_models_the_limits_and_every_feature() -> None:
@@ -1000,7 +1059,10 @@ def test_the_file_names_the_models_the_limits_and_every_feature() -> None:
     assert document["provenance"] == {"by": "hand"}
     for name, model in zip(MODELS, some_weights().models, strict=True):
         written = document["models"][name]
-        assert list(written) == [*LIMITS, "features"]
+        assert list(written) == [*LIMITS, "impostor_quantiles", "features"]
+        reached = written["impostor_quantiles"]
+        assert [list(row) for row in reached.values()] == [list(AMOUNTS)] * len(RATES)
+        assert [list(row.values()) for row in reached.values()] == model.quantiles.tolist()
         assert [written[key] for key in LIMITS] == [*REJECTING, 0.375, -1.25, 7.5, 0.4]
         assert [row["name"] for row in written["features"]] == list(FEATURES)
         for k, row in enumerate(written["features"]):
@@ -1036,7 +1098,7 @@ def test_the_weights_of_the_package_are_as_they_were_written() -> None:
         '{"models": {"with ridges": {"features": "none"}}}',
         *(
             some_json().replace(f'"{name}"', '"other"')
-            for name in (*MODELS, *LIMITS, *STANDARD, "models", "features", "provenance")
+            for name in (*MODELS, *LIMITS, *STANDARD, *AMOUNTS, "models", "features", "provenance")
         ),
         *(some_json().replace("-1.25", value) for value in ('"shut"', "null", "[]")),
     ],

@@ -1,0 +1,110 @@
+"""Parts of templates: what is left of a print where only a part of the finger touched."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.minutiae import RidgeField, Template
+
+MARGIN_PX: Final = 6.0  # minutiae nearer the border of a part are not found in it, at 500 dpi
+DISC_MARGIN_PX: Final = 8.0  # of the ridges around the outermost minutia of a fragment, at 500 dpi
+
+
+def fragment(template: Template, size: int, rng: np.random.Generator) -> Template:
+    """Keep a minutia drawn at random and its nearest neighbours.
+
+    Parameters
+    ----------
+    template : Template
+        The whole print.
+    size : int
+        Minutiae to keep; all where it has fewer.
+    rng : numpy.random.Generator
+        Draws the minutia.
+
+    Returns
+    -------
+    Template
+        The fragment; of the ridge field, the disc around its minutiae.
+
+    Examples
+    --------
+    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> whole = Template(Minutiae(x=[10, 20, 90], y=[10, 10, 90], angle=[0, 1, 2]), 100, 100)
+    >>> len(fragment(whole, 2, np.random.default_rng(1)).minutiae)
+    2
+    """
+    m = template.minutiae
+    if len(m) <= size:
+        return template
+    centre = int(rng.integers(len(m)))
+    distance = np.hypot(m.x - m.x[centre], m.y - m.y[centre])
+    order = np.argsort(distance, kind="stable")[:size]
+    kept = replace(template, minutiae=m.take(np.sort(order)))
+    if template.field is None:
+        return kept
+    reach = float(distance[order[-1]]) + DISC_MARGIN_PX * template.dpi / STANDARD_DPI
+    x, y = _places(template.field)
+    inside = (x - m.x[centre]) ** 2 + (y - m.y[centre]) ** 2 <= reach**2
+    return replace(kept, field=_masked(template.field, inside))
+
+
+def window(template: Template, side_px: float, rng: np.random.Generator) -> Template:
+    """Keep what lies in an upright square whose middle is drawn from the print's area.
+
+    Parameters
+    ----------
+    template : Template
+        The whole print.
+    side_px : float
+        Side of the square in pixels at 500 dpi.
+    rng : numpy.random.Generator
+        Draws the middle: a cell of the ridge field, or a minutia where there is no field.
+
+    Returns
+    -------
+    Template
+        The part.
+
+    Examples
+    --------
+    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> whole = Template(Minutiae(x=[10, 20, 90], y=[10, 10, 90], angle=[0, 1, 2]), 100, 100)
+    >>> len(window(whole, 40, np.random.default_rng(1)).minutiae)
+    1
+    """
+    px = template.dpi / STANDARD_DPI
+    m, field = template.minutiae, template.field
+    x, y = (m.x, m.y) if field is None else (axis[field.mask] for axis in _places(field))
+    if not len(x):
+        return template
+    k = int(rng.integers(len(x)))
+    middle_x, middle_y = float(x[k]), float(y[k])
+    half, margin = side_px * px / 2, MARGIN_PX * px
+
+    def within(x: NDArray[np.floating], y: NDArray[np.floating], reach: float) -> NDArray[np.bool_]:
+        near: NDArray[np.bool_] = (np.abs(x - middle_x) < reach) & (np.abs(y - middle_y) < reach)
+        return near
+
+    kept = replace(template, minutiae=m.take(within(m.x, m.y, half - margin)))
+    if field is None:
+        return kept
+    return replace(kept, field=_masked(field, within(*_places(field), half)))
+
+
+def _places(field: RidgeField) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return x and y of the middles of the cells, shape (rows, columns) each."""
+    y, x = (np.indices(field.mask.shape) + 0.5) * field.step
+    return x, y
+
+
+def _masked(field: RidgeField, inside: NDArray[np.bool_]) -> RidgeField:
+    return replace(field, mask=field.mask & inside)

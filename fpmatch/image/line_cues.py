@@ -36,8 +36,7 @@ LINE_CUES: Final = (
     "share of dark",
     "dots",
 )
-"""What the cues are called, in their order; positive as most prints of dark ridges have them,
-where nothing else is the same."""
+"""Names of the cues, in their order."""
 
 
 @dataclass(frozen=True, slots=True)

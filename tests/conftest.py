@@ -74,6 +74,31 @@ def fingers() -> list[NDArray[np.uint8]]:
 
 
 @pytest.fixture(scope="session")
+def stripes() -> NDArray[np.uint8]:
+    """Return a 240 x 220 picture of straight ridges on white, whose lines are all alike."""
+    y, x = np.mgrid[:240, :220].astype(float)
+    inside = np.hypot(x - 110, y - 120) < 95
+    return np.where(inside, 127 + 100 * np.cos(0.7 * x), 255).astype(np.uint8)
+
+
+@pytest.fixture(scope="session")
+def pressed() -> list[NDArray[np.uint8]]:
+    """Return synthetic prints with pores and creases of two fingers, two of each, on white."""
+    from fpmatch.synthesis.impression import make_impression
+    from fpmatch.synthesis.master import make_master
+    from fpmatch.synthesis.presets import PRESETS
+    from fpmatch.synthesis.sensor import SENSORS
+
+    sensor = SENSORS["optical-388x374"]
+    masters = [make_master(4, finger) for finger in (1, 2)]
+    return [
+        make_impression(master, number, PRESETS["clean"], sensor).image
+        for master in masters
+        for number in (1, 2)
+    ]
+
+
+@pytest.fixture(scope="session")
 def interpreted() -> Callable[[str], ModuleType]:
     """Return the function that loads a kernel as ordinary Python, compiled or not besides."""
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.importing import importing
+from fpmatch.cli.polarity import polarity_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read_print
@@ -20,6 +21,7 @@ from fpmatch.cli.words import count, first_of, notes_as_json, say_notes
 if TYPE_CHECKING:
     from fpmatch.gallery.enrol import Enrolment
     from fpmatch.gallery.summary import GallerySummary
+    from fpmatch.image.polarity import Polarity
     from fpmatch.image.raw import RawSize
 
 FAILURES_SHOWN: Final = 20
@@ -33,6 +35,7 @@ _WORKERS_NEED: Final = (
     "fpmatch.gallery.prints",
     "fpmatch.image.assess",
     "fpmatch.image.extract",
+    "fpmatch.image.folder_polarity",
     "fpmatch.image.pictures",
     "fpmatch.image.read",
 )
@@ -70,6 +73,7 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
 )
 @click.option("--pattern", metavar="REGEX", help="How names tell subject, finger and impression.")
 @click.option("--dpi", type=float, help="Resolution of all the prints, in dots per inch.")
+@polarity_option
 @click.option(
     "--min-quality",
     metavar="N",
@@ -90,6 +94,7 @@ def enrol(
     places: tuple[Path, ...],
     pattern: str | None,
     dpi: float | None,
+    polarity: Polarity,
     min_quality: int,
     raw: tuple[RawSize, ...],
     workers: int | None,
@@ -109,11 +114,12 @@ def enrol(
         from fpmatch.gallery import enrol as work
         from fpmatch.gallery.gallery import open_gallery
         from fpmatch.gallery.names import FVC_PATTERN, NamePattern
-        from fpmatch.gallery.prints import extract_print, find_prints
+        from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
         from fpmatch.gallery.summary import summarise
 
     names = NamePattern(FVC_PATTERN if pattern is None else pattern)
     prints = find_prints(places, dpi)
+    reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=partial(read_print, raw=raw))
     start = time.perf_counter()
     with open_gallery(gallery, create=True) as opened, ProgressBars(_STAGES) as bars:
         done = work.enrol(
@@ -121,9 +127,7 @@ def enrol(
             prints,
             pattern=names,
             engine=cores(workers),
-            extractor=partial(
-                extract_print, reader=partial(read_print, raw=raw), min_quality=min_quality
-            ),
+            extractor=partial(extract_print, reader=reader, min_quality=min_quality),
             progress=bars.show,
         )
         summary, name = summarise(opened), opened.name

@@ -200,6 +200,7 @@ def evaluate(
     earlier = None if baseline is None else read_scores(baseline)
     datasets = named_apart(run.load_datasets(folders, protocol))
     truths = [load_truth(dataset) for dataset in datasets] if minutiae else []
+    reader = extraction.dataset_reader(datasets, read)
     with ProgressBars(_STAGES) as bars:
         reports = run.evaluate_matchers(
             datasets,
@@ -207,9 +208,9 @@ def evaluate(
             protocol=protocol,
             workers=workers,
             progress=bars.show,
-            extractor=extraction.extractor_of(enhance, read),
+            extractor=extraction.extractor_of(enhance, reader),
             probe_extractor=(
-                None if crop is None else cropping.crop_extractor_of(crop, enhance, read)
+                None if crop is None else cropping.crop_extractor_of(crop, enhance, reader)
             ),
         )
     if scores is not None:

@@ -6,14 +6,17 @@ import json
 import sys
 from collections import defaultdict
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from fpmatch.cli.enhance import enhance_option
+from fpmatch.cli.polarity import polarity_option
 from fpmatch.cli.prints import open_print
 from fpmatch.cli.raw import raw_option
+from fpmatch.cli.reading import read_print
 from fpmatch.cli.resolution import ResolutionChoice
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.formats.registry import codec_of_name, written_formats
@@ -21,6 +24,7 @@ from fpmatch.formats.registry import codec_of_name, written_formats
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from fpmatch.image.polarity import Polarity
     from fpmatch.image.print_quality import PrintQuality
     from fpmatch.image.raw import RawSize
     from fpmatch.minutiae import Template
@@ -64,6 +68,7 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
     help="JSON keeps everything; CSV the minutiae, for eyes; the others are those of convert.",
 )
 @click.option("--dpi", type=float, help="Resolution of all the images, in dots per inch.")
+@polarity_option
 @enhance_option
 @raw_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -75,6 +80,7 @@ def extract(
     output: Path,
     file_format: str,
     dpi: float | None,
+    polarity: Polarity,
     enhance: str,
     raw: tuple[RawSize, ...],
     as_json: bool,
@@ -84,6 +90,8 @@ def extract(
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
     """
+    from fpmatch.image.folder_polarity import find_polarities
+
     if dpi is not None:
         from fpmatch.minutiae import check_dpi
 
@@ -91,6 +99,9 @@ def extract(
     _refuse_shared_names(images)
     _make_folder(output)
     resolution = ResolutionChoice()
+    polarities = find_polarities(
+        images, polarity=polarity, dpi=dpi, reader=partial(read_print, raw=raw)
+    )
     failures: list[FpmatchError] = []
     done: list[_Extracted] = []
     with click.progressbar(
@@ -98,7 +109,8 @@ def extract(
     ) as bar:
         for image in bar:
             try:
-                found = open_print(image, resolution, dpi, raw, enhance)
+                of_folder = polarities[image.parent]
+                found = open_print(image, resolution, dpi, raw, enhance, of_folder)
                 files = _write(found.template, output / image.stem, file_format)
                 minutiae = len(found.template.minutiae)
                 done.append(_Extracted(image, files, minutiae, found.quality()))

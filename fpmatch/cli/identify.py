@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.polarity import polarity_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read_print
@@ -22,6 +23,7 @@ from fpmatch.minutiae import STANDARD_DPI
 if TYPE_CHECKING:
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.identify import Candidate, Identification, Shortlist
+    from fpmatch.image.polarity import Polarity
     from fpmatch.image.raw import RawSize
 
 _STAGES: Final = {"prepare": "preparing prints"}
@@ -89,6 +91,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 )
 @click.option("--transform", "transforms", is_flag=True, help="Tell how the probe lies on each.")
 @click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
+@polarity_option
 @raw_option
 @click.option("--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use.")
 @click.option(
@@ -123,6 +126,7 @@ def identify(
     threshold: float,
     transforms: bool,
     dpi: float | None,
+    polarity: Polarity,
     raw: tuple[RawSize, ...],
     matcher: str,
     calibration: Path | None,
@@ -138,12 +142,13 @@ def identify(
     from fpmatch.engine.engine import cores
     from fpmatch.gallery import identify as work
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.prints import extract_print, find_prints
+    from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
     from fpmatch.gallery.search import open_search
     from fpmatch.matching.calibration import load_calibration
 
     curve = load_calibration(matcher, calibration)
     files = find_prints(probes, dpi)
+    reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=partial(read_print, raw=raw))
     done: list[_Found] = []
     failures: list[FpmatchError] = []
     assumed: list[Path] = []
@@ -152,7 +157,7 @@ def identify(
             search = open_search(opened, matcher, engine=cores(workers), progress=bars.show)
         for file in files:
             try:
-                probe = extract_print(file, reader=partial(read_print, raw=raw))
+                probe = extract_print(file, reader=reader)
             except FpmatchError as error:
                 failures.append(error)
                 continue

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fpmatch.cli.enhance import WAYS, enhance_option
+from fpmatch.cli.polarity import POLARITIES, polarity_option
 from fpmatch.cli.prints import open_print
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.resolution import ResolutionChoice
@@ -61,6 +62,8 @@ class PairOptions:
         Sizes of files that are bare pixels.
     enhance : str
         How ridges are found in images, as for `fpmatch.image.extract`.
+    polarity : str
+        Polarity of both images, as for `fpmatch.image.read.read_image`.
     """
 
     probe: Path
@@ -76,11 +79,12 @@ class PairOptions:
     area_tolerance: float | None = None
     raw: tuple[RawSize, ...] = ()
     enhance: str = WAYS[0]
+    polarity: str = POLARITIES[0]
 
 
 def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the arguments and options that `PairOptions` holds."""
-    command = enhance_option(raw_option(command))
+    command = polarity_option(enhance_option(raw_option(command)))
     for decorate in reversed(
         [
             click.argument("probe", type=IMAGE),
@@ -134,6 +138,7 @@ def compare(options: PairOptions) -> tuple[GivenPrint, GivenPrint, Verification]
             options.dpi if dpi is None else dpi,
             options.raw,
             options.enhance,
+            options.polarity,
         )
         for path, dpi in sides
     )

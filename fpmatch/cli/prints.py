@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.enhance import WAYS
+from fpmatch.cli.polarity import POLARITIES
 from fpmatch.cli.reading import read_print
 
 if TYPE_CHECKING:
@@ -72,8 +73,11 @@ def open_print(
     dpi: float | None,
     raw: Sequence[RawSize] = (),
     enhance: str = WAYS[0],
+    polarity: str = POLARITIES[0],
 ) -> GivenPrint:
-    """Return the print in a file, at the resolution that holds; `enhance` as for `extract`.
+    """Return the print in a file, at the resolution that holds.
+
+    `enhance` is as for `extract`, `polarity` as for `read_image`.
 
     Raises
     ------
@@ -82,7 +86,7 @@ def open_print(
     """
     from fpmatch.image.read import GreyImage
 
-    found = read_print(path, raw)
+    found = read_print(path, raw, polarity=polarity, dpi=dpi)
     if not isinstance(found, GreyImage):
         return GivenPrint(path, resolution.first_of(found, path, dpi), None)
     from fpmatch.image.assess import QualityRecorder

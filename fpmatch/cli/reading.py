@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from contextlib import contextmanager
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -18,19 +18,22 @@ if TYPE_CHECKING:
 STDERR: Final = 2
 
 
-def read(path: Path, raw: Sequence[RawSize] = ()) -> GreyImage:
-    """Read an image as `fpmatch.image.read.read_image` does, bare pixels of a size in `raw` too."""
+def read(path: Path, raw: Sequence[RawSize] = (), **how: Any) -> GreyImage:
+    """Read an image as `fpmatch.image.read.read_image` does, bare pixels of a size in `raw` too.
+
+    Options of that, such as ``polarity``, are passed on.
+    """
     from fpmatch.image.read import read_image
 
     with _c_libraries_silenced():
-        return read_image(path, raw_sizes=raw)
+        return read_image(path, raw_sizes=raw, **how)
 
 
-def read_print(path: Path, raw: Sequence[RawSize] = ()) -> GreyImage | TemplateRecord:
+def read_print(path: Path, raw: Sequence[RawSize] = (), **how: Any) -> GreyImage | TemplateRecord:
     """Read a file as a template if it is one, else as `read` does."""
     from fpmatch.gallery.read_print import read_print as read_either
 
-    return read_either(path, partial(read, raw=raw))
+    return read_either(path, partial(read, raw=raw), **how)
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fpmatch.cli.polarity import polarity_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.cli.reading import read_print
 from fpmatch.cli.words import count, first_of, notes_as_json, say_notes
@@ -18,6 +19,7 @@ from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from fpmatch.evaluation.scoring import Scoring
+    from fpmatch.image.polarity import Polarity
 
 FAILURES_SHOWN: Final = 20
 _STAGES: Final = {
@@ -87,6 +89,7 @@ are rows with the reason), 2 when the run could not be done.
     help="Score as fitted by fpmatch calibrate.  [default: the matcher's own]",
 )
 @click.option("--dpi", type=float, help="Resolution of all images of folders, in dots per inch.")
+@polarity_option
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
 )
@@ -108,6 +111,7 @@ def score(
     matcher: str,
     calibration: Path | None,
     dpi: float | None,
+    polarity: Polarity,
     workers: int | None,
     scheduler: str | None,
     as_json: bool,
@@ -125,7 +129,7 @@ def score(
 
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other")
-    opened = partial(open_side, dpi=dpi, reader=read_print)
+    opened = partial(open_side, dpi=dpi, polarity=polarity, reader=read_print)
     fitted = load_calibration(matcher, calibration) if calibration else None
     try:
         with ProgressBars(_STAGES) as bars:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fpmatch.cli.enhance import enhance_option
+from fpmatch.cli.polarity import polarity_option
 from fpmatch.cli.raw import raw_option
 from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
@@ -34,17 +35,23 @@ Examples:
     help="Folder for the pictures; made if missing.",
 )
 @click.option("--dpi", type=float, help="Resolution of the image, in dots per inch.")
+@polarity_option
 @enhance_option
 @raw_option
 def stages(
-    image: Path, output: Path, dpi: float | None, enhance: str, raw: tuple[RawSize, ...]
+    image: Path,
+    output: Path,
+    dpi: float | None,
+    polarity: str,
+    enhance: str,
+    raw: tuple[RawSize, ...],
 ) -> None:
     """Write what each stage of the extraction makes of IMAGE, and one sheet of them all."""
     from fpmatch.drawing.stage_sheet import write_stages
     from fpmatch.image.extract import extract
     from fpmatch.image.recorder import StageRecorder
 
-    picture = read(image, raw)
+    picture = read(image, raw, polarity=polarity, dpi=dpi)
     recorder = StageRecorder()
     resolution = ResolutionChoice().of(picture, dpi)
     template = extract(picture, resolution, enhance=enhance, recorder=recorder)

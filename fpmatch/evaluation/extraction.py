@@ -13,6 +13,7 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.each_image import for_each_image
 from fpmatch.gallery.prints import ExtractedPrint
+from fpmatch.image.folder_polarity import PolarityReader, find_polarities
 from fpmatch.image.read import read_image
 
 if TYPE_CHECKING:
@@ -108,10 +109,31 @@ def extractor_of(enhance: str, reader: Callable[[Path], GreyImage] = read_image)
     return partial(extract_image, enhance=enhance, reader=reader)
 
 
+def dataset_reader(
+    datasets: Sequence[Dataset], reader: Callable[..., GreyImage] = read_image
+) -> PolarityReader[GreyImage]:
+    """Return what reads the images of some databases, those of a folder with one polarity.
+
+    Parameters
+    ----------
+    datasets : sequence of Dataset
+        The databases.
+    reader : callable
+        As for `fpmatch.image.folder_polarity.find_polarities`.
+
+    Returns
+    -------
+    PolarityReader
+        A reader for `extractor_of`.
+    """
+    paths = [impression.path for dataset in datasets for impression in dataset.impressions]
+    return PolarityReader(reader, find_polarities(paths, reader=reader))
+
+
 def extract_datasets(
     datasets: Sequence[Dataset],
     *,
-    extractor: Extractor = extract_image,
+    extractor: Extractor | None = None,
     workers: int | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
@@ -126,7 +148,7 @@ def extract_datasets(
     extractor : callable
         Makes a template from a path and a resolution (None: the file's own), alone or in an
         `ExtractedPrint` with what was noticed; a function at the top of a module. By default
-        `extract_image`.
+        `extract_image`, the images of a folder read with one polarity.
     workers : int, optional
         Processes to use (default: one a core).
     engine : Engine, optional
@@ -144,7 +166,7 @@ def extract_datasets(
     found = for_each_image(
         datasets,
         _extract_chunk,
-        extractor,
+        extractor or partial(extract_image, reader=dataset_reader(datasets)),
         stage=stage,
         workers=workers,
         engine=engine,

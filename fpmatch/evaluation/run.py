@@ -9,7 +9,7 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.comparison import compare_sets
 from fpmatch.evaluation.dataset import Dataset, load_dataset
-from fpmatch.evaluation.extraction import extract_datasets, extract_image
+from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.report import EvaluationReport, summarise, summarise_set
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
@@ -31,7 +31,7 @@ def evaluate(
     protocol: str = "extended",
     workers: int | None = None,
     progress: Progress = no_progress,
-    extractor: Extractor = extract_image,
+    extractor: Extractor | None = None,
 ) -> EvaluationReport:
     """Evaluate a matcher on FVC-style databases.
 
@@ -48,7 +48,7 @@ def evaluate(
     progress : callable
         Called as ``progress(stage, done, total)`` for the stages "extract" and "compare".
     extractor : callable
-        Makes a template from a path and a resolution (default: `fpmatch.image.extract`).
+        Makes a template from a path and a resolution (default: as `extract_datasets`).
 
     Returns
     -------
@@ -89,7 +89,7 @@ def evaluate_matchers(
     protocol: str = "extended",
     workers: int | None = None,
     progress: Progress = no_progress,
-    extractor: Extractor = extract_image,
+    extractor: Extractor | None = None,
     probe_extractor: Extractor | None = None,
 ) -> list[EvaluationReport]:
     """Evaluate some matchers on the same templates, extracted once; else as `evaluate`.

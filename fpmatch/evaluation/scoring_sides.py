@@ -7,7 +7,7 @@ import io
 from collections import Counter
 from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -16,17 +16,18 @@ import numpy as np
 from fpmatch.errors import FpmatchError, ScoringError
 from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.prints import PrintFile, extract_print, find_prints
+from fpmatch.gallery.prints import PrintFile, extract_print, find_prints, folder_reader
 from fpmatch.gallery.read_print import read_print
+from fpmatch.image.print_folder import describe_folder
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Generator, Iterable, Sequence
+    from collections.abc import Callable, Generator, Iterable, Sequence
 
     from fpmatch.engine.engine import Engine
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.gallery.prints import Reader
+    from fpmatch.image.polarity import Polarity
     from fpmatch.image.read import GreyImage
 
 IMAGES_PER_CHUNK: Final = 2
@@ -72,7 +73,11 @@ class Side(Protocol):
 
 
 def open_side(
-    place: str | os.PathLike[str], *, dpi: float | None = None, reader: Reader = read_print
+    place: str | os.PathLike[str],
+    *,
+    dpi: float | None = None,
+    polarity: Polarity = "auto",
+    reader: Callable[..., GreyImage | TemplateRecord] = read_print,
 ) -> Side:
     """Open one side of a scoring.
 
@@ -83,6 +88,8 @@ def open_side(
     dpi : float, optional
         Resolution of all prints of a folder; by default what its ``dataset.toml`` says, else each
         file's own.
+    polarity : str
+        Polarity of all images of a folder, as for `fpmatch.image.folder_polarity.find_polarities`.
     reader : callable
         Reads the file of a print (default: `read_print`).
 
@@ -98,18 +105,28 @@ def open_side(
     """
     if "://" in str(place) or Path(place).is_file():
         return GallerySide(place)
-    return FolderSide(Path(place), dpi, reader)
+    return FolderSide(Path(place), dpi, polarity, reader)
 
 
 class FolderSide:
     """The images of a folder, by name, from which templates are extracted; or its templates."""
 
-    def __init__(self, folder: Path, dpi: float | None, reader: Reader) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        dpi: float | None,
+        polarity: Polarity,
+        reader: Callable[..., GreyImage | TemplateRecord],
+    ) -> None:
         self._files = find_prints([folder], dpi)
-        self._reader = reader
+        known = describe_folder(folder).polarity if polarity == "auto" else polarity
+        self._open_reader = cache(
+            partial(folder_reader, self._files, polarity=known, dpi=dpi, reader=reader)
+        )
         self.place = str(folder)
         self.names = [file.path.name for file in self._files]
-        self.fingerprint = _digest(map(_state, self._files))
+        states: list[object] = [_state(file) for file in self._files]
+        self.fingerprint = _digest(states if known == "auto" else [*states, known])
 
     def items(self, engine: Engine, numbers: Sequence[int]) -> Generator[Item, None, None]:
         """Yield some prints by their numbers."""
@@ -124,7 +141,7 @@ class FolderSide:
 
     def _read(self, file: PrintFile) -> tuple[PrintFile, GreyImage | TemplateRecord] | Item:
         try:
-            return file, self._reader(file.path)
+            return file, self._open_reader()(file.path)
         except FpmatchError as error:
             return _failed(file, error)
 

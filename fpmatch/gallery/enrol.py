@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from contextlib import closing
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.engine import cores
@@ -13,7 +14,7 @@ from fpmatch.gallery.duplicates import Claim
 from fpmatch.gallery.entry import Failure, NewEntry
 from fpmatch.gallery.extraction import ExtractedJob, Job, extract_jobs
 from fpmatch.gallery.names import NamePattern, as_text
-from fpmatch.gallery.prints import by_note, extract_print
+from fpmatch.gallery.prints import by_note, extract_print, folder_reader
 from fpmatch.output import reason
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def enrol(
     *,
     pattern: NamePattern | None = None,
     engine: Engine | None = None,
-    extractor: Extractor = extract_print,
+    extractor: Extractor | None = None,
     progress: Progress = no_progress,
 ) -> Enrolment:
     """Enrol pictures in a gallery, those that are not in it.
@@ -78,8 +79,8 @@ def enrol(
     engine : Engine, optional
         Where pictures are worked on (default: all cores); its workers must see the files.
     extractor : callable
-        Makes the template of a picture (default: `extract_print`); a function at the top of a
-        module.
+        Makes the template of a picture (default: `extract_print`, the images of a folder read with
+        one polarity); a function at the top of a module.
     progress : callable
         Told of stage "enrol", in pictures.
 
@@ -96,11 +97,12 @@ def enrol(
     EngineError
         If the engine broke down.
     """
+    make = extractor or partial(extract_print, reader=folder_reader(prints))
     run = _Run(gallery, pattern or NamePattern(), len(prints), progress)
     progress("enrol", 0, len(prints))
     with (
         engine or cores() as place,
-        closing(place.map(extract_jobs, extractor, run.new(prints))) as results,
+        closing(place.map(extract_jobs, make, run.new(prints))) as results,
     ):
         extracted: list[ExtractedJob] = []
         for chunk in results:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from fpmatch.formats.codec import Codec
+    from fpmatch.image.folder_polarity import PolarityReader
+    from fpmatch.image.polarity import Polarity
     from fpmatch.image.read import GreyImage
     from fpmatch.minutiae import Template
 
@@ -102,6 +104,34 @@ def find_prints(
             own = folder_dpi(path.parent) if dpi is None else dpi
             found.setdefault(path.absolute(), PrintFile(path, own))
     return list(found.values())
+
+
+def folder_reader(
+    prints: Iterable[PrintFile],
+    *,
+    polarity: Polarity = "auto",
+    dpi: float | None = None,
+    reader: Callable[..., GreyImage | TemplateRecord] = read_print,
+) -> PolarityReader[GreyImage | TemplateRecord]:
+    """Return what reads some prints, the images of a folder with one polarity.
+
+    Parameters
+    ----------
+    prints : iterable of PrintFile
+        From `find_prints`.
+    polarity, dpi, reader
+        As for `fpmatch.image.folder_polarity.find_polarities`.
+
+    Returns
+    -------
+    PolarityReader
+        A reader for `extract_print`.
+    """
+    from fpmatch.image.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
+
+    paths = [file.path for file in prints]
+    folders = find_polarities(paths, polarity=polarity, dpi=dpi, reader=reader)
+    return PolarityReader(reader, folders, dpi)
 
 
 def extract_print(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import stat
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,7 +17,7 @@ _LONGEST_SIGNATURE: Final = 16  # bytes
 
 
 def read_print(
-    path: Path, image_reader: Callable[[Path], GreyImage] | None = None
+    path: Path, image_reader: Callable[..., GreyImage] | None = None, **how: Any
 ) -> GreyImage | TemplateRecord:
     """Read a file as a template if it is one, else as an image.
 
@@ -26,6 +27,8 @@ def read_print(
         The file. One that has both an image and minutiae, as AN2 may, is read as an image.
     image_reader : callable
         Reads images (default: `fpmatch.image.read.read_image`).
+    **how
+        Options of that, such as ``polarity``.
 
     Returns
     -------
@@ -39,7 +42,7 @@ def read_print(
     """
     from fpmatch.image.read import read_image  # noqa: PLC0415  (takes OpenCV's time)
 
-    read = image_reader or read_image
+    read = partial(image_reader or read_image, **how)
     if _begins_like_a_picture(path):  # then no codec of templates is needed to tell
         return read(path)
     from fpmatch.formats.files import holds_minutiae_only, load_record  # noqa: PLC0415

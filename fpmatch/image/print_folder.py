@@ -5,6 +5,7 @@ A file ``dataset.toml`` beside the prints may say what they do not::
     name = "FVC2002 DB1_B"
     dpi = 500
     sensor = "optical, Identix TouchView II"
+    polarity = "dark"
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.errors import DatasetError, ResolutionError
+from fpmatch.errors import DatasetError, ImageError, ResolutionError
 from fpmatch.minutiae import check_dpi
 
 if TYPE_CHECKING:
     import os
+
+    from fpmatch.image.polarity import Polarity
 
 DESCRIPTION_FILE: Final = "dataset.toml"
 IMAGE_EXTENSIONS: Final = frozenset(
@@ -45,11 +48,14 @@ class FolderDescription:
         Resolution of all prints in dots per inch; None leaves it to each file's own tag.
     sensor : str
         What took the prints; "" where nobody says.
+    polarity : str
+        "dark" or "white": how all prints show their ridges; "auto" where nobody says.
     """
 
     name: str | None = None
     dpi: float | None = None
     sensor: str = ""
+    polarity: Polarity = "auto"
 
 
 def images_in(folder: str | os.PathLike[str]) -> list[Path]:
@@ -114,7 +120,8 @@ def describe_folder(folder: str | os.PathLike[str]) -> FolderDescription:
     if entries.get("name") == "":
         raise DatasetError(f"{path}: name is empty")
     dpi = _checked_dpi(path, entries["dpi"]) if "dpi" in entries else None
-    return FolderDescription(entries.get("name"), dpi, entries.get("sensor", ""))
+    polarity = _checked_polarity(path, entries["polarity"]) if "polarity" in entries else "auto"
+    return FolderDescription(entries.get("name"), dpi, entries.get("sensor", ""), polarity)
 
 
 def _is_named_like_an_image(path: Path) -> bool:
@@ -126,6 +133,15 @@ def _natural_order(path: Path) -> tuple[list[str | int], str]:
     parts: list[str | int] = list(_DIGITS.split(path.name))
     parts[1::2] = [int(part) for part in parts[1::2]]
     return parts, path.name
+
+
+def _checked_polarity(path: Path, polarity: object) -> Polarity:
+    from fpmatch.image.polarity import check_polarity  # noqa: PLC0415  (takes OpenCV's time)
+
+    try:
+        return check_polarity(polarity)
+    except ImageError as error:
+        raise DatasetError(f"{path}: {error}") from error
 
 
 def _checked_dpi(path: Path, dpi: object) -> float:

@@ -17,10 +17,10 @@ from fpmatch.errors import FpmatchError, ImageError, ImageReadError
 from fpmatch.image.grey import as_grey
 from fpmatch.image.limits import DEFAULT_LIMITS, ImageLimits
 from fpmatch.image.pillow_formats import in_words
-from fpmatch.image.polarity import INVERTED, ridges_are_white
+from fpmatch.image.polarity import INVERTED, check_polarity, ridges_are_white
 from fpmatch.image.raw import decode_raw, raw_size_of
 from fpmatch.image.readers import reader_of
-from fpmatch.minutiae import check_dpi
+from fpmatch.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import os
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.image.picture import Picture
+    from fpmatch.image.polarity import Polarity
     from fpmatch.image.raw import RawSize
 
 __all__ = ["GreyImage", "ImageLimits", "as_grey", "decode_image", "read_image"]
@@ -80,7 +81,8 @@ def read_image(
     *,
     limits: ImageLimits = DEFAULT_LIMITS,
     raw_sizes: Sequence[RawSize] = (),
-    turn_white_ridges: bool = True,
+    polarity: Polarity = "auto",
+    dpi: float | None = None,
 ) -> GreyImage:
     """Read an image file as grey values with its resolution.
 
@@ -96,8 +98,12 @@ def read_image(
     raw_sizes : sequence of RawSize
         Sizes in pixels of files without a header: a file of as many bytes as one of them has
         pixels is taken for those.
-    turn_white_ridges : bool
-        Whether the grey values of a print are inverted that shows white ridges on black.
+    polarity : str
+        "dark": the grey values stay as they are; "white": they are inverted; "auto": they are
+        where the print surely shows white ridges.
+    dpi : float, optional
+        Resolution at which that is looked at; by default what the file says, and 500 where it says
+        nothing.
 
     Returns
     -------
@@ -110,7 +116,8 @@ def read_image(
     ImageReadError
         If the file is missing, empty, damaged, or not an image.
     ImageError
-        If the picture is too small or too large, or its values make no grey image.
+        If the picture is too small or too large, its values make no grey image, or there is no
+        such polarity.
 
     Examples
     --------
@@ -126,7 +133,7 @@ def read_image(
     with _naming(path):
         data = _bytes_of(path, limits)
     return decode_image(
-        data, str(path), limits=limits, raw_sizes=raw_sizes, turn_white_ridges=turn_white_ridges
+        data, str(path), limits=limits, raw_sizes=raw_sizes, polarity=polarity, dpi=dpi
     )
 
 
@@ -136,7 +143,8 @@ def decode_image(
     *,
     limits: ImageLimits = DEFAULT_LIMITS,
     raw_sizes: Sequence[RawSize] = (),
-    turn_white_ridges: bool = True,
+    polarity: Polarity = "auto",
+    dpi: float | None = None,
 ) -> GreyImage:
     """Make a grey image of the bytes of an image file, as `read_image` does of the file.
 
@@ -146,7 +154,7 @@ def decode_image(
         The whole file.
     source : str
         What it is called in messages.
-    limits, raw_sizes, turn_white_ridges
+    limits, raw_sizes, polarity, dpi
         As for `read_image`.
 
     Returns
@@ -171,7 +179,11 @@ def decode_image(
             raise ImageReadError("the file is empty")
         picture = _decode(data, limits, raw_sizes)
     pixels, notes = picture.pixels, picture.notes
-    if turn_white_ridges and ridges_are_white(pixels):
+    if check_polarity(polarity) == "auto":
+        white = ridges_are_white(pixels, dpi or picture.dpi or STANDARD_DPI)
+    else:
+        white = polarity == "white"
+    if white:
         pixels, notes = 255 - pixels, (*notes, INVERTED)
     return GreyImage(pixels, picture.dpi, source, picture.format, notes)
 

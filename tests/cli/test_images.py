@@ -67,15 +67,17 @@ def test_a_size_that_does_not_fit_is_one_line(run: Any, prints: Path, bare: Path
 
 
 def test_what_was_noticed_on_reading_is_said_once(
-    run: Any, prints: Path, tmp_path: Path, fingers: list[Pixels]
+    run: Any, tmp_path: Path, pressed: list[Pixels]
 ) -> None:
     for name in ("a.png", "b.png"):
-        Image.fromarray(255 - fingers[0]).save(tmp_path / name, dpi=(500, 500))
+        Image.fromarray(255 - pressed[0]).save(tmp_path / name, dpi=(500, 500))
+    (tmp_path / "plain").mkdir()
+    Image.fromarray(pressed[0]).save(tmp_path / "plain" / "c.png", dpi=(500, 500))
     result = run("extract", tmp_path / "a.png", tmp_path / "b.png", "-o", tmp_path / "out")
     assert result.exit_code == 0
     assert result.stderr == f"fpmatch: note: {tmp_path / 'a.png'}: {INVERTED}\n"
-    run("extract", prints / "1_1.png", "-o", tmp_path / "out")
-    turned, plain = (load_template(tmp_path / "out" / f"{name}.json") for name in ("a", "1_1"))
+    run("extract", tmp_path / "plain" / "c.png", "-o", tmp_path / "out")
+    turned, plain = (load_template(tmp_path / "out" / f"{name}.json") for name in ("a", "c"))
     assert turned.minutiae == plain.minutiae
 
 

@@ -70,11 +70,12 @@ def test_failures_are_rows_lines_and_status_1(
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_what_was_noticed_on_reading_is_said_once(
-    run: Any, pair: Path, fingers: Any, tmp_path: Path, workers: int
+    run: Any, pressed: Any, tmp_path: Path, workers: int
 ) -> None:
-    for name in ("2_1", "2_2"):
-        padded = ImageOps.invert(ImageOps.expand(Image.fromarray(fingers[1]), 60, 255))
-        padded.save(pair / f"{name}.png", dpi=(500, 500))
+    pair = tmp_path / "pair"
+    pair.mkdir()
+    for name, image in zip(("2_1", "2_2"), pressed[:2], strict=True):
+        ImageOps.invert(Image.fromarray(image)).save(pair / f"{name}.png", dpi=(500, 500))
     output = tmp_path / "scores.csv"
     words = ("score", "--references", pair, "--probes", pair, "-o", output, "--workers", workers)
     result = run(*words, "--json")

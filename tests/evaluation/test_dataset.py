@@ -53,6 +53,8 @@ def test_description_is_read(tmp_path):
         ("dpi = 50", "50 dpi is outside"),
         ("dpi = nan", "nan dpi is outside"),
         ("dpi = 1" + 400 * "0", "dataset.toml: "),
+        ('polarity = "black"', "no polarity 'black': there are auto, dark, white"),
+        ("polarity = true", "no polarity True: there are auto, dark, white"),
         ("name = 3", "name must be text"),
         ('name = ""', "name is empty"),
         ('name = "a\\nb"', "name must be text of one line"),

@@ -26,6 +26,8 @@ def test_a_description_says_what_it_says(tmp_path):
     assert describe_folder(tmp_path) == FolderDescription(None, None, "")
     (tmp_path / "dataset.toml").write_text("dpi = 569\n")
     assert describe_folder(tmp_path) == FolderDescription(None, 569.0, "")
+    (tmp_path / "dataset.toml").write_text('polarity = "white"\n')
+    assert describe_folder(tmp_path) == FolderDescription(None, None, "", "white")
     (tmp_path / "dataset.toml").write_text("dpi = 50\n")
     with pytest.raises(DatasetError, match=r"dataset\.toml: resolution of 50 dpi"):
         describe_folder(tmp_path)

@@ -156,16 +156,26 @@ def test_that_others_are_left_is_said(tmp_path: Path, kind: str) -> None:
     assert FIRST_OF_SEVERAL not in read_image(path).notes
 
 
-def test_white_ridges_are_turned_and_that_is_said(tmp_path: Path, whorl: NDArray[np.uint8]) -> None:
+def test_white_ridges_are_turned_and_that_is_said(
+    tmp_path: Path, pressed: list[NDArray[np.uint8]], stripes: NDArray[np.uint8]
+) -> None:
+    print_ = pressed[0]
     path = tmp_path / "negative.png"
-    Image.fromarray(255 - whorl).save(path)
+    Image.fromarray(255 - print_).save(path)
     image = read_image(path)
-    assert np.array_equal(image.pixels, whorl)
+    assert np.array_equal(image.pixels, print_)
     assert image.notes == (INVERTED,)
     assert image.format == "PNG"
-    as_it_is = read_image(path, turn_white_ridges=False)
-    assert np.array_equal(as_it_is.pixels, 255 - whorl)
+    as_it_is = read_image(path, polarity="dark")
+    assert np.array_equal(as_it_is.pixels, 255 - print_)
     assert as_it_is.notes == ()
+    Image.fromarray(255 - stripes).save(path)
+    assert read_image(path).notes == ()  # its dark and bright lines are alike
+    asked = read_image(path, polarity="white")
+    assert np.array_equal(asked.pixels, stripes)
+    assert asked.notes == (INVERTED,)
+    with pytest.raises(ImageError, match="no polarity 'black': there are auto, dark, white"):
+        read_image(path, polarity="black")  # type: ignore[arg-type]
 
 
 def test_bare_pixels(tmp_path: Path) -> None:

@@ -1,0 +1,98 @@
+"""Other backgrounds for an image of a print: none, dark and noisy, or dark towards the corners."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.synthesis.noise import smooth_noise
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Grey = NDArray[np.uint8]
+    Mask = NDArray[np.bool_]
+
+BACKGROUNDS: Final = ("own", "none", "dark", "vignette")
+CROP_PX: Final = (110, 260)  # between which the side of a crop begins
+CROP_INSIDE: Final = 0.97  # share of it that must be print
+CROP_STEP: Final = 0.87  # by which it shrinks until it is
+MIN_CROP_PX: Final = 64
+LEVELS: Final = (-0.1, 0.7)  # of a dark background, from the dark lines to the bright ones
+
+
+def other_background(image: Grey, inside: Mask, kind: str, rng: np.random.Generator) -> Grey:
+    """Give an image of a print another background.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (H, W)
+        Image.
+    inside : ndarray of bool, shape (H, W)
+        Where the finger lies on the sensor.
+    kind : str
+        One of `BACKGROUNDS`: "own" leaves the image as it is; "none" cuts out a square that the
+        print fills; "dark" puts noise between the grey levels of dark lines and of nearly bright
+        ones beside the print; "vignette" darkens the corners.
+    rng : numpy.random.Generator
+        Where sizes, levels and noise come from.
+
+    Returns
+    -------
+    ndarray of uint8, shape (h, w)
+        The image.
+
+    Raises
+    ------
+    ImageError
+        If the kind is unknown.
+
+    Examples
+    --------
+    >>> image, inside = np.full((90, 90), 250, np.uint8), np.zeros((90, 90), bool)
+    >>> inside[30:60, 30:60], image[30:60, 30:60:9] = True, 20
+    >>> other_background(image, inside, "dark", np.random.default_rng(1))[0].max() < 250
+    np.True_
+    """
+    if kind not in BACKGROUNDS:
+        raise ImageError(f"no background {kind!r}: there are {', '.join(BACKGROUNDS)}")
+    if kind == "own" or not inside.any():
+        return image
+    if kind == "none":
+        return _cropped(image, inside, rng)
+    changed = _darkened(image, inside, rng) if kind == "dark" else _vignetted(image, rng)
+    return np.asarray(np.clip(np.rint(changed), 0, 255), np.uint8)
+
+
+def _cropped(image: Grey, inside: Mask, rng: np.random.Generator) -> Grey:
+    y, x = (np.partition(axis, len(axis) // 2)[len(axis) // 2] for axis in np.nonzero(inside))
+    side = float(rng.uniform(*CROP_PX))
+    while True:
+        half = max(side, MIN_CROP_PX) / 2
+        top, left = max(0, int(y - half)), max(0, int(x - half))
+        square = slice(top, int(y + half)), slice(left, int(x + half))
+        if side < MIN_CROP_PX or inside[square].mean() > CROP_INSIDE:
+            return np.ascontiguousarray(image[square])
+        side *= CROP_STEP
+
+
+def _darkened(image: Grey, inside: Mask, rng: np.random.Generator) -> NDArray[np.float32]:
+    import cv2  # noqa: PLC0415
+
+    core = cv2.erode(inside.astype(np.float32), np.ones((9, 9), np.uint8))
+    share = cv2.GaussianBlur(core, (0, 0), rng.uniform(2, 8))
+    low, high = np.percentile(image[inside], [5, 95])
+    ground = low + (high - low) * rng.uniform(*LEVELS)
+    ground = ground + rng.uniform(1, 12) * rng.standard_normal(image.shape)
+    ground += rng.uniform(0, 10) * smooth_noise(image.shape, rng.uniform(1, 30), rng)
+    return np.asarray(share * image + (1 - share) * ground, np.float32)
+
+
+def _vignetted(image: Grey, rng: np.random.Generator) -> NDArray[np.float32]:
+    rows, columns = image.shape
+    y, x = np.linspace(-1, 1, rows)[:, None], np.linspace(-1, 1, columns)
+    y0, x0 = rng.uniform(-0.3, 0.3, 2)
+    out = np.clip((x - x0) ** 2 + (y - y0) ** 2 - 0.2, 0, None)
+    return np.asarray(image * np.clip(1 - rng.uniform(0.4, 1) * out, 0.02, 1), np.float32)

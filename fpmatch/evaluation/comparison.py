@@ -59,6 +59,8 @@ class _Bench:
     enrolled: Sequence[Mapping[int, Sequence[int]]] | None = None
     set_at_hand: int = -1
     prepared: dict[tuple[int, int], Any] = field(default_factory=dict)
+    fingers_of: int = -1
+    fingers: dict[int, Finger | None] = field(default_factory=dict)
 
     def probe(self, set_index: int, impression: int) -> Any:
         """Return one impression as a probe, prepared; None where it has no template."""
@@ -71,16 +73,24 @@ class _Bench:
         """
         if self.enrolled is None:
             return self._get(0, set_index, impression)
-        shown = [self._get(0, set_index, k) for k in self.enrolled[set_index][impression]]
-        prepared = tuple(one for one in shown if one is not None)
-        return Finger(self.matcher, prepared) if prepared else None
+        if set_index != self.fingers_of:
+            self.fingers_of = set_index
+            self.fingers.clear()
+        if impression not in self.fingers:
+            templates = self.templates[0][set_index]
+            shown = [templates[k] for k in self.enrolled[set_index][impression]]
+            kept = [one for one in shown if one is not None]
+            curve = load_calibration(self.matcher.name)
+            finger = Finger.of(kept, self.matcher, curve) if kept else None
+            self.fingers[impression] = finger
+        return self.fingers[impression]
 
     def compare(self, probe: Any, reference: Any) -> Comparison:
         """Compare two impressions, or an impression with a finger, whose score then counts."""
         if self.enrolled is None:
             comparison: Comparison = self.matcher.compare(probe, reference)
             return comparison
-        found: FingerComparison = reference.compare(probe, load_calibration(self.matcher.name))
+        found: FingerComparison = reference.compare(probe)
         return replace(found.comparison, similarity=found.score)
 
     def _get(self, side: int, set_index: int, impression: int) -> Any:

@@ -26,9 +26,9 @@ class CheckedClaim:
     Parameters
     ----------
     entries : tuple of Entry
-        The impressions that the probe was compared with.
+        The impressions of what is claimed.
     result : FingerVerification
-        The decision; its scores are in the order of the entries.
+        The decision; it says which of the entries the probe was compared with.
     """
 
     entries: tuple[Entry, ...]
@@ -45,22 +45,24 @@ class CheckedClaim:
         return {
             "subject": label.subject,
             "impressions": len(self.entries),
+            "compared": len(self.result.compared),
             "best": {
                 "id": self.best.id,
                 "finger": label.finger,
                 "impression": label.impression,
                 "source": self.best.source,
-                "score": float(self.result.scores[self.result.best]),
+                "score": self.result.best_score,
             },
         }
 
     def in_words(self) -> str:
         """Return what was compared, in a sentence."""
-        score = self.result.scores[self.result.best]
-        count = len(self.entries)
+        count, compared = len(self.entries), len(self.result.compared)
+        of_them = f", {compared} of them compared" if compared < count else ""
         return (
-            f"{count} impression{'s' if count > 1 else ''} of subject {self.best.label.subject}; "
-            f"the most similar is {self.best.label}, entry {self.best.id}, by itself {score:.1f}"
+            f"{count} impression{'s' if count > 1 else ''} of subject {self.best.label.subject}"
+            f"{of_them}; the most similar is {self.best.label}, entry {self.best.id}, by itself "
+            f"{self.result.best_score:.1f}"
         )
 
 

@@ -6,6 +6,10 @@ false match rates of its impressions. One impression that matches among n costs 
 the bound n·FMR does; impressions that match together lose less; several that match a little say
 more than the best of them. A finger of one impression has the score of that impression.
 
+Impressions that match each other are, beside that, put together into a consolidated template (see
+`fpmatch.matching.consolidate`). In the mean it weighs half as much as they do: where all of them
+belong to one, half of the weight is its own.
+
 References
 ----------
 Wilson, "The harmonic mean p-value for combining dependent tests", PNAS 116 (2019).
@@ -14,24 +18,31 @@ Wilson, "The harmonic mean p-value for combining dependent tests", PNAS 116 (201
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
+from fpmatch.matching.consolidate import consolidate, link_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import Explaining, Verification
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
+
+MOST_IMPRESSIONS: Final = 64
+"""The most impressions of a finger that a probe is compared with."""
+
+CONSOLIDATED_SHARE: Final = 0.5
+"""What a consolidated template of all impressions counts beside them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,46 +81,110 @@ class Finger:
     ----------
     matcher : Matcher
         The matcher.
+    calibration : Calibration
+        Turns its similarities into scores.
+    chosen : tuple of int
+        Which of the impressions given are compared with; see `choose_impressions`.
     impressions : tuple
-        What its `prepare` returned of each impression.
+        What the matcher's `prepare` returned of each of these.
+    consolidated : tuple
+        The same of the consolidated templates.
+    weights : ndarray of float64
+        What each impression, then each consolidated template, counts in the mean; 1 in all.
     """
 
     matcher: Matcher
+    calibration: Calibration
+    chosen: tuple[int, ...]
     impressions: tuple[Any, ...]
+    consolidated: tuple[Any, ...]
+    weights: NDArray[np.float64]
 
     @classmethod
-    def of(cls, templates: Iterable[Template], matcher: Matcher) -> Finger:
-        """Prepare the impressions of a finger.
+    def of(
+        cls,
+        templates: Sequence[Template],
+        matcher: Matcher,
+        calibration: Calibration,
+        *,
+        most: int = MOST_IMPRESSIONS,
+    ) -> Finger:
+        """Prepare the impressions of a finger, and what they show together.
+
+        Parameters
+        ----------
+        templates : sequence of Template
+            The impressions, at least one, of any resolutions.
+        matcher : Matcher
+            The matcher.
+        calibration : Calibration
+            Turns its similarities into scores.
+        most : int
+            Of more impressions, so many are compared with.
 
         Raises
         ------
         MatcherError
-            If there is none.
+            If there is no impression.
         """
-        prepared = tuple(matcher.prepare(template) for template in templates)
-        if not prepared:
+        if not templates:
             raise MatcherError("a finger without impressions cannot be compared")
-        return cls(matcher, prepared)
+        chosen = choose_impressions(templates, most)
+        shown = [templates[k] for k in chosen]
+        prepared = tuple(matcher.prepare(template) for template in shown)
+        together = consolidate(shown, link_impressions(prepared, matcher, calibration))
+        shares = [CONSOLIDATED_SHARE * len(one.poses) / len(shown) for one in together]
+        alone = np.full(len(shown), (1.0 - sum(shares)) / len(shown))
+        return cls(
+            matcher=matcher,
+            calibration=calibration,
+            chosen=tuple(chosen),
+            impressions=prepared,
+            consolidated=tuple(matcher.prepare(one.template) for one in together),
+            weights=np.concatenate([alone, shares]),
+        )
 
-    def compare(self, probe: Any, calibration: Calibration) -> FingerComparison:
-        """Compare a probe with the finger.
-
-        Parameters
-        ----------
-        probe : object
-            What the matcher's `prepare` returned of the probe.
-        calibration : Calibration
-            Turns the similarity to an impression into a score.
-
-        Returns
-        -------
-        FingerComparison
-            The score of the finger, and those of its impressions.
-        """
+    def compare(self, probe: Any) -> FingerComparison:
+        """Compare a probe, as the matcher's `prepare` returned it, with the finger."""
         found = [self.matcher.compare(probe, one) for one in self.impressions]
-        scores = calibration.scores([one.similarity for one in found])
+        whole = [self.matcher.compare(probe, one) for one in self.consolidated]
+        scores = self.calibration.scores([one.similarity for one in (*found, *whole)])
         best = int(np.argmax([one.similarity for one in found]))
-        return FingerComparison(fused_score(scores), scores, best, found[best])
+        alone = scores[: len(found)]
+        return FingerComparison(fused_score(scores, self.weights), alone, best, found[best])
+
+
+def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:
+    """Choose the impressions of a finger that a probe is compared with, where there are many.
+
+    Those of one time often show the same skin. So the impressions are divided, in the order in
+    which they are given, into as many runs as there is room for, and of each run the one is taken
+    whose minutiae have the greatest quality in sum; of equals, the first.
+
+    Parameters
+    ----------
+    templates : sequence of Template
+        The impressions.
+    most : int
+        How many are chosen, at most.
+
+    Returns
+    -------
+    list of int
+        Their indices, ascending; all where there are no more than `most`.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> poor, good = (Template(Minutiae([1], [1], [0], quality=[q]), 9, 9) for q in (10, 90))
+    >>> choose_impressions([poor, good, good, poor, poor, poor], most=2)
+    [1, 3]
+    """
+    if len(templates) <= most:
+        return list(range(len(templates)))
+    quality = np.array([template.minutiae.quality.sum(dtype=np.int64) for template in templates])
+    runs = np.array_split(np.arange(len(templates)), most)
+    return [int(run[np.argmax(quality[run])]) for run in runs]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,14 +197,22 @@ class FingerVerification:
         Decision, score and FMR of the finger; transform, pairs and reference are those of its most
         similar impression.
     scores : ndarray of float64, shape (N,)
-        The scores of its impressions, each by itself.
+        The scores of the impressions compared with, each by itself.
+    compared : tuple of int
+        Which of the impressions given these are.
     best : int
-        The most similar impression.
+        The most similar of the impressions given.
     """
 
     verification: Verification
     scores: NDArray[np.float64]
+    compared: tuple[int, ...]
     best: int
+
+    @property
+    def best_score(self) -> float:
+        """The score of the most similar impression by itself."""
+        return float(self.scores[self.compared.index(self.best)])
 
 
 def verify_finger(
@@ -178,8 +261,8 @@ def verify_finger(
         raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     curve = load_calibration(chosen.name) if calibration is None else calibration
-    finger, prepared = Finger.of(references, chosen), chosen.prepare(probe)
-    found = finger.compare(prepared, curve)
+    finger, prepared = Finger.of(references, chosen, curve), chosen.prepare(probe)
+    found = finger.compare(prepared)
     comparison = found.comparison
     match = comparison.transform is not None and found.score >= threshold
     if not match and isinstance(chosen, Explaining):
@@ -197,14 +280,26 @@ def verify_finger(
         overlap=comparison.overlap,
         reason="" if match else comparison.reason or "too few minutiae agree",
         probe=probe,
-        reference=references[found.best],
+        reference=references[finger.chosen[found.best]],
         fmr_reach=score_to_fmr(curve.reach),
     )
-    return FingerVerification(verification, found.scores, found.best)
+    return FingerVerification(verification, found.scores, finger.chosen, finger.chosen[found.best])
 
 
-def fused_score(scores: ArrayLike) -> float:
+def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:
     """Return the score of a finger from those of all its impressions, at least one.
+
+    Parameters
+    ----------
+    scores : array_like of float, shape (N,)
+        Scores of single comparisons, 0 to 100.
+    weights : array_like of float, shape (N,), optional
+        What each counts, 1 in all, chosen before the comparison (default: all alike).
+
+    Returns
+    -------
+    float
+        ``-10·log10`` of the harmonic mean of their false match rates.
 
     Examples
     --------
@@ -212,9 +307,14 @@ def fused_score(scores: ArrayLike) -> float:
     40.0
     >>> round(fused_score([40.0, 0.0]), 2), round(fused_score([40.0, 40.0]), 2)
     (36.99, 40.0)
+    >>> round(fused_score([40.0, 0.0], [0.9, 0.1]), 2)
+    39.54
     """
     values = np.asarray(scores, np.float64)
-    return float(fused_scores(values, np.zeros(len(values), np.intp), [len(values)])[0])
+    best = values.max()
+    relative = 10.0 ** ((values - best) / 10.0)
+    mean = np.average(relative, weights=None if weights is None else np.asarray(weights))
+    return float(np.clip(best + 10.0 * np.log10(mean), 0.0, MAX_SCORE))
 
 
 def fused_scores(

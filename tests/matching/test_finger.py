@@ -9,9 +9,17 @@ from hypothesis import strategies as st
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, load_calibration
-from fpmatch.matching.finger import Finger, fused_score, fused_scores, verify_finger
+from fpmatch.matching.finger import (
+    MOST_IMPRESSIONS,
+    Finger,
+    choose_impressions,
+    fused_score,
+    fused_scores,
+    verify_finger,
+)
 from fpmatch.matching.matchers import get_matcher
 from fpmatch.matching.verify import verify
+from fpmatch.minutiae import Minutiae, Template
 
 scores_of_impressions = st.lists(st.floats(0, 100), min_size=1, max_size=30)
 
@@ -64,10 +72,11 @@ def test_verification_names_the_best_impression(template):
     assert found.best == 1
     assert found.scores[:2].tolist() == [one.score for one in alone]
     assert found.verification.match
-    assert found.verification.score == fused_score(found.scores)
+    assert found.verification.score <= found.best_score == found.scores[1]
     assert found.verification.transform == alone[1].transform
-    finger = Finger.of([half, template, half], matcher)
-    compared = finger.compare(matcher.prepare(template), load_calibration("unit-circle"))
+    finger = Finger.of([half, template, half], matcher, load_calibration("unit-circle"))
+    assert finger.weights.sum() == pytest.approx(1.0)
+    compared = finger.compare(matcher.prepare(template))
     assert (compared.score, compared.best) == (found.verification.score, 1)
     (one,) = verify_finger(template, [template]).scores
     assert one == alone[1].score
@@ -85,3 +94,22 @@ def test_a_mismatch_says_why(template):
     found = verify_finger(template, [template], calibration=curve).verification
     assert not found.match
     assert found.reason
+
+
+def test_of_very_many_impressions_some_are_compared(template):
+    few = type(template)(template.minutiae.take(np.arange(3)), template.width, template.height)
+    prints = [few] * 150
+    prints[70] = template
+    found = verify_finger(template, prints)
+    assert len(found.scores) == len(found.compared) == MOST_IMPRESSIONS
+    assert found.best == 70
+    assert found.best_score == max(found.scores)
+    assert list(found.compared) == sorted(set(found.compared)) == choose_impressions(prints)
+
+
+@given(st.integers(1, 200), st.integers(1, 70))
+def test_the_chosen_impressions_are_spread_over_all(count, most):
+    one = Template(Minutiae([1.0], [1.0], [0.0]), 9, 9)
+    chosen = choose_impressions([one] * count, most)
+    assert len(chosen) == min(count, most)
+    assert np.diff([*chosen, count]).max() <= -(-count // len(chosen))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.engine import cores
 from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.duplicates import Claim
 from fpmatch.gallery.entry import Failure, NewEntry
 from fpmatch.gallery.extraction import ExtractedJob, Job, extract_jobs
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.engine.engine import Engine
+    from fpmatch.gallery.entry import Label
     from fpmatch.gallery.extraction import Extractor
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prints import PrintFile
@@ -61,6 +63,7 @@ def enrol(
     engine: Engine | None = None,
     extractor: Extractor = extract_print,
     progress: Progress = no_progress,
+    strict: bool = False,
 ) -> Enrolment:
     """Enrol pictures in a gallery, those that are not in it.
 
@@ -82,6 +85,9 @@ def enrol(
         module.
     progress : callable
         Told of stage "enrol", in pictures.
+    strict : bool
+        Refuse impressions that do not match the others of their finger, once all are extracted;
+        see `fpmatch.gallery.consistency`.
 
     Returns
     -------
@@ -109,6 +115,10 @@ def enrol(
                 run.take(extracted)
                 extracted = []
     run.take(extracted)
+    if strict:
+        refused = refuse_disagreeing(gallery, run.labels)
+        run.failures += refused
+        run.enrolled -= len(refused)
     failures, assumed = tuple(run.failures), tuple(run.assumed)
     return Enrolment(run.enrolled, run.known, failures, assumed, by_note(run.noted))
 
@@ -127,6 +137,7 @@ class _Run:
     assumed: list[Path] = field(default_factory=list)
     noted: list[tuple[Path, tuple[str, ...]]] = field(default_factory=list)
     unsaved: list[Failure] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
 
     def new(self, prints: Sequence[PrintFile]) -> Iterator[list[Job]]:
         """Yield the pictures that are not enrolled, in chunks of work."""
@@ -189,6 +200,7 @@ class _Run:
             self.failures += failures
             for entry, objection in zip(new, objections, strict=True):
                 self.enrolled += objection is None
+                self.labels += [entry.label] if objection is None else []
                 self.known += objection == ""
                 if objection:
                     self.failures.append(Failure(entry.source, objection))

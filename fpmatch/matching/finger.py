@@ -56,14 +56,17 @@ class FingerComparison:
         impressions reach it.
     scores : ndarray of float64, shape (N,)
         The scores of its impressions, each by itself.
+    consolidated : ndarray of float64, shape (M,)
+        The scores of the consolidated templates, each by itself.
     best : int
-        The impression of the highest score; of equals, the first.
+        The most similar impression; of equals, the first.
     comparison : Comparison
         The comparison with that impression.
     """
 
     score: float
     scores: NDArray[np.float64]
+    consolidated: NDArray[np.float64]
     best: int
     comparison: Comparison
 
@@ -150,8 +153,9 @@ class Finger:
         whole = [self.matcher.compare(probe, one) for one in self.consolidated]
         scores = self.calibration.scores([one.similarity for one in (*found, *whole)])
         best = int(np.argmax([one.similarity for one in found]))
-        alone = scores[: len(found)]
-        return FingerComparison(fused_score(scores, self.weights), alone, best, found[best])
+        alone, together = np.split(scores, [len(found)])
+        score = fused_score(scores, self.weights)
+        return FingerComparison(score, alone, together, best, found[best])
 
 
 def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:

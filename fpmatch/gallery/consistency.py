@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.gallery.entry import Failure
 from fpmatch.matching.calibration import load_calibration
-from fpmatch.matching.consolidate import link_impressions, linked_groups
+from fpmatch.matching.consolidate import (
+    ConsolidationParameters,
+    link_impressions,
+    linked_groups,
+)
 from fpmatch.matching.finger import choose_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
@@ -19,6 +24,9 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
+
+LINK_SCORE: Final = 30.0
+HIGHEST_LINK_SCORE: Final = 55.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +104,9 @@ def check_fingers(
     """Compare the impressions of each finger with each other.
 
     Impressions of one finger that show no common skin, as touches of a small sensor may, do not
-    match either: that two groups do not match is a reason to look, not a proof. Of a finger with
-    more than 64 impressions, all are compared with 64 that are spread over them.
+    match either: that two groups do not match is a reason to look, not a proof. Two impressions
+    match from a score of 30, and more where there are many pairs of them, 55 at most. Of a finger
+    with more than 64 impressions, all are compared with 64 that are spread over them.
 
     Parameters
     ----------
@@ -181,7 +190,9 @@ def _check(
     templates = [gallery.template(entry.id) for entry in entries]
     prepared = [matcher.prepare(template) for template in templates]
     among = set(choose_impressions(templates))
-    links = link_impressions(prepared, matcher, curve, among=among)
+    needed = _link_score(len(entries))
+    parameters = ConsolidationParameters(link_score=needed, link_pairs=1)
+    links = link_impressions(prepared, matcher, curve, parameters, among)
     groups = linked_groups(len(entries), links)
     found = []
     for group in groups[1:]:
@@ -194,3 +205,12 @@ def _check(
         found.append(Disagreement(entries[i], entries[j], score))
     grouped = tuple(tuple(entries[k] for k in group) for group in groups)
     return FingerCheck(grouped, tuple(found))
+
+
+def _link_score(count: int) -> float:
+    """Return the score from which two of so many impressions match.
+
+    One false match would join two fingers: the more pairs there are, the more a match must score.
+    """
+    pairs = count * (count - 1) / 2
+    return min(LINK_SCORE + 10.0 * math.log10(pairs), HIGHEST_LINK_SCORE)

@@ -13,7 +13,7 @@ that the score 40 (stated FMR 0.01 %) has in truth.
 The databases are synthetic fingers on a sensor of 160 by 160 pixels, made from seeds, and each DIR,
 an FVC-style folder of a small sensor, twice: with the first touches enrolled, and with some drawn
 at random, five draws together. Impostors of a DIR are its other fingers and synthetic prints. One
-core takes about ten minutes. ``--page`` puts the tables between the marks in docs/accuracy.md.
+core takes about twelve minutes. ``--page`` puts the tables between the marks in docs/accuracy.md.
 """
 
 from __future__ import annotations

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 STANDARD_DPI: Final = 500.0
 MIN_DPI: Final = 100.0
 MAX_DPI: Final = 4000.0
+CELL_BITS: Final = 8
+"""Bits along a side of the picture of the ridges in a cell of a `RidgeField`."""
 
 
 class MinutiaKind(IntEnum):
@@ -204,6 +206,20 @@ class RidgeField:
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         object.__setattr__(self, "step", float(self.step))
+
+    @property
+    def bits(self) -> NDArray[np.bool_]:
+        """The pictures of all cells side by side, shape (8 * rows, 8 * columns).
+
+        Nothing is set where the ridges are not known.
+        """
+        rows, columns = self.mask.shape
+        if self.ridges is None:
+            return np.zeros((rows * CELL_BITS, columns * CELL_BITS), bool)
+        in_bytes = self.ridges.astype("<u8").view(np.uint8).reshape(rows, columns, CELL_BITS)
+        bits = np.unpackbits(in_bytes, axis=2, bitorder="little")
+        cells = bits.reshape(rows, columns, CELL_BITS, CELL_BITS).swapaxes(1, 2)
+        return cells.reshape(rows * CELL_BITS, columns * CELL_BITS).astype(bool)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, RidgeField):

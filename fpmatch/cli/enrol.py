@@ -81,6 +81,12 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     default=0,
     help="Refuse images of a quality below this, 0 to 100 (fpmatch inspect tells it).",
 )
+@click.option(
+    "--strict",
+    is_flag=True,
+    help="Refuse prints that match no other impression of their finger, where it has any: they are "
+    "of another finger, or show other skin of it (fpmatch gallery check says which do not match).",
+)
 @raw_option
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
@@ -96,6 +102,7 @@ def enrol(
     dpi: float | None,
     polarity: Polarity,
     min_quality: int,
+    strict: bool,
     raw: tuple[RawSize, ...],
     workers: int | None,
     as_json: bool,
@@ -105,6 +112,7 @@ def enrol(
     A print is an image or a template; of a folder its images are meant or, if it has none, its
     templates. The gallery is made where it is missing. Each file is enrolled once, whatever its
     name: a run that was interrupted goes on when it is started again, and two may enrol at once.
+    All impressions of a finger are kept, and prints are compared with all of them together.
     """
     from fpmatch.engine.local import get_ready
 
@@ -129,6 +137,7 @@ def enrol(
             engine=cores(workers),
             extractor=partial(extract_print, reader=reader, min_quality=min_quality),
             progress=bars.show,
+            strict=strict,
         )
         summary, name = summarise(opened), opened.name
     seconds = time.perf_counter() - start

@@ -79,6 +79,7 @@ Examples:
   fpmatch evaluate fvc2002/DB*_B --enhance filters
   fpmatch evaluate sample_data --minutiae
   fpmatch evaluate fvc2002/DB1_B --crop 160
+  fpmatch evaluate small_sensor --enrol 10 --impostors other_small_prints
 
 Exit status: 0 when every image (and, with --crop, every square) gave a template, 1 when some did
 not (a note on stderr names each), 2 when the run could not be done.
@@ -145,6 +146,26 @@ not (a note on stderr names each), 2 when the run could not be done.
     help="Compare a square of PX by PX pixels at 500 dpi, about the centroid of the first print of "
     "each pair, with the whole second print.",
 )
+@click.option(
+    "--enrol",
+    "enrolled",
+    metavar="N",
+    type=click.IntRange(1, 1000),
+    help="Enrol the first N impressions of every finger together, and compare each other "
+    "impression with each finger.",
+)
+@click.option(
+    "--enrol-seed",
+    type=click.IntRange(min=0),
+    help="Draw the N impressions that --enrol enrols at random, by this seed.",
+)
+@click.option(
+    "--impostors",
+    metavar="DIR",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="With --enrol: compare the prints of this database, of other fingers, too; repeatable.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object; rates as fractions.")
 @click.option(
     "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
@@ -164,6 +185,9 @@ def evaluate(
     seed: int,
     minutiae: bool,
     crop: int | None,
+    enrolled: int | None,
+    enrol_seed: int | None,
+    impostors: tuple[Path, ...],
     as_json: bool,
     workers: int | None,
 ) -> None:
@@ -175,13 +199,20 @@ def evaluate(
     """
     if crop is not None and (minutiae or report_folder is not None):
         raise click.UsageError("--crop goes with neither --report nor --minutiae")
+    if enrolled is None and (enrol_seed is not None or impostors):
+        raise click.UsageError("--enrol-seed and --impostors go with --enrol")
+    beside = (report_folder, crop, scores, baseline)
+    if enrolled is not None and (minutiae or any(one is not None for one in beside)):
+        raise click.UsageError(
+            "--enrol goes with none of --report, --minutiae, --crop, --scores and --baseline"
+        )
     from fpmatch.engine.local import get_ready
 
     get_ready(workers, *_WORKERS_NEED)
     with importing():
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
-        from fpmatch.evaluation import cropping, extraction, run
+        from fpmatch.evaluation import cropping, enrolment, extraction, run
         from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
         from fpmatch.evaluation.dataset_names import named_apart
         from fpmatch.evaluation.minutiae_report import measure_minutiae
@@ -199,6 +230,10 @@ def evaluate(
         prepare_page(report_folder)
     earlier = None if baseline is None else read_scores(baseline)
     datasets = named_apart(run.load_datasets(folders, protocol))
+    plan = None
+    if enrolled is not None:
+        others = run.load_datasets([*folders, *impostors])[len(folders) :]
+        plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(named_apart(others)))
     truths = [load_truth(dataset) for dataset in datasets] if minutiae else []
     reader = extraction.dataset_reader(datasets, read)
     with ProgressBars(_STAGES) as bars:
@@ -212,6 +247,7 @@ def evaluate(
             probe_extractor=(
                 None if crop is None else cropping.crop_extractor_of(crop, enhance, reader)
             ),
+            enrolment=plan,
         )
     if scores is not None:
         write_scores(scores, *reports)
@@ -235,6 +271,9 @@ def evaluate(
         text = f"Probes: squares of {crop} by {crop} px at 500 dpi.\n\n{text}"
         for name in failed:
             click.echo(f"fpmatch: note: no template of the square: {name}", err=True)
+    if plan is not None:
+        document["enrol"] = enrolment.enrolment_document(reports[0], plan)
+        text = f"{enrolment.enrolment_in_words(document['enrol'])}\n\n{text}"
     if minutiae:
         measured = measure_minutiae(reports[0], truths)
         document["minutiae"] = measured.as_json()

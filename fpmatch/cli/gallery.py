@@ -11,6 +11,7 @@ from fpmatch.cli.group import LazyGroup
 SUMMARIES: Final = {
     "info": "Tell what a gallery holds, in figures.",
     "list": "List the impressions of a gallery, or what could not be enrolled.",
+    "check": "Tell which fingers have impressions that do not match each other.",
     "remove": "Remove impressions from a gallery.",
     "export": "Write the templates of a gallery as files.",
 }
@@ -24,6 +25,7 @@ SUMMARIES: Final = {
 Examples:
   fpmatch gallery info prints.db
   fpmatch gallery list prints.db --failures
+  fpmatch gallery check prints.db
   fpmatch gallery export postgresql://me@host/prints -o templates
 """,
 )

@@ -23,7 +23,7 @@ SUMMARIES: Final = {
     "stages": "Write every stage of an extraction as a picture.",
     "enrol": "Enrol prints in a gallery, a database of templates.",
     "identify": "Rank the prints of a gallery by how well they match a probe.",
-    "gallery": "Look after a gallery: info, list, remove, export.",
+    "gallery": "Look after a gallery: info, list, check, remove, export.",
     "score": "Score probes against references, each with each, into a file.",
     "serve": "Open a page on which prints are compared, and an HTTP API.",
     "evaluate": "Measure error rates on FVC-style databases.",

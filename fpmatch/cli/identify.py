@@ -53,10 +53,10 @@ def _shortlist_size(ctx: click.Context, param: click.Parameter, value: str) -> S
 @click.command(
     epilog="""\b
 Columns:
-  score      -10 log10 of the FMR, 0 to 100
-  FMR        share of single comparisons of different fingers that score as high
-  by chance  so many of the prints compared would score as high if the finger were not enrolled
-  print      subject, finger and impression
+  score      -10 log10 of the FMR, 0 to 100; of a finger, from all its impressions together
+  FMR        share of comparisons with other fingers, of as many impressions, that score as high
+  by chance  so many of the fingers searched would score as high if the finger were not enrolled
+  print      subject, finger and impression; of a finger, its most similar impression
   number     of the entry, as `fpmatch gallery list` shows it
   picture    that was enrolled
 
@@ -65,6 +65,7 @@ Examples:
   fpmatch identify prints.db probe.tif
   fpmatch identify prints.db probes -k 3 --threshold 40 --json
   fpmatch identify postgresql://me@host/prints probe.tif --transform
+  fpmatch identify prints.db probe.tif --impressions
 
 Exit status: 0 when every probe was searched for, 1 when some could not be read, 2 when none could.
 """
@@ -90,6 +91,12 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     help="Leave out candidates that score less, 0 to 100; this command ranks and does not decide.",
 )
 @click.option("--transform", "transforms", is_flag=True, help="Tell how the probe lies on each.")
+@click.option(
+    "--impressions",
+    is_flag=True,
+    help="List impressions, each by its own score, instead of fingers, by the score of all their "
+    "impressions together.",
+)
 @click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
 @polarity_option
 @raw_option
@@ -131,10 +138,11 @@ def identify(
     matcher: str,
     calibration: Path | None,
     shortlist: Shortlist,
+    impressions: bool,
     as_json: bool,
     workers: int | None,
 ) -> None:
-    """Rank the prints of GALLERY by how well they match each PROBE: image, template or folder.
+    """Rank the fingers of GALLERY by how well they match each PROBE: image, template or folder.
 
     GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. It is
     prepared when it is searched for the first time, and when it has changed.
@@ -172,6 +180,7 @@ def identify(
                 transforms=transforms,
                 calibration=curve,
                 shortlist=shortlist,
+                impressions=impressions,
             )
             seconds = time.perf_counter() - start
             entries = [opened.entry(candidate.number) for candidate in result.candidates]
@@ -188,6 +197,8 @@ def identify(
             "matcher": matcher,
             "enrolled": len(search),
             "compared": done[0].result.compared,
+            "fingers": done[0].result.fingers,
+            "listed": "impressions" if impressions else "fingers",
             "probes": [_as_dict(found) for found in done],
             "failures": [str(failure) for failure in failures],
         }

@@ -82,13 +82,15 @@ class PairOptions:
     polarity: str = POLARITIES[0]
 
 
-def pair_options(command: Callable[..., Any]) -> Callable[..., Any]:
+def pair_options(
+    command: Callable[..., Any], *, reference_required: bool = True
+) -> Callable[..., Any]:
     """Give a command the arguments and options that `PairOptions` holds."""
     command = polarity_option(enhance_option(raw_option(command)))
     for decorate in reversed(
         [
             click.argument("probe", type=IMAGE),
-            click.argument("reference", type=IMAGE),
+            click.argument("reference", type=IMAGE, required=reference_required),
             click.option("--dpi", type=float, help="Resolution of both prints, in dots per inch."),
             click.option("--probe-dpi", type=float, help="Resolution of the probe."),
             click.option("--reference-dpi", type=float, help="Resolution of the reference."),
@@ -124,7 +126,7 @@ def compare(options: PairOptions) -> tuple[GivenPrint, GivenPrint, Verification]
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.matching.verify import verify
 
-    threshold = _threshold(options)
+    threshold = chosen_threshold(options)
     matcher = _matcher(options)
     calibration = (
         load_calibration(options.matcher, options.calibration) if options.calibration else None
@@ -169,7 +171,7 @@ def scale_between(verification: Verification, options: PairOptions) -> ScaleMeas
     same = partial(
         verify,
         matcher=_matcher(options),
-        threshold=_threshold(options),
+        threshold=chosen_threshold(options),
         calibration=load_calibration(options.matcher, options.calibration),
     )
     return find_scale(verification, same)
@@ -197,7 +199,7 @@ def _say_calibrated_otherwise(options: PairOptions) -> None:
         )
 
 
-def _threshold(options: PairOptions) -> float | None:
+def chosen_threshold(options: PairOptions) -> float | None:
     """Return the score to decide at; None for the matcher's own decision."""
     from fpmatch.matching.calibration import fmr_to_score
 

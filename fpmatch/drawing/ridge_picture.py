@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
+from fpmatch.minutiae import CELL_BITS
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import RidgeField, Template
+    from fpmatch.minutiae import Template
 
-_CELL_BITS: Final = 8  # a side of a cell's picture
 _RIDGE, _PAPER = 40, 255  # grey values
 
 
@@ -39,9 +40,9 @@ def ridge_picture(template: Template) -> NDArray[np.uint8]:
     field = template.field
     if field is None or field.ridges is None:
         return np.full(shape, _PAPER, np.uint8)
-    bits = _as_bits(field).astype(np.float32)
+    bits = field.bits.astype(np.float32)
     # Bit k of a row of cells covers the pixels from k * step / 8 on.
-    pixels_to_bits = _CELL_BITS / field.step
+    pixels_to_bits = CELL_BITS / field.step
     start = 0.5 * pixels_to_bits - 0.5
     to_bits = np.array([[pixels_to_bits, 0, start], [0, pixels_to_bits, start]])
     ridges = cv2.warpAffine(
@@ -53,13 +54,3 @@ def ridge_picture(template: Template) -> NDArray[np.uint8]:
         borderValue=0,
     )
     return np.rint(_PAPER - (_PAPER - _RIDGE) * ridges).astype(np.uint8)
-
-
-def _as_bits(field: RidgeField) -> NDArray[np.bool_]:
-    """Return the pictures of all cells side by side, shape (8 * rows, 8 * columns)."""
-    assert field.ridges is not None
-    rows, columns = field.ridges.shape
-    in_bytes = field.ridges.astype("<u8").view(np.uint8).reshape(rows, columns, _CELL_BITS)
-    bits = np.unpackbits(in_bytes, axis=2, bitorder="little")
-    cells = bits.reshape(rows, columns, _CELL_BITS, _CELL_BITS).swapaxes(1, 2)
-    return cells.reshape(rows * _CELL_BITS, columns * _CELL_BITS).astype(bool)

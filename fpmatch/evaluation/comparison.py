@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.finger import Finger
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.evaluation.protocol import Pairs
+    from fpmatch.matching.finger import FingerComparison
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 
@@ -48,20 +51,47 @@ class _Bench:
     """Hold all templates, and what the matcher prepared of those of the set at hand.
 
     `templates` are those of the references and, where they are others, those of the probes.
+    `enrolled` is as for `compare_sets`.
     """
 
     matcher: Matcher
     templates: list[list[list[Template | None]]]
+    enrolled: Sequence[Mapping[int, Sequence[int]]] | None = None
     set_at_hand: int = -1
     prepared: dict[tuple[int, int], Any] = field(default_factory=dict)
+    fingers_of: int = -1
+    fingers: dict[int, Finger | None] = field(default_factory=dict)
 
     def probe(self, set_index: int, impression: int) -> Any:
         """Return one impression as a probe, prepared; None where it has no template."""
         return self._get(len(self.templates) - 1, set_index, impression)
 
     def reference(self, set_index: int, impression: int) -> Any:
-        """Return one impression as a reference, prepared; None where it has no template."""
-        return self._get(0, set_index, impression)
+        """Return one impression as a reference, prepared; None where it has no template.
+
+        Where fingers are enrolled, return the finger for which the impression stands.
+        """
+        if self.enrolled is None:
+            return self._get(0, set_index, impression)
+        if set_index != self.fingers_of:
+            self.fingers_of = set_index
+            self.fingers.clear()
+        if impression not in self.fingers:
+            templates = self.templates[0][set_index]
+            shown = [templates[k] for k in self.enrolled[set_index][impression]]
+            kept = [one for one in shown if one is not None]
+            curve = load_calibration(self.matcher.name)
+            finger = Finger.of(kept, self.matcher, curve) if kept else None
+            self.fingers[impression] = finger
+        return self.fingers[impression]
+
+    def compare(self, probe: Any, reference: Any) -> Comparison:
+        """Compare two impressions, or an impression with a finger, whose score then counts."""
+        if self.enrolled is None:
+            comparison: Comparison = self.matcher.compare(probe, reference)
+            return comparison
+        found: FingerComparison = reference.compare(probe)
+        return replace(found.comparison, similarity=found.score)
 
     def _get(self, side: int, set_index: int, impression: int) -> Any:
         if set_index != self.set_at_hand:
@@ -90,6 +120,7 @@ def compare_sets(
     engine: Engine | None = None,
     progress: Progress = no_progress,
     probes: Sequence[ExtractedSet] | None = None,
+    enrolled: Sequence[Mapping[int, Sequence[int]]] | None = None,
 ) -> list[NDArray[np.void]]:
     """Compare the chosen pairs of every database.
 
@@ -110,12 +141,21 @@ def compare_sets(
     probes : sequence of ExtractedSet, optional
         The same databases, extracted in another way, whose templates are the probes (default: those
         of `sets`).
+    enrolled : sequence of mapping of int to sequence of int, optional
+        For each database, by the reference of a pair, the impressions that are enrolled with it as
+        one finger. The similarity is then the score of the finger, and all else that of its most
+        similar impression.
 
     Returns
     -------
     list of ndarray of `OUTCOME`
         One array a database, in the order of its pairs. Where a side has no template, the
         similarity is 0 and the CPU time not a number.
+
+    Raises
+    ------
+    MatcherError
+        If fingers are enrolled and the matcher has no calibration.
     """
     templates = [
         [[e.template for e in extracted.extractions] for extracted in side]
@@ -126,6 +166,8 @@ def compare_sets(
         for s, p in enumerate(pairs)
         for k in range(0, len(p), PAIRS_PER_CHUNK)
     ]
+    if enrolled is not None:
+        load_calibration(matcher.name)  # so that it is missed here, not in a worker
     total, done = sum(map(len, pairs)), 0
 
     def finished(chunk: _Chunk) -> None:
@@ -136,7 +178,7 @@ def compare_sets(
     progress("compare", 0, total)
     results = run_chunks(
         _compare_chunk,
-        _Bench(matcher, templates),
+        _Bench(matcher, templates, enrolled),
         chunks,
         workers=workers,
         engine=engine,
@@ -154,7 +196,7 @@ def _compare_chunk(bench: _Bench, chunk: _Chunk) -> NDArray[np.void]:
             outcomes[row] = _no_template()
             continue
         start = time.process_time_ns()
-        comparison = bench.matcher.compare(probe, reference)
+        comparison = bench.compare(probe, reference)
         cpu_us = (time.process_time_ns() - start) / 1000.0
         outcomes[row] = _as_outcome(comparison, cpu_us)
     return outcomes

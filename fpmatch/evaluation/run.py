@@ -9,6 +9,7 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.comparison import compare_sets
 from fpmatch.evaluation.dataset import Dataset, load_dataset
+from fpmatch.evaluation.enrolment import plan_enrolment, with_impostors
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.report import EvaluationReport, summarise, summarise_set
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.engine.engine import Engine
+    from fpmatch.evaluation.enrolment import Enrolment
     from fpmatch.evaluation.extraction import ExtractedSet, Extractor
     from fpmatch.matching.result import Matcher
 
@@ -91,12 +93,13 @@ def evaluate_matchers(
     progress: Progress = no_progress,
     extractor: Extractor | None = None,
     probe_extractor: Extractor | None = None,
+    enrolment: Enrolment | None = None,
 ) -> list[EvaluationReport]:
     """Evaluate some matchers on the same templates, extracted once; else as `evaluate`.
 
     Where `probe_extractor` is given, it makes the templates of the probes, the first prints of the
     pairs, and `extractor` those of the references; `progress` is called for the stage "extract
-    probes", too.
+    probes", too. `enrolment` is as for `evaluate_templates`.
 
     Returns
     -------
@@ -105,8 +108,10 @@ def evaluate_matchers(
     """
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
+    everything = [*loaded, *(() if enrolment is None else enrolment.impostors)]
     with cores(workers) as engine:
-        extracted = extract_datasets(loaded, extractor=extractor, engine=engine, progress=progress)
+        found = extract_datasets(everything, extractor=extractor, engine=engine, progress=progress)
+        extracted, impostors = found[: len(loaded)], found[len(loaded) :]
         probes = None
         if probe_extractor is not None:
             probes = extract_datasets(
@@ -124,6 +129,8 @@ def evaluate_matchers(
                 engine=engine,
                 progress=_part(progress, k, len(chosen)),
                 probes=probes,
+                enrolment=enrolment,
+                impostors=impostors,
             )
             for k, matcher in enumerate(chosen)
         ]
@@ -147,15 +154,37 @@ def evaluate_templates(
     engine: Engine | None = None,
     progress: Progress = no_progress,
     probes: Sequence[ExtractedSet] | None = None,
+    enrolment: Enrolment | None = None,
+    impostors: Sequence[ExtractedSet] = (),
 ) -> EvaluationReport:
     """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`.
 
-    `engine` is as for `fpmatch.engine.workers.run_chunks`, `probes` as for `compare_sets`.
+    `engine` is as for `fpmatch.engine.workers.run_chunks`, `probes` as for `compare_sets`. Where
+    `enrolment` is given, several impressions of a finger are enrolled, and all others, and those of
+    the databases `impostors`, compared with the fingers; similarities are then scores, and the
+    protocol means nothing.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    pairs = [choose_pairs(extracted.dataset.impressions, protocol) for extracted in sets]
+    enrolled = None
+    if enrolment is None:
+        pairs = [choose_pairs(extracted.dataset.impressions, protocol) for extracted in sets]
+    else:
+        own = [len(extracted.extractions) for extracted in sets]
+        sets = [with_impostors(extracted, impostors) for extracted in sets]
+        plans = [
+            plan_enrolment(extracted.dataset.impressions, enrolment, count)
+            for extracted, count in zip(sets, own, strict=True)
+        ]
+        pairs, enrolled = [plan.pairs for plan in plans], [plan.enrolled for plan in plans]
     outcomes = compare_sets(
-        sets, pairs, chosen, workers=workers, engine=engine, progress=progress, probes=probes
+        sets,
+        pairs,
+        chosen,
+        workers=workers,
+        engine=engine,
+        progress=progress,
+        probes=probes,
+        enrolled=enrolled,
     )
     rows = [summarise_set(*row) for row in zip(sets, pairs, outcomes, strict=True)]
     return summarise(chosen.name, protocol, rows)

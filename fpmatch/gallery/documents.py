@@ -52,8 +52,10 @@ def candidate_document(candidate: Candidate, entry: Entry, reach: float) -> dict
     Returns
     -------
     dict
-        JSON values only; ``transform``, ``pairs`` and ``rms_px`` are there where they were asked
-        for, the first and the last None where no transform was found.
+        JSON values only: of a finger, the id and the impression are those of its most similar
+        impression, which by itself has ``impression_score``; ``transform``, ``pairs`` and
+        ``rms_px`` are there where they were asked for, the first and the last None where no
+        transform was found.
     """
     document: dict[str, Any] = {
         "rank": candidate.rank,
@@ -66,6 +68,8 @@ def candidate_document(candidate: Candidate, entry: Entry, reach: float) -> dict
         "fmr": candidate.fmr,
         "extrapolated": candidate.fmr < reach,
         "expected_false_matches": candidate.expected_false,
+        "impressions": candidate.impressions,
+        "impression_score": candidate.impression_score,
     }
     comparison = candidate.comparison
     if comparison is not None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.engine import cores
 from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.duplicates import Claim
 from fpmatch.gallery.entry import Failure, NewEntry
 from fpmatch.gallery.extraction import ExtractedJob, Job, extract_jobs
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.engine.engine import Engine
+    from fpmatch.gallery.entry import Label
     from fpmatch.gallery.extraction import Extractor
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prints import PrintFile
@@ -62,6 +64,7 @@ def enrol(
     engine: Engine | None = None,
     extractor: Extractor | None = None,
     progress: Progress = no_progress,
+    strict: bool = False,
 ) -> Enrolment:
     """Enrol pictures in a gallery, those that are not in it.
 
@@ -83,6 +86,9 @@ def enrol(
         one polarity); a function at the top of a module.
     progress : callable
         Told of stage "enrol", in pictures.
+    strict : bool
+        Refuse impressions that do not match the others of their finger, once all are extracted;
+        see `fpmatch.gallery.consistency`.
 
     Returns
     -------
@@ -111,6 +117,10 @@ def enrol(
                 run.take(extracted)
                 extracted = []
     run.take(extracted)
+    if strict:
+        refused = refuse_disagreeing(gallery, run.labels)
+        run.failures += refused
+        run.enrolled -= len(refused)
     failures, assumed = tuple(run.failures), tuple(run.assumed)
     return Enrolment(run.enrolled, run.known, failures, assumed, by_note(run.noted))
 
@@ -129,6 +139,7 @@ class _Run:
     assumed: list[Path] = field(default_factory=list)
     noted: list[tuple[Path, tuple[str, ...]]] = field(default_factory=list)
     unsaved: list[Failure] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
 
     def new(self, prints: Sequence[PrintFile]) -> Iterator[list[Job]]:
         """Yield the pictures that are not enrolled, in chunks of work."""
@@ -191,6 +202,7 @@ class _Run:
             self.failures += failures
             for entry, objection in zip(new, objections, strict=True):
                 self.enrolled += objection is None
+                self.labels += [entry.label] if objection is None else []
                 self.known += objection == ""
                 if objection:
                     self.failures.append(Failure(entry.source, objection))

@@ -30,6 +30,11 @@ class Label:
     finger: str = ""
     impression: str = ""
 
+    @property
+    def of_finger(self) -> Label:
+        """The label without its impression, which all impressions of the finger share."""
+        return Label(self.subject, self.finger)
+
     def __str__(self) -> str:
         return "_".join(part for part in (self.subject, self.finger, self.impression) if part)
 

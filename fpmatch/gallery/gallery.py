@@ -221,6 +221,16 @@ class Gallery:
         for number, data in self.packed_templates(after=after):
             yield number, unpack_entry(data, number, self.name)
 
+    def fingers(self) -> dict[int, int]:
+        """Return by the number of each entry the lowest of the entries of the same finger.
+
+        A finger is what entries of one subject and one finger's name show.
+        """
+        same = [ENTRY.c.subject, ENTRY.c.finger]
+        query = sa.select(ENTRY.c.id, sa.func.min(ENTRY.c.id).over(partition_by=same))
+        with self._place.reading() as connection:
+            return {int(row[0]): int(row[1]) for row in connection.execute(query)}
+
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""
         with self._place.reading() as connection:

@@ -9,6 +9,7 @@ import numpy as np
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
+from fpmatch.matching.finger import fused_scores
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,25 +34,29 @@ LEAST_SHORTLIST: Final = 1_000
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Hold one enrolled print that may be of the probe's finger.
+    """Hold one enrolled finger, or impression, that may be the probe's.
 
     Parameters
     ----------
     rank : int
-        1 for the most similar.
+        1 for the highest score.
     number : int
-        Number of its entry.
+        Number of the entry of the impression; of a finger, of its most similar impression.
     similarity : float
-        The matcher's own measure.
+        The matcher's own measure of that impression.
     score : float
-        ``-10·log10(fmr)``, 0 to 100.
+        ``-10·log10(fmr)``, 0 to 100; of a finger, see `fpmatch.matching.finger`.
     fmr : float
-        Rate at which single comparisons of different fingers score as high.
+        Rate at which comparisons with another finger, of as many impressions, score as high.
     expected_false : float
-        How many of all prints compared would score as high if none were of the probe's finger:
-        `fmr` times their number.
+        How many of all fingers (or impressions) searched would score as high if none were the
+        probe's: `fmr` times their number.
     comparison : Comparison or None
-        Transform and pairs, where they were asked for.
+        Transform and pairs of that impression, where they were asked for.
+    impressions : int
+        How many impressions the score counts: all of the finger, or 1.
+    impression_score : float
+        The score of that impression by itself.
     """
 
     rank: int
@@ -61,6 +66,8 @@ class Candidate:
     fmr: float
     expected_false: float
     comparison: Comparison | None = None
+    impressions: int = 1
+    impression_score: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +81,14 @@ class Identification:
     compared : int
         How many of them the probe was compared with: fewer where a shortlist was made.
     candidates : tuple of Candidate
-        The most similar, best first; of equals, the one enrolled first.
+        Those of the highest scores, best first; of equals, the more similar, then the one enrolled
+        first.
     matcher : str
         Name of the matcher.
     fmr_reach : float
         Lowest FMR that the calibration data measure; a lower one is extrapolated.
+    fingers : int
+        How many fingers the prints searched are of.
     """
 
     enrolled: int
@@ -86,6 +96,7 @@ class Identification:
     candidates: tuple[Candidate, ...]
     matcher: str
     fmr_reach: float
+    fingers: int = 0
 
     @property
     def shortlisted(self) -> bool:
@@ -102,8 +113,9 @@ def identify(
     transforms: bool = False,
     calibration: Calibration | None = None,
     shortlist: Shortlist = "auto",
+    impressions: bool = False,
 ) -> Identification:
-    """Find the enrolled prints that are most similar to a probe.
+    """Find the enrolled fingers that a probe matches best.
 
     Parameters
     ----------
@@ -124,6 +136,9 @@ def identify(
         or all ("off"); or all of a small gallery and a share of a large one,
         see `shortlist_size` ("auto"). About 99 in 100 of the prints that comparing all of a large
         gallery finds are in the shortlist; docs/searching.md says where the others are lost.
+    impressions : bool
+        Whether each impression is a candidate of its own, by its own score, rather than each
+        finger by the score that its impressions have together (see `fpmatch.matching.finger`).
 
     Returns
     -------
@@ -163,10 +178,17 @@ def identify(
     which = None if size is None else search.shortlist(prepared, max(size, count))
     similarities = search.similarities(prepared, which)
     places = np.arange(len(search)) if which is None else which
-    best = _best(similarities, search.numbers[places], count)
+    singles = chosen.scores(similarities)
+    finger, sizes = search.finger_of, search.finger_sizes
+    if impressions:
+        finger, sizes = np.arange(len(search)), np.ones(len(search), np.intp)
+    found_of, local = np.unique(finger[places], return_inverse=True)
+    scores = fused_scores(singles, local.ravel(), sizes[found_of])[local.ravel()]
     candidates = []
-    for rank, k in enumerate(best.tolist(), start=1):
-        score = chosen.score(similarities[k])
+    for rank, k in enumerate(
+        _best(scores, similarities, search.numbers[places], finger[places], count).tolist(), start=1
+    ):
+        score = float(scores[k])
         if score < threshold:
             break
         fmr = score_to_fmr(score)
@@ -180,13 +202,20 @@ def identify(
                 similarity=float(similarities[k]),
                 score=score,
                 fmr=fmr,
-                expected_false=fmr * len(search),
+                expected_false=fmr * len(sizes),
                 comparison=found,
+                impressions=int(sizes[finger[places[k]]]),
+                impression_score=float(singles[k]),
             )
         )
-    reach = score_to_fmr(chosen.reach)
-    name = search.matcher.name
-    return Identification(len(search), len(similarities), tuple(candidates), name, reach)
+    return Identification(
+        enrolled=len(search),
+        compared=len(similarities),
+        candidates=tuple(candidates),
+        matcher=search.matcher.name,
+        fmr_reach=score_to_fmr(chosen.reach),
+        fingers=len(search.finger_sizes),
+    )
 
 
 def shortlist_size(search: Search, shortlist: Shortlist = "auto") -> int | None:
@@ -225,12 +254,17 @@ def shortlist_size(search: Search, shortlist: Shortlist = "auto") -> int | None:
 
 
 def _best(
-    similarities: NDArray[np.float64], numbers: NDArray[np.int64], count: int
+    scores: NDArray[np.float64],
+    similarities: NDArray[np.float64],
+    numbers: NDArray[np.int64],
+    finger: NDArray[np.intp],
+    count: int,
 ) -> NDArray[np.intp]:
-    """Return the indices of the `count` greatest similarities; of equals, the lowest number."""
-    at_least = np.arange(len(similarities))
-    if count < len(similarities):
-        least = np.partition(similarities, -count)[-count]
-        at_least = np.flatnonzero(similarities >= least)
-    order = np.lexsort((numbers[at_least], -similarities[at_least]))
-    return at_least[order[:count]]
+    """Return the indices of the most similar impressions of the `count` fingers of highest score.
+
+    Of equals, the more similar, then the one of the lowest number comes first.
+    """
+    order = np.lexsort((numbers, -similarities, -scores))
+    _, first = np.unique(finger[order], return_index=True)
+    best: NDArray[np.intp] = order[np.sort(first)[:count]]
+    return best

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 PRINTS_PER_CHUNK: Final = 64
-_ENTRY: Final = np.dtype([("number", "<i8"), ("digest", "V16")])
+_ENTRY: Final = np.dtype([("number", "<i8"), ("finger", "<i8"), ("digest", "V16")])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,8 +44,9 @@ class Prepared:
 
     Parameters
     ----------
-    entries : ndarray of (number, digest), shape (N,)
-        Number of each entry, and a digest of its template.
+    entries : ndarray of (number, finger, digest), shape (N,)
+        Number of each entry, lowest number of the entries of its finger, and a digest of its
+        template.
     prints : PreparedMany
         Their prints, in the same order.
     """
@@ -161,6 +162,7 @@ def _renew(
 ) -> Prepared:
     """Return the prints of a gallery, as many as can be from the old ones."""
     numbers, digests = [], []
+    fingers = gallery.fingers()
     missing: list[tuple[int, bytes]] = []
     place = {} if old is None else {d: k for k, d in enumerate(old.entries["digest"].tolist())}
     for number, data in gallery.packed_templates():
@@ -169,7 +171,10 @@ def _renew(
         digests.append(digest)
         if digest not in place:
             missing.append((number, data))
-    entries = np.array(list(zip(numbers, digests, strict=True)), _ENTRY)
+    # an entry that was enrolled after its finger was asked for stands for itself until the next
+    # time, when the gallery is found to have changed
+    shown = [fingers.get(number, number) for number in numbers]
+    entries = np.array(list(zip(numbers, shown, digests, strict=True)), _ENTRY)
     new = _prepare_all(gallery.name, matcher, missing, engine, progress)
     if old is None:
         return Prepared(entries, new)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -41,16 +42,34 @@ class Search:
         The matcher.
     numbers : ndarray of int64, shape (N,)
         Numbers of the entries.
+    fingers : ndarray of int64, shape (N,)
+        The lowest number of the entries of the same finger.
     references : References
         Their prepared templates, in the same order.
     """
 
     matcher: Matcher
     numbers: NDArray[np.int64]
+    fingers: NDArray[np.int64]
     references: References
 
     def __len__(self) -> int:
         return len(self.numbers)
+
+    @cached_property
+    def _grouped(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        _, finger, sizes = np.unique(self.fingers, return_inverse=True, return_counts=True)
+        return finger.ravel(), sizes
+
+    @property
+    def finger_of(self) -> NDArray[np.intp]:
+        """The finger of each print, numbered from 0 on."""
+        return self._grouped[0]
+
+    @property
+    def finger_sizes(self) -> NDArray[np.intp]:
+        """How many prints each of these fingers has."""
+        return self._grouped[1]
 
     @property
     def has_shortlists(self) -> bool:
@@ -145,12 +164,14 @@ def open_search(
         from fpmatch.gallery.prepared import prepare_gallery  # noqa: PLC0415
 
         kept = prepare_gallery(gallery, chosen, engine=engine, progress=progress)
-        return Search(chosen, kept.entries["number"], kept.prints)
+        return Search(chosen, kept.entries["number"], kept.entries["finger"], kept.prints)
     total = len(gallery)
     progress("prepare", 0, total)
+    shown = gallery.fingers()
     numbers, references = [], []
     for number, template in gallery.templates():
         numbers.append(number)
         references.append(chosen.prepare(template))
         progress("prepare", min(len(numbers), total), total)
-    return Search(chosen, np.array(numbers, np.int64), references)
+    fingers = [shown.get(number, number) for number in numbers]
+    return Search(chosen, np.array(numbers, np.int64), np.array(fingers, np.int64), references)

@@ -143,3 +143,15 @@ def test_help_shows_examples_and_status(run):
     assert "  fpmatch enrol prints.db prints\n" in text
     assert r"(?P<subject>\d+)_(?P<impression>\d+)" in text
     assert "Exit status: 0 when all are enrolled, 1 when" in text
+
+
+def test_strict_refuses_what_does_not_match_its_finger(run, prints, tmp_path):
+    for source, name in (("1_1", "1_1"), ("1_2", "1_2"), ("2_1", "1_3")):
+        shutil.copy(prints / f"{source}.png", tmp_path / f"{name}.png")
+    result = run("enrol", tmp_path / "g.db", tmp_path, "--strict", "--json", "--workers", 1)
+    assert result.exit_code == 1
+    document = json.loads(result.stdout)
+    assert (document["enrolled"], document["failed"], document["impressions"]) == (2, 1, 2)
+    (failure,) = document["failures"]
+    assert failure["source"].endswith("1_3.png")
+    assert failure["reason"].startswith("refused: does not match 1_1 ")

@@ -9,8 +9,9 @@ import pytest
 from click.testing import CliRunner
 
 from fpmatch.cli.group import fpmatch as main
-from fpmatch.evaluation import cropping, extraction, run
+from fpmatch.evaluation import comparison, cropping, extraction, run
 from fpmatch.evaluation.protocol import PROTOCOLS
+from fpmatch.matching.calibration import Calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
 EVALUATION_TESTS = Path(__file__).parents[1] / "evaluation"
@@ -104,6 +105,27 @@ def test_squares_are_compared_with_whole_prints(fpmatch, database, monkeypatch):
     assert document["crop"] == {"side_px": 128, "failures": []}
     assert "crop" not in json.loads(fpmatch(database, "--workers", 1, "--json").stdout)
     assert [side for side, _ in sides] == [160, 128]
+
+
+@pytest.mark.usefixtures("known_answers")
+def test_several_impressions_are_enrolled_as_one_finger(fpmatch, database, monkeypatch, tmp_path):
+    curve = Calibration(((0.0, 0.0), (1.0, 100.0)), tail_scale=1.0)
+    monkeypatch.setattr(comparison, "load_calibration", lambda name: curve)
+    others = tmp_path / "others"
+    others.mkdir()
+    for name in ("1_1.tif", "9_1.tif", "9_2.tif"):
+        (others / name).write_text("print")
+    words = (database, "--enrol", 3, "--impostors", others, "--workers", 1)
+    document = json.loads(fpmatch(*words, "--json").stdout)
+    assert (document["sets"][0]["genuine"], document["sets"][0]["impostor"]) == (5, 35)
+    assert document["enrol"]["impressions"] == 3
+    assert document["enrol"]["impostors"] == ["others"]
+    assert [row["score"] for row in document["enrol"]["scores"]] == [20, 30, 40]
+    text = fpmatch(*words, "--enrol-seed", 1).stdout
+    assert text.startswith("Enrolled: 3 impressions of each finger, drawn at random. ")
+    twice = fpmatch(database, "--enrol", 3, "--impostors", database, "--workers", 1)
+    assert twice.exit_code == 2
+    assert "database given twice" in twice.stderr
 
 
 @pytest.mark.usefixtures("known_answers")
@@ -242,6 +264,11 @@ def test_bad_input_is_one_line_and_status_2(fpmatch, database, tmp_path, argumen
         ["x", "--crop", "31"],
         ["x", "--crop", "160", "--minutiae"],
         ["x", "--crop", "160", "--report", "y"],
+        ["x", "--enrol", "0"],
+        ["x", "--enrol", "2", "--crop", "160"],
+        ["x", "--enrol", "2", "--scores", "y"],
+        ["x", "--impostors", "y"],
+        ["x", "--enrol-seed", "1"],
     ],
 )
 def test_wrong_usage(fpmatch, arguments):

@@ -152,3 +152,19 @@ def test_wrong_usage(run, words):
 def test_help_shows_examples(run, command):
     text = run("gallery", command, "--help").stdout
     assert f"  fpmatch gallery {command} " in text
+
+
+def test_check_tells_which_fingers_disagree(run, place):
+    result = run("gallery", "check", place)
+    assert (result.exit_code, result.stderr) == (1, "")
+    head, pair, total = result.stdout.splitlines()
+    assert head == "1: groups of 1, 1 impressions do not match each other"
+    assert pair == "  1_2 (entry 2) does not match 1_1 (entry 1), score 0.0"
+    assert total == "1 finger with several impressions checked, 1 doubtful"
+    (found,) = json.loads(run("gallery", "check", place, "--json").stdout)
+    assert (found["subject"], found["consistent"], found["groups"]) == ("1", False, [[1], [2]])
+    other = run("gallery", "check", place, "--subject", "a/b")
+    assert (other.exit_code, other.stdout[:9]) == (0, "0 fingers")
+    nobody = run("gallery", "check", place, "--subject", "x")
+    assert nobody.exit_code == 2
+    assert nobody.stderr.endswith("no impression of subject x\n")

@@ -22,7 +22,8 @@ def place(tmp_path_factory, prints):
 
 
 def test_candidates_in_words(run, place, prints):
-    result = run("identify", place, prints / "1_1.png", "-k", 2, "--transform", "--workers", 1)
+    words = ("identify", place, prints / "1_1.png", "-k", 2, "--transform", "--workers", 1)
+    result = run(*words, "--impressions")
     assert (result.exit_code, result.stderr) == (0, "")
     head, columns, first, first_moved, second, _, note = result.stdout.splitlines()
     assert head.startswith(f"{prints}/1_1.png: 3 prints compared in ")
@@ -33,6 +34,8 @@ def test_candidates_in_words(run, place, prints):
     assert first_moved.strip().startswith("rotation 0.0°")
     assert second.split()[-3] == "1_2"
     assert note.strip().startswith("* extrapolated: measured up to 1 in ")
+    fingers = [line.split() for line in run(*words).stdout.splitlines() if "number" not in line]
+    assert [line[-3] for line in fingers if line[-1].endswith(".png")] == ["1_1", "2_1"]
 
 
 def test_candidates_as_json(run, place, prints, tmp_path):
@@ -52,7 +55,10 @@ def test_candidates_as_json(run, place, prints, tmp_path):
     assert probe["probe"] == f"{tmp_path}/probe.png"
     best = probe["candidates"][0]
     assert (best["rank"], best["subject"], best["impression"]) == (1, "1", "1")
-    assert best["expected_false_matches"] == 3 * best["fmr"]
+    assert (document["fingers"], document["listed"]) == (2, "fingers")
+    assert best["expected_false_matches"] == 2 * best["fmr"]
+    assert best["impressions"] == 2
+    assert best["impression_score"] >= best["score"] > 60
     assert best["extrapolated"] is True
     assert best["transform"]["rotation_deg"] == pytest.approx(0, abs=0.1)
     assert best["pairs"] > 10

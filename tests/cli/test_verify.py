@@ -12,6 +12,10 @@ import pytest
 from PIL import Image
 
 from fpmatch import assess, fmr_to_score
+from fpmatch.engine.engine import here
+from fpmatch.gallery.enrol import enrol
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.prints import find_prints
 from fpmatch.matching.calibration import Calibration, Provenance
 
 KEYS = [
@@ -345,3 +349,48 @@ def test_side_by_side_is_another_picture(run: Any, prints: Path, tmp_path: Path)
     assert run("overlay", *pair, "-o", tmp_path / "over.png").exit_code == 0
     assert run("overlay", *pair, "-o", tmp_path / "beside.png", "--side-by-side").exit_code == 0
     assert (tmp_path / "over.png").read_bytes() != (tmp_path / "beside.png").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def gallery(tmp_path_factory, prints):
+    """Return a gallery of two prints of finger 1 and one of finger 2."""
+    folder = tmp_path_factory.mktemp("claims")
+    with open_gallery(folder / "prints.db", create=True) as opened:
+        files = find_prints(prints / name for name in ("1_1.png", "1_2.png", "2_1.png"))
+        assert enrol(opened, files, engine=here()).enrolled == 3
+    return folder / "prints.db"
+
+
+def test_a_claimed_identity_is_checked_against_all_its_impressions(run, gallery, prints):
+    words = ("verify", "--gallery", gallery, prints / "1_1.png", "--subject")
+    result = run(*words, 1)
+    assert (result.exit_code, result.stderr) == (0, "")
+    verdict, finger, *_ = result.stdout.splitlines()
+    assert verdict == "MATCH"
+    assert finger.split(None, 1)[1].startswith(
+        "2 impressions of subject 1; the most similar is 1_1"
+    )
+    other = run(*words, 2, "--json")
+    assert (other.exit_code, other.stderr) == (1, "")
+    document = json.loads(other.stdout)
+    assert (document["match"], document["subject"], document["impressions"]) == (False, "2", 1)
+    assert document["best"]["impression"] == "1"
+    assert document["gallery"] == str(gallery)
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["--gallery", "{db}", "--subject", "7", "{print}"], "no impression of subject 7"),
+        (["--gallery", "{db}", "{print}"], "--gallery and --subject go together"),
+        (["--gallery", "{db}", "--subject", "1", "{print}", "{print}"], "REFERENCE does not go"),
+        (["--gallery", "{db}", "--subject", "1", "--rho", "0.6", "{print}"], "--rho does not go"),
+        (["--gallery", "{db}", "--subject", "1", "--overlay", "o.png", "{print}"], "--overlay"),
+        (["{print}"], "Missing argument 'REFERENCE'"),
+    ],
+)
+def test_a_claim_that_cannot_be_checked_is_refused(run, gallery, prints, words, reason):
+    given = (word.format(db=gallery, print=prints / "1_1.png") for word in words)
+    result = run("verify", *given)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert reason in result.stderr

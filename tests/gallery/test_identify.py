@@ -15,6 +15,7 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import LEAST_SHORTLIST, identify, shortlist_size
 from fpmatch.gallery.search import open_search
 from fpmatch.matching.calibration import Calibration
+from fpmatch.matching.finger import fused_score
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
 
@@ -181,3 +182,50 @@ def test_a_matcher_without_shortlists_compares_all(fill, fake, monkeypatch):
     assert shortlist_size(search) is None
     with pytest.raises(MatcherError, match="fake has no shortlists"):
         search.shortlist(1.0, 2)
+
+
+@pytest.fixture
+def fingers(tmp_path, fake):
+    """Return a search of finger a with three impressions and b and c of the same subject."""
+    labels = [("x", "a", "1"), ("x", "b", "1"), ("x", "a", "2"), ("x", "c", "1"), ("x", "a", "3")]
+    with open_gallery(tmp_path / "fingers.db", create=True) as gallery:
+        gallery.add(
+            [
+                NewEntry(Label(*label), f"{k}", k.to_bytes(32, "big"), fake.template_at(x))
+                for k, (label, x) in enumerate(zip(labels, (10, 50, 52, 90, 55), strict=True), 1)
+            ]
+        )
+        yield open_search(gallery, fake.MATCHER)
+
+
+def test_a_finger_comes_once_by_the_score_of_its_impressions(fingers, fake):
+    found = identify(fingers, fake.template_at(52), calibration=TEN_PER_TEN)
+    assert (found.enrolled, found.fingers) == (5, 3)
+    assert [(c.number, c.impressions) for c in found.candidates] == [(2, 1), (3, 3), (4, 1)]
+    finger = found.candidates[1]
+    assert finger.score == pytest.approx(fused_score([58.0, 100.0, 97.0]))
+    assert (finger.similarity, finger.impression_score) == (100.0, 100.0)
+    assert finger.expected_false == 3 * finger.fmr
+
+
+def test_impressions_can_be_listed_by_themselves(fingers, fake):
+    found = identify(fingers, fake.template_at(52), calibration=TEN_PER_TEN, impressions=True)
+    assert [c.number for c in found.candidates] == [3, 2, 5, 4, 1]
+    assert [c.score for c in found.candidates] == [100.0, 98.0, 97.0, 62.0, 58.0]
+    assert found.candidates[0].expected_false == pytest.approx(5e-10)
+    few = identify(fingers, fake.template_at(52), calibration=TEN_PER_TEN, count=2)
+    assert [c.number for c in few.candidates] == [2, 3]
+
+
+def test_impressions_outside_the_shortlist_count_as_no_match(tmp_path):
+    with open_gallery(tmp_path / "few.db", create=True) as gallery:
+        gallery.add(
+            [
+                NewEntry(Label("x", "", f"{k}"), f"{k}", k.to_bytes(32, "big"), scattered(k))
+                for k in range(1, 5)
+            ]
+        )
+        search = open_search(gallery, engine=here())
+    (found,) = identify(search, scattered(3), count=1, shortlist=1).candidates
+    assert (found.number, found.impressions) == (3, 4)
+    assert found.score == pytest.approx(fused_score([found.impression_score, 0.0, 0.0, 0.0]))

@@ -1,0 +1,195 @@
+"""Several impressions of a finger enrolled together, and each other one compared with fingers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.random import default_rng
+
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.extraction import ExtractedSet
+from fpmatch.evaluation.protocol import Pairs
+from fpmatch.matching.calibration import score_to_fmr
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from fpmatch.evaluation.dataset import Dataset, Impression
+    from fpmatch.evaluation.report import EvaluationReport
+
+SCORES_CHECKED: Final = (20.0, 30.0, 40.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Enrolment:
+    """Set which impressions are enrolled, and who else tries to pass for their fingers.
+
+    Parameters
+    ----------
+    count : int
+        Impressions of each finger that are enrolled.
+    seed : int or None
+        Draws them at random; None for the first.
+    impostors : tuple of Dataset
+        Further databases, of other fingers: their prints are probes.
+
+    Raises
+    ------
+    DatasetError
+        If `count` is not positive.
+    """
+
+    count: int
+    seed: int | None = None
+    impostors: tuple[Dataset, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.count < 1:
+            raise DatasetError(f"at least 1 impression must be enrolled, not {self.count}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EnrolmentPlan:
+    """Hold what is compared within one database.
+
+    Parameters
+    ----------
+    pairs : Pairs
+        Each probe with each enrolled finger, for which its first enrolled impression stands.
+    enrolled : mapping of int to tuple of int
+        By that impression all that are enrolled of the finger.
+    """
+
+    pairs: Pairs
+    enrolled: Mapping[int, tuple[int, ...]]
+
+
+def plan_enrolment(
+    impressions: Sequence[Impression], enrolment: Enrolment, own: int | None = None
+) -> EnrolmentPlan:
+    """Choose what is enrolled and compared.
+
+    Parameters
+    ----------
+    impressions : sequence of Impression
+        A database's impressions.
+    enrolment : Enrolment
+        How many are enrolled. Fingers with fewer impressions are not; theirs are all probes.
+    own : int, optional
+        The first so many impressions are those of which fingers are enrolled (default: all).
+
+    Returns
+    -------
+    EnrolmentPlan
+        Pairs by finger and then probe.
+
+    Raises
+    ------
+    DatasetError
+        If no finger has more than `enrolment.count` impressions.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from fpmatch.evaluation.dataset import Impression
+    >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2, 3)]
+    >>> plan = plan_enrolment(prints, Enrolment(2))
+    >>> dict(plan.enrolled)
+    {0: (0, 1), 3: (3, 4)}
+    >>> [list(zip(p.tolist(), r.tolist())) for p, r in [(plan.pairs.probe, plan.pairs.reference)]]
+    [[(2, 0), (5, 0), (2, 3), (5, 3)]]
+    """
+    finger = np.array([i.finger for i in impressions])
+    own = len(finger) if own is None else own
+    rng = None if enrolment.seed is None else default_rng(enrolment.seed)
+    enrolled: dict[int, tuple[int, ...]] = {}
+    for one in np.unique(finger[:own]):
+        shown = np.flatnonzero(finger[:own] == one)
+        if len(shown) < enrolment.count:
+            continue
+        chosen = shown if rng is None else rng.permutation(shown)
+        taken = sorted(chosen[: enrolment.count].tolist())
+        enrolled[taken[0]] = tuple(taken)
+    kept = np.ones(len(finger), bool)
+    kept[[k for taken in enrolled.values() for k in taken]] = False
+    probes = np.flatnonzero(kept)
+    reference = np.repeat(np.array(list(enrolled), np.intp), len(probes))
+    probe = np.tile(probes, len(enrolled))
+    genuine = finger[probe] == finger[reference]
+    if not genuine.any():
+        raise DatasetError(
+            f"no finger has more than {enrolment.count} impressions: nothing is left to compare"
+        )
+    return EnrolmentPlan(Pairs(probe, reference, genuine), enrolled)
+
+
+def with_impostors(extracted: ExtractedSet, others: Sequence[ExtractedSet]) -> ExtractedSet:
+    """Return a database with the prints of others after its own, as those of further fingers."""
+    impressions = list(extracted.dataset.impressions)
+    extractions = list(extracted.extractions)
+    for other in others:
+        first = max(i.finger for i in impressions) + 1
+        impressions += [replace(i, finger=first + i.finger) for i in other.dataset.impressions]
+        extractions += other.extractions
+    dataset = replace(extracted.dataset, impressions=tuple(impressions))
+    return ExtractedSet(dataset, tuple(extractions))
+
+
+def enrolment_document(report: EvaluationReport, enrolment: Enrolment) -> dict[str, Any]:
+    """Return what was enrolled, and what the scores state and keep, as JSON values.
+
+    Parameters
+    ----------
+    report : EvaluationReport
+        The evaluation; its similarities are scores of fingers.
+    enrolment : Enrolment
+        What was enrolled.
+
+    Returns
+    -------
+    dict
+        Under ``"scores"``, for some thresholds of the score, the FMR that they state and the FMR
+        and FNMR that were measured.
+    """
+    genuine = np.concatenate([row.pairs.genuine for row in report.sets])
+    score = np.concatenate([row.outcomes["similarity"] for row in report.sets])
+    return {
+        "impressions": enrolment.count,
+        "seed": enrolment.seed,
+        "impostors": [dataset.name for dataset in enrolment.impostors],
+        "scores": [
+            {
+                "score": threshold,
+                "stated_fmr": score_to_fmr(threshold),
+                "fmr": _share(score[~genuine] >= threshold),
+                "fnmr": _share(score[genuine] < threshold),
+            }
+            for threshold in SCORES_CHECKED
+        ],
+    }
+
+
+def enrolment_in_words(document: Mapping[str, Any]) -> str:
+    """Return the same for people, from what `enrolment_document` returned."""
+    which = "the first" if document["seed"] is None else "drawn at random"
+    count = document["impressions"]
+    impressions = f"{count} impression{'s' if count > 1 else ''} of each finger, {which}"
+    lines = [f"Enrolled: {impressions}. Compared: each other impression with each finger."]
+    if document["impostors"]:
+        lines.append(f"Impostors, too: the prints of {', '.join(document['impostors'])}.")
+    lines += [
+        f"Score {row['score']:g}: stated FMR {_percent(row['stated_fmr'])}, measured FMR "
+        f"{_percent(row['fmr'])}, FNMR {_percent(row['fnmr'])}"
+        for row in document["scores"]
+    ]
+    return "\n".join(lines)
+
+
+def _share(chosen: np.ndarray[Any, np.dtype[np.bool_]]) -> float | None:
+    return float(np.mean(chosen)) if chosen.size else None
+
+
+def _percent(rate: float | None) -> str:
+    return "-" if rate is None else f"{100 * rate:.3g} %"

@@ -1,0 +1,216 @@
+"""Check that the impressions of each enrolled finger match each other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.gallery.entry import Failure
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.consolidate import (
+    ConsolidationParameters,
+    link_impressions,
+    linked_groups,
+)
+from fpmatch.matching.finger import choose_impressions
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Sequence
+
+    from fpmatch.gallery.entry import Entry, Label
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.result import Matcher
+
+LINK_SCORE: Final = 30.0
+HIGHEST_LINK_SCORE: Final = 55.0
+
+
+@dataclass(frozen=True, slots=True)
+class Disagreement:
+    """Hold the most similar pair of two groups of impressions that do not match.
+
+    Parameters
+    ----------
+    one, other : Entry
+        The two, `one` of the larger group.
+    score : float
+        The score of their comparison.
+    """
+
+    one: Entry
+    other: Entry
+    score: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.other.label} (entry {self.other.id}) does not match {self.one.label} "
+            f"(entry {self.one.id}), score {self.score:.1f}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class FingerCheck:
+    """Hold how the impressions of one finger hang together.
+
+    Parameters
+    ----------
+    groups : tuple of tuple of Entry
+        Impressions of which each matches another of its group, and none of any other group; the
+        largest first.
+    disagreements : tuple of Disagreement
+        Of each further group and the first: the pair that comes nearest to a match.
+    """
+
+    groups: tuple[tuple[Entry, ...], ...]
+    disagreements: tuple[Disagreement, ...]
+
+    @property
+    def name(self) -> str:
+        """Subject and finger."""
+        return str(self.groups[0][0].label.of_finger)
+
+    @property
+    def consistent(self) -> bool:
+        """Whether all of them hang together."""
+        return len(self.groups) == 1
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the check as JSON values."""
+        label = self.groups[0][0].label
+        return {
+            "subject": label.subject,
+            "finger": label.finger,
+            "consistent": self.consistent,
+            "groups": [[entry.id for entry in group] for group in self.groups],
+            "disagreements": [
+                {"ids": [pair.one.id, pair.other.id], "score": pair.score}
+                for pair in self.disagreements
+            ],
+        }
+
+
+def check_fingers(
+    gallery: Gallery,
+    *,
+    subjects: Collection[str] | None = None,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    calibration: Calibration | None = None,
+    progress: Progress = no_progress,
+) -> Iterator[FingerCheck]:
+    """Compare the impressions of each finger with each other.
+
+    Impressions of one finger that show no common skin, as touches of a small sensor may, do not
+    match either: that two groups do not match is a reason to look, not a proof. Two impressions
+    match from a score of 30, and more where there are many pairs of them, 55 at most. Of a finger
+    with more than 64 impressions, all are compared with 64 that are spread over them.
+
+    Parameters
+    ----------
+    gallery : Gallery
+        An open gallery.
+    subjects : collection of str, optional
+        Whose fingers are checked (default: all).
+    matcher : str or Matcher
+        The matcher, or its name.
+    calibration : Calibration, optional
+        Turns its similarities into scores (default: that of the package).
+    progress : callable
+        Told of stage "check", in impressions.
+
+    Yields
+    ------
+    FingerCheck
+        Of each finger with two impressions or more, in the order of their first entries.
+
+    Raises
+    ------
+    GalleryError
+        If the gallery cannot be read.
+    MatcherError
+        If the matcher is unknown or not calibrated.
+    """
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    curve = load_calibration(chosen.name) if calibration is None else calibration
+    fingers: dict[Label, list[Entry]] = {}
+    for entry in gallery.entries():
+        if subjects is None or entry.label.subject in subjects:
+            fingers.setdefault(entry.label.of_finger, []).append(entry)
+    several = [entries for entries in fingers.values() if len(entries) > 1]
+    done, total = 0, sum(map(len, several))
+    progress("check", 0, total)
+    for entries in several:
+        yield _check(gallery, entries, chosen, curve)
+        done += len(entries)
+        progress("check", done, total)
+
+
+def refuse_disagreeing(gallery: Gallery, new: Collection[Label]) -> list[Failure]:
+    """Take out of a gallery those new impressions that do not match the others of their finger.
+
+    Kept is the largest group of impressions of which one was enrolled before, or the largest. What
+    is refused is removed, and kept as failures.
+
+    Parameters
+    ----------
+    gallery : Gallery
+        An open gallery.
+    new : collection of Label
+        The labels of the new impressions.
+
+    Returns
+    -------
+    list of Failure
+        What was refused, and why.
+    """
+    fresh = set(new)
+    failures: list[Failure] = []
+    for check in check_fingers(gallery, subjects={label.subject for label in fresh}):
+        older = [g for g in check.groups if any(entry.label not in fresh for entry in g)]
+        kept = (older or check.groups)[0]
+        refused = [e for g in check.groups if g is not kept for e in g if e.label in fresh]
+        if refused:
+            why = (
+                f"refused: does not match {kept[0].label} or any other of "
+                f"{len(kept)} impressions of {check.name}: another finger, or other skin of it"
+            )
+            failed = [Failure(entry.source, why) for entry in refused]
+            gallery.remove([entry.id for entry in refused])
+            gallery.add([], failed)
+            failures += failed
+    return failures
+
+
+def _check(
+    gallery: Gallery, entries: Sequence[Entry], matcher: Matcher, curve: Calibration
+) -> FingerCheck:
+    templates = [gallery.template(entry.id) for entry in entries]
+    prepared = [matcher.prepare(template) for template in templates]
+    among = set(choose_impressions(templates))
+    needed = _link_score(len(entries))
+    parameters = ConsolidationParameters(link_score=needed, link_pairs=1)
+    links = link_impressions(prepared, matcher, curve, parameters, among)
+    groups = linked_groups(len(entries), links)
+    found = []
+    for group in groups[1:]:
+        pairs = [(i, j) for i in groups[0] for j in group if i in among or j in among]
+        scored = [
+            (curve.score(matcher.compare(prepared[i], prepared[j]).similarity), i, j)
+            for i, j in pairs or [(groups[0][0], group[0])]
+        ]
+        score, i, j = max(scored, key=lambda one: (one[0], -one[1], -one[2]))
+        found.append(Disagreement(entries[i], entries[j], score))
+    grouped = tuple(tuple(entries[k] for k in group) for group in groups)
+    return FingerCheck(grouped, tuple(found))
+
+
+def _link_score(count: int) -> float:
+    """Return the score from which two of so many impressions match.
+
+    One false match would join two fingers: the more pairs there are, the more a match must score.
+    """
+    pairs = count * (count - 1) / 2
+    return min(LINK_SCORE + 10.0 * math.log10(pairs), HIGHEST_LINK_SCORE)

@@ -1,0 +1,357 @@
+"""Comparison with a finger: the evidence of all its impressions in one score.
+
+Of n impressions the best alone says too much: the chance that one of them matches another finger
+by accident grows almost n-fold. The score of a finger is therefore that of the harmonic mean of the
+false match rates of its impressions. One impression that matches among n costs ``10·log10(n)``, as
+the bound n·FMR does; impressions that match together lose less; several that match a little say
+more than the best of them. A finger of one impression has the score of that impression.
+
+Impressions that match each other are, beside that, put together into a consolidated template (see
+`fpmatch.matching.consolidate`). In the mean it weighs half as much as they do: where all of them
+belong to one, half of the weight is its own.
+
+References
+----------
+Wilson, "The harmonic mean p-value for combining dependent tests", PNAS 116 (2019).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
+from fpmatch.matching.consolidate import consolidate, link_impressions
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.matching.result import Explaining, Verification
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.result import Comparison, Matcher
+    from fpmatch.minutiae import Template
+
+MOST_IMPRESSIONS: Final = 64
+"""The most impressions of a finger that a probe is compared with."""
+
+CONSOLIDATED_SHARE: Final = 0.5
+"""What a consolidated template of all impressions counts beside them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FingerComparison:
+    """Hold what the comparison of a probe with a finger yields.
+
+    Parameters
+    ----------
+    score : float
+        The score of the finger, ``-10·log10`` of the rate at which other fingers with as many
+        impressions reach it.
+    scores : ndarray of float64, shape (N,)
+        The scores of its impressions, each by itself.
+    consolidated : ndarray of float64, shape (M,)
+        The scores of the consolidated templates, each by itself.
+    best : int
+        The most similar impression; of equals, the first.
+    comparison : Comparison
+        The comparison with that impression.
+    """
+
+    score: float
+    scores: NDArray[np.float64]
+    consolidated: NDArray[np.float64]
+    best: int
+    comparison: Comparison
+
+    @property
+    def fmr(self) -> float:
+        """The false match rate that the score stands for."""
+        return score_to_fmr(self.score)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Finger:
+    """Hold the impressions of one finger, prepared for a matcher.
+
+    Parameters
+    ----------
+    matcher : Matcher
+        The matcher.
+    calibration : Calibration
+        Turns its similarities into scores.
+    chosen : tuple of int
+        Which of the impressions given are compared with; see `choose_impressions`.
+    impressions : tuple
+        What the matcher's `prepare` returned of each of these.
+    consolidated : tuple
+        The same of the consolidated templates.
+    weights : ndarray of float64
+        What each impression, then each consolidated template, counts in the mean; 1 in all.
+    """
+
+    matcher: Matcher
+    calibration: Calibration
+    chosen: tuple[int, ...]
+    impressions: tuple[Any, ...]
+    consolidated: tuple[Any, ...]
+    weights: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls,
+        templates: Sequence[Template],
+        matcher: Matcher,
+        calibration: Calibration,
+        *,
+        most: int = MOST_IMPRESSIONS,
+    ) -> Finger:
+        """Prepare the impressions of a finger, and what they show together.
+
+        Parameters
+        ----------
+        templates : sequence of Template
+            The impressions, at least one, of any resolutions.
+        matcher : Matcher
+            The matcher.
+        calibration : Calibration
+            Turns its similarities into scores.
+        most : int
+            Of more impressions, so many are compared with.
+
+        Raises
+        ------
+        MatcherError
+            If there is no impression.
+        """
+        if not templates:
+            raise MatcherError("a finger without impressions cannot be compared")
+        chosen = choose_impressions(templates, most)
+        shown = [templates[k] for k in chosen]
+        prepared = tuple(matcher.prepare(template) for template in shown)
+        together = consolidate(shown, link_impressions(prepared, matcher, calibration))
+        shares = [CONSOLIDATED_SHARE * len(one.poses) / len(shown) for one in together]
+        alone = np.full(len(shown), (1.0 - sum(shares)) / len(shown))
+        return cls(
+            matcher=matcher,
+            calibration=calibration,
+            chosen=tuple(chosen),
+            impressions=prepared,
+            consolidated=tuple(matcher.prepare(one.template) for one in together),
+            weights=np.concatenate([alone, shares]),
+        )
+
+    def compare(self, probe: Any) -> FingerComparison:
+        """Compare a probe, as the matcher's `prepare` returned it, with the finger."""
+        found = [self.matcher.compare(probe, one) for one in self.impressions]
+        whole = [self.matcher.compare(probe, one) for one in self.consolidated]
+        scores = self.calibration.scores([one.similarity for one in (*found, *whole)])
+        best = int(np.argmax([one.similarity for one in found]))
+        alone, together = np.split(scores, [len(found)])
+        score = fused_score(scores, self.weights)
+        return FingerComparison(score, alone, together, best, found[best])
+
+
+def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:
+    """Choose the impressions of a finger that a probe is compared with, where there are many.
+
+    Those of one time often show the same skin. So the impressions are divided, in the order in
+    which they are given, into as many runs as there is room for, and of each run the one is taken
+    whose minutiae have the greatest quality in sum; of equals, the first.
+
+    Parameters
+    ----------
+    templates : sequence of Template
+        The impressions.
+    most : int
+        How many are chosen, at most.
+
+    Returns
+    -------
+    list of int
+        Their indices, ascending; all where there are no more than `most`.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> poor, good = (Template(Minutiae([1], [1], [0], quality=[q]), 9, 9) for q in (10, 90))
+    >>> choose_impressions([poor, good, good, poor, poor, poor], most=2)
+    [1, 3]
+    """
+    if len(templates) <= most:
+        return list(range(len(templates)))
+    quality = np.array([template.minutiae.quality.sum(dtype=np.int64) for template in templates])
+    runs = np.array_split(np.arange(len(templates)), most)
+    return [int(run[np.argmax(quality[run])]) for run in runs]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FingerVerification:
+    """Hold the decision on a probe and a finger.
+
+    Parameters
+    ----------
+    verification : Verification
+        Decision, score and FMR of the finger; transform, pairs and reference are those of its most
+        similar impression.
+    scores : ndarray of float64, shape (N,)
+        The scores of the impressions compared with, each by itself.
+    compared : tuple of int
+        Which of the impressions given these are.
+    best : int
+        The most similar of the impressions given.
+    """
+
+    verification: Verification
+    scores: NDArray[np.float64]
+    compared: tuple[int, ...]
+    best: int
+
+    @property
+    def best_score(self) -> float:
+        """The score of the most similar impression by itself."""
+        return float(self.scores[self.compared.index(self.best)])
+
+
+def verify_finger(
+    probe: Template,
+    references: Sequence[Template],
+    *,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    threshold: float = DEFAULT_THRESHOLD,
+    calibration: Calibration | None = None,
+) -> FingerVerification:
+    """Decide whether a probe comes from the finger that some impressions show.
+
+    Parameters
+    ----------
+    probe : Template
+        The probe.
+    references : sequence of Template
+        The impressions of the finger, at least one; of any resolutions.
+    matcher : str or Matcher
+        The matcher, or its name.
+    threshold : float
+        Score from which on the answer is yes.
+    calibration : Calibration, optional
+        What the matcher's similarities are worth (default: as measured by the package).
+
+    Returns
+    -------
+    FingerVerification
+        Decision, score and evidence.
+
+    Raises
+    ------
+    MatcherError
+        If the matcher is unknown or not calibrated, the threshold is not in 0..100, or there are
+        no impressions.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> empty = Template(Minutiae.empty(), width=300, height=300)
+    >>> found = verify_finger(empty, [empty, empty])
+    >>> found.verification.match, found.scores.tolist()
+    (False, [0.0, 0.0])
+    """
+    if not 0 <= threshold <= MAX_SCORE:
+        raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    curve = load_calibration(chosen.name) if calibration is None else calibration
+    finger, prepared = Finger.of(references, chosen, curve), chosen.prepare(probe)
+    found = finger.compare(prepared)
+    comparison = found.comparison
+    match = comparison.transform is not None and found.score >= threshold
+    if not match and isinstance(chosen, Explaining):
+        comparison = chosen.explain(prepared, finger.impressions[found.best])
+    verification = Verification(
+        match=match,
+        score=found.score,
+        fmr=found.fmr,
+        threshold=float(threshold),
+        matcher=chosen.name,
+        transform=comparison.transform,
+        pairs=comparison.pairs,
+        rms_px=comparison.rms_px,
+        agreement=comparison.agreement,
+        overlap=comparison.overlap,
+        reason="" if match else comparison.reason or "too few minutiae agree",
+        probe=probe,
+        reference=references[finger.chosen[found.best]],
+        fmr_reach=score_to_fmr(curve.reach),
+    )
+    return FingerVerification(verification, found.scores, finger.chosen, finger.chosen[found.best])
+
+
+def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:
+    """Return the score of a finger from those of all its impressions, at least one.
+
+    Parameters
+    ----------
+    scores : array_like of float, shape (N,)
+        Scores of single comparisons, 0 to 100.
+    weights : array_like of float, shape (N,), optional
+        What each counts, 1 in all, chosen before the comparison (default: all alike).
+
+    Returns
+    -------
+    float
+        ``-10·log10`` of the harmonic mean of their false match rates.
+
+    Examples
+    --------
+    >>> fused_score([40.0])
+    40.0
+    >>> round(fused_score([40.0, 0.0]), 2), round(fused_score([40.0, 40.0]), 2)
+    (36.99, 40.0)
+    >>> round(fused_score([40.0, 0.0], [0.9, 0.1]), 2)
+    39.54
+    """
+    values = np.asarray(scores, np.float64)
+    best = values.max()
+    relative = 10.0 ** ((values - best) / 10.0)
+    mean = np.average(relative, weights=None if weights is None else np.asarray(weights))
+    return float(np.clip(best + 10.0 * np.log10(mean), 0.0, MAX_SCORE))
+
+
+def fused_scores(
+    scores: NDArray[np.float64], finger: NDArray[np.intp], impressions: Sequence[int] | ArrayLike
+) -> NDArray[np.float64]:
+    """Return the scores of fingers from those of their impressions.
+
+    Parameters
+    ----------
+    scores : ndarray of float64, shape (K,)
+        Scores of single impressions, 0 to 100.
+    finger : ndarray of intp, shape (K,)
+        The finger of each, from 0 on.
+    impressions : array_like of int, shape (F,)
+        How many impressions each finger has. Those without a score, because the probe was not
+        compared with them, count as if they scored 0.
+
+    Returns
+    -------
+    ndarray of float64, shape (F,)
+        ``-10·log10`` of the harmonic mean of the false match rates of each finger's impressions.
+        It is at most the best score, and at least that less ``10·log10(n)`` for n impressions.
+
+    Examples
+    --------
+    >>> fused_scores(np.array([40.0, 20.0]), np.array([0, 1]), [1, 100]).round(2).tolist()
+    [40.0, 2.99]
+    """
+    count = np.asarray(impressions, np.float64)
+    best = np.zeros(len(count))
+    np.maximum.at(best, finger, scores)
+    left = count - np.bincount(finger, minlength=len(count))
+    relative = left * 10.0 ** (-best / 10.0)
+    relative += np.bincount(finger, 10.0 ** ((scores - best[finger]) / 10.0), len(count))
+    fused: NDArray[np.float64] = np.clip(best + 10.0 * np.log10(relative / count), 0.0, MAX_SCORE)
+    return fused

@@ -83,10 +83,21 @@ class References:
 
 @dataclass(frozen=True, eq=False)
 class Probe:
-    """Hold a template that is to match nothing, and the finger it is of, `NO_FINGER` for none."""
+    """Hold a template that is to match nothing.
+
+    Parameters
+    ----------
+    template : Template
+        The template.
+    finger : int
+        The finger that it is of; `NO_FINGER` for none.
+    pixels : ndarray of uint8 or None
+        The image that it was extracted from, where that was composed.
+    """
 
     template: Template
     finger: int = NO_FINGER
+    pixels: NDArray[np.uint8] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +116,7 @@ class Row:
         The comparisons that reach each score.
     highest : float
         The highest score.
-    worst : Template or None
+    worst : Probe or None
         Of the templates, that which matches the most prints that were searched on.
     worst_share : float
         The share of the other prints that it matches.
@@ -120,7 +131,7 @@ class Row:
     templates: int
     check: CalibrationCheck
     highest: float
-    worst: Template | None
+    worst: Probe | None
     worst_share: float
     adversarial: bool = False
 
@@ -183,7 +194,7 @@ def measured(
     reached = tuple(int(np.count_nonzero(score[counted] >= at)) for at in SCORES)
     matched = (score >= AT) & other
     seen, unseen = references.searched, ~references.searched
-    worst = matched[:, seen].sum(axis=1).argmax() if len(given) else None
+    worst = matched[:, seen].sum(axis=1).argmax() if given else None
     share = 0.0
     if worst is not None:
         share = matched[worst, unseen].sum() / max(int(other[worst, unseen].sum()), 1)
@@ -194,7 +205,7 @@ def measured(
         len(given),
         CalibrationCheck(f"{kind} {size}", int(counted.sum()), reached),
         float(score[counted].max(initial=0.0)),
-        None if worst is None else given[worst].template,
+        None if worst is None else given[worst],
         float(share),
         adversarial,
     )

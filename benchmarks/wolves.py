@@ -38,8 +38,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+import cv2
 from wolf_probes import groups
 from wolf_scores import FORMS, Prints, References, measured
+from wolf_search import Budget, searched_rows
+from wolf_species import species_of
 
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.evaluation.extraction import extract_datasets
@@ -90,17 +93,37 @@ def measure(options: argparse.Namespace, folders: Sequence[Path]) -> list[Row]:
                         group.kind, group.size, probes, forms, compared, workers=options.workers
                     )
                 )
+    planned_searches = [
+        one
+        for one in species_of(prints.take(prints.searched))
+        if not options.kind or one.kind in options.kind
+    ]
+    with click.progressbar(
+        planned_searches, label="wolves", file=sys.stderr, hidden=not sys.stderr.isatty()
+    ) as bar:
+        rows += searched_rows(
+            planned_searches,
+            prints,
+            references,
+            Budget(options.search_seconds, options.steps),
+            options.seed,
+            workers=options.workers,
+            finished=lambda _: bar.update(1),
+        )
     return rows
 
 
 def keep(rows: Sequence[Row], folder: Path) -> None:
-    """Write the worst template of every row that matches unseen prints."""
+    """Write the worst template of every row that matches unseen prints, and a composed image."""
     folder.mkdir(parents=True, exist_ok=True)
     for row in rows:
         if row.worst is not None and row.worst_share > 0.0:
             words = (row.kind, str(row.size), row.probes, "against", row.references)
             name = "-".join(words).replace(" ", "-")
-            save_template(folder / f"{name}.json", row.worst)
+            save_template(folder / f"{name}.json", row.worst.template)
+            if row.worst.pixels is not None:
+                _, png = cv2.imencode(".png", row.worst.pixels)
+                write_whole(folder / f"{name}.png", png.tobytes())
 
 
 def main() -> int:
@@ -117,6 +140,10 @@ def main() -> int:
     parser.add_argument(
         "--kind", action="append", help="these templates only (repeatable; default: all)"
     )
+    parser.add_argument(
+        "--search-seconds", type=float, default=20.0, help="of each search (default: %(default)s)"
+    )
+    parser.add_argument("--steps", type=int, help="of each search, instead of seconds")
     parser.add_argument("--seed", type=int, default=0, help="(default: %(default)s)")
     parser.add_argument("--json", type=Path, help="write the figures to this file")
     parser.add_argument("--markdown", type=Path, help="write the table to this file")
@@ -142,6 +169,9 @@ def main() -> int:
             document = {
                 "matcher": MATCHER.name,
                 "seed": options.seed,
+                "templates": options.templates,
+                "search_seconds": None if options.steps is not None else options.search_seconds,
+                "search_steps": options.steps,
                 "rows": found,
             }
             write_whole(options.json, f"{json.dumps(document, indent=1)}\n".encode())

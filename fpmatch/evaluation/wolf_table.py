@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 LARGEST_SHARE: Final = 0.01
 """The largest share of unseen prints that one template may match."""
 
+_NAMED: Final = ("kind", "size", "probes", "references")
+
 
 def factors_kept(row: Mapping[str, Any]) -> bool:
     """Return whether impostors reach no score more than twice as often as stated.
@@ -77,5 +79,36 @@ def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
 
 
 def format_wolves(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return the table in Markdown; `rows` as for `wolf_cells`."""
-    return markdown_table(wolf_cells(rows))
+    """Return a shorter table in Markdown: a row a kind and size, two columns a pair of forms.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        As for `wolf_cells`.
+
+    Returns
+    -------
+    str
+        For each pair of forms how many times the stated shares reach the scores, "–" of templates
+        that were searched for, and the share of unseen prints that the worst template matches.
+    """
+    pairs = list(dict.fromkeys((row["probes"], row["references"]) for row in rows))
+    lines = list(dict.fromkeys((row["kind"], row["size"]) for row in rows))
+    found = {tuple(row[name] for name in _NAMED): row for row in rows}
+    head = ["templates", "size"]
+    for probes, references in pairs:
+        head += [f"{probes}, against {references}", "worst"]
+    cells = [head]
+    for kind, size in lines:
+        line = [kind, str(size)]
+        for pair in pairs:
+            row = found.get((kind, size, *pair))
+            line += ["", ""] if row is None or not row["impostors"] else _short(row)
+        cells.append(line)
+    return markdown_table(cells)
+
+
+def _short(row: Mapping[str, Any]) -> list[str]:
+    """Return the two cells of a row in the shorter table."""
+    times = " / ".join(f"{at['factor']:.3g}" for at in row["scores"])
+    return ["–" if row["adversarial"] else times, f"{100 * row['worst_share']:.2f} %"]

@@ -2,6 +2,7 @@
 
 A search starts from the best of some random templates and fragments (or compositions), changes it a
 little at random, and keeps the change where the share of prints matched, softened, does not fall.
+Where nothing is gained for long, it starts anew from the next best; the best of all is what counts.
 """
 
 from __future__ import annotations
@@ -26,11 +27,12 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
 MOST_SEARCHED: Final = 160  # prints that a search is led by
-CANDIDATES: Final = 60  # of which the best is where a search starts
+INITIAL_CANDIDATES: Final = 100  # of which the best is where a search starts
+PATIENCE: Final = 150  # steps without a gain after which it starts anew from the next best
 SOFTNESS: Final = 5.0  # of the share of prints matched, in units of score
 
 
-class Genome(Protocol):
+class Candidate(Protocol):
     """Be what a search changes."""
 
     @property
@@ -45,14 +47,14 @@ class Genome(Protocol):
 
 
 @dataclass(frozen=True)
-class Species:
+class SearchSpace:
     """Say of what kind and size wolves are, where a search starts, and how it changes them."""
 
     kind: str
     size: int
     form: str
-    start: Callable[[np.random.Generator], Genome]
-    change: Callable[[Genome, np.random.Generator], Genome]
+    start: Callable[[np.random.Generator], Candidate]
+    change: Callable[[Candidate, np.random.Generator], Candidate]
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """Return how many of the searched prints a genome matches, softened to have a slope."""
+    """Return how many of the searched prints a candidate matches, softened to have a slope."""
 
     references: References
 
@@ -86,13 +88,13 @@ class Objective:
         chosen[searched[::every]] = True
         return cls(References.of(prints.take(chosen), FORMS[0]))
 
-    def of(self, genome: Genome) -> float:
+    def of(self, candidate: Candidate) -> float:
         """Return the objective, 0 to a little more than 1."""
-        template = genome.template()
+        template = candidate.template()
         if template is None:
             return 0.0
         score = scores_of(MATCHER, load_calibration(MATCHER.name), template, self.references.many)
-        counted = ~np.isin(self.references.finger, genome.fingers)
+        counted = ~np.isin(self.references.finger, candidate.fingers)
         return float(softened(score[counted]).mean()) if counted.any() else 0.0
 
 
@@ -102,47 +104,55 @@ def softened(score: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def climb(
-    species: Species, objective: Objective, budget: Budget, seed: Sequence[int]
-) -> tuple[Genome, float]:
-    """Return the best wolf of a species that a search finds, and its objective."""
+    space: SearchSpace, objective: Objective, budget: Budget, seed: Sequence[int]
+) -> tuple[Candidate, float]:
+    """Return the best wolf of a space that a search finds, and its objective."""
     rng = np.random.default_rng(seed)
-    pool = [species.start(rng) for _ in range(CANDIDATES)]
-    found = [objective.of(genome) for genome in pool]
-    best, most = pool[int(np.argmax(found))], max(found)
+    pool = [space.start(rng) for _ in range(INITIAL_CANDIDATES)]
+    starts = sorted(((objective.of(one), k) for k, one in enumerate(pool)), reverse=True)
+    most, k = starts[0]
+    best = pool[k]
+    reached, at, idle, begun = most, best, 0, 1
     for _ in budget.steps_of():
-        trial = species.change(best, rng)
-        reached = objective.of(trial)
-        if reached >= most:
-            best, most = trial, reached
+        if idle == PATIENCE:
+            reached, k = starts[begun % INITIAL_CANDIDATES]
+            at, idle, begun = pool[k], 0, begun + 1
+        trial = space.change(at, rng)
+        found = objective.of(trial)
+        idle = 0 if found > reached else idle + 1
+        if found >= reached:
+            at, reached = trial, found
+        if reached > most:
+            best, most = at, reached
     return best, most
 
 
 def searched_rows(
-    planned: Sequence[Species],
+    planned: Sequence[SearchSpace],
     prints: Prints,
     references: Mapping[str, References],
     budget: Budget,
     seed: int,
     *,
     workers: int | None,
-    finished: Callable[[Species], None],
+    finished: Callable[[SearchSpace], None],
 ) -> list[Row]:
-    """Search for a wolf of each species; measure it on the prints that were not searched on."""
+    """Search for a wolf of each space; measure it on the prints that were not searched on."""
     objective = Objective.on(prints)
 
     def run(number: int) -> Probe:
-        genome, _ = climb(planned[number], objective, budget, (seed, number))
-        template = genome.template()
+        candidate, _ = climb(planned[number], objective, budget, (seed, number))
+        template = candidate.template()
         assert template is not None
-        return Probe(template, pixels=genome.pixels())
+        return Probe(template, pixels=candidate.pixels())
 
     rows = []
     with ThreadPoolExecutor(workers) as pool:
-        for species, probe in zip(planned, pool.map(run, range(len(planned))), strict=True):
+        for space, probe in zip(planned, pool.map(run, range(len(planned))), strict=True):
             for form, compared in references.items():
-                forms = (species.form, form)
+                forms = (space.form, form)
                 rows.append(
-                    measured(species.kind, species.size, [probe], forms, compared, adversarial=True)
+                    measured(space.kind, space.size, [probe], forms, compared, adversarial=True)
                 )
-            finished(species)
+            finished(space)
     return rows

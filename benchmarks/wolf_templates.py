@@ -123,11 +123,12 @@ def of_points(
 
 
 def compact(size: int, rng: np.random.Generator) -> Template:
-    """Return few minutiae in random places of a small square, in random directions."""
+    """Return few minutiae in random places of a small square, in random or near directions."""
     side = rng.uniform(10.0, 30.0) * np.sqrt(size)
-    return of_points(
-        rng.uniform(-side / 2, side / 2, (size, 2)), rng.uniform(0, 2 * np.pi, size), _quality(rng)
-    )
+    xy = rng.uniform(-side / 2, side / 2, (size, 2))
+    spread = rng.choice([np.pi, 0.4])
+    angle = rng.uniform(0, 2 * np.pi) + rng.uniform(-spread, spread, size)
+    return of_points(xy, angle, _quality(rng))
 
 
 def grid(size: int, rng: np.random.Generator) -> Template:

@@ -42,7 +42,7 @@ import cv2
 from wolf_probes import groups
 from wolf_scores import FORMS, Prints, References, measured
 from wolf_search import Budget, searched_rows
-from wolf_species import species_of
+from wolf_candidates import search_spaces
 
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.evaluation.extraction import extract_datasets
@@ -95,7 +95,7 @@ def measure(options: argparse.Namespace, folders: Sequence[Path]) -> list[Row]:
                 )
     planned_searches = [
         one
-        for one in species_of(prints.take(prints.searched))
+        for one in search_spaces(prints.take(prints.searched))
         if not options.kind or one.kind in options.kind
     ]
     with click.progressbar(

@@ -23,7 +23,7 @@ sys.path.append(str(BENCHMARKS))  # as it is where a benchmark runs
 
 import wolf_scores  # noqa: E402
 import wolf_search  # noqa: E402
-import wolf_species  # noqa: E402
+import wolf_candidates  # noqa: E402
 import wolf_templates  # noqa: E402
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -92,7 +92,7 @@ def test_a_print_is_moved_to_the_middle_by_whole_cells_with_its_ridges() -> None
     ridges = np.arange(mask.size, dtype=np.uint64).reshape(mask.shape)
     minutiae = Minutiae([500.0, 520.0], [60.0, 70.0], [0.0, 1.0])
     field = RidgeField(16.0, orientation, mask, ridges)
-    moved = wolf_species.centred(Template(minutiae, 640, 480, 500.0, field))
+    moved = wolf_candidates.centred(Template(minutiae, 640, 480, 500.0, field))
     right, down = np.round((moved.minutiae.xy - minutiae.xy)[0] / 16.0).astype(int)
     assert np.allclose(moved.minutiae.xy - minutiae.xy, [16 * right, 16 * down])
     assert np.abs(moved.minutiae.xy.mean(axis=0) - 200).max() <= 8.0
@@ -104,19 +104,19 @@ def test_a_print_is_moved_to_the_middle_by_whole_cells_with_its_ridges() -> None
     )
 
 
-@given(SEEDS, st.booleans(), st.sampled_from(wolf_species.TEMPLATE_SIZES))
+@given(SEEDS, st.booleans(), st.sampled_from(wolf_candidates.TEMPLATE_SIZES))
 def test_changes_keep_a_template_within_its_limits(seed, ridges, size) -> None:
     rng = np.random.default_rng(seed)
     form = wolf_scores.FORMS[0 if ridges else 1]
-    (species,) = (
+    (space,) = (
         one
-        for one in wolf_species.species_of(prints(2))
+        for one in wolf_candidates.search_spaces(prints(2))
         if (one.kind, one.size, one.form) == ("wolf", size, form)
     )
-    genome = species.start(rng)
+    candidate = space.start(rng)
     for _ in range(10):
-        genome = species.change(genome, rng)
-        template = genome.template()
+        candidate = space.change(candidate, rng)
+        template = candidate.template()
         assert 3 <= len(template.minutiae) <= size
         assert 0 <= template.minutiae.xy.min() <= template.minutiae.xy.max() < 400
         assert (template.field is not None) == ridges
@@ -124,25 +124,25 @@ def test_changes_keep_a_template_within_its_limits(seed, ridges, size) -> None:
 
 @dataclass(frozen=True)
 class Number:
-    """A genome that is a number: the nearer to 100, the better."""
+    """A candidate that is a number: the nearer to 100, the better."""
 
     value: float
     fingers: tuple[int, ...] = ()
 
 
 class Nearness:
-    """The objective of such genomes."""
+    """The objective of such candidates."""
 
-    def of(self, genome: Number) -> float:
-        return -abs(genome.value - 100.0)
+    def of(self, candidate: Number) -> float:
+        return -abs(candidate.value - 100.0)
 
 
-NUMBERS = wolf_search.Species(
+NUMBERS = wolf_search.SearchSpace(
     "number",
     1,
     "",
     lambda rng: Number(rng.uniform(0, 10)),
-    lambda genome, rng: Number(genome.value + rng.normal()),
+    lambda candidate, rng: Number(candidate.value + rng.normal()),
 )
 
 
@@ -169,11 +169,11 @@ def test_prints_of_the_same_finger_are_not_counted() -> None:
     row = wolf_scores.measured("whole", 30, [probe], wolf_scores.FORMS, references)
     assert row.check.impostors == 6
     assert row.check.reached == (0, 0, 0)
-    stranger = wolf_scores.measured(
+    impostor = wolf_scores.measured(
         "whole", 30, [wolf_scores.Probe(known.templates[2])], wolf_scores.FORMS, references
     )
-    assert stranger.check.reached[2] == 2  # of finger 1, which is among the unseen
-    assert (stranger.worst_share, stranger.highest > 60) == (0.5, True)
+    assert impostor.check.reached[2] == 2  # of finger 1, which is among the unseen
+    assert (impostor.worst_share, impostor.highest > 60) == (0.5, True)
     wolf = wolf_scores.measured(
         *("whole", 30, [wolf_scores.Probe(known.templates[2])], wolf_scores.FORMS, references),
         adversarial=True,
@@ -184,19 +184,19 @@ def test_prints_of_the_same_finger_are_not_counted() -> None:
 def test_the_objective_leaves_out_the_fingers_that_parts_are_of() -> None:
     known = prints(6)
     objective = wolf_search.Objective.on(known)
-    genome = wolf_species.TemplateGenome(known.templates[2])
-    assert objective.of(genome) > 1 / 3
-    assert objective.of(wolf_species.TemplateGenome(known.templates[2], (2,))) < 0.1
+    candidate = wolf_candidates.TemplateCandidate(known.templates[2])
+    assert objective.of(candidate) > 1 / 3
+    assert objective.of(wolf_candidates.TemplateCandidate(known.templates[2], (2,))) < 0.1
 
 
 @given(SEEDS)
 def test_composed_images_change_within_their_limits(seed) -> None:
     rng = np.random.default_rng(seed)
     bare = wolf_scores.Prints([Template(Minutiae.empty(), 1, 1)], np.array([0]), [None], [None])
-    image = wolf_species.ImageGenome.random(rng, bare, 64)
+    image = wolf_candidates.ImageCandidate.random(rng, bare, 64)
     for _ in range(5):
-        image = wolf_species.changed_image(image, rng)
-        assert 1 <= len(image.patches) <= wolf_species.MOST_PATCHES
+        image = wolf_candidates.changed_image(image, rng)
+        assert 1 <= len(image.patches) <= wolf_candidates.MOST_PATCHES
     pixels = image.pixels()
     assert (pixels.shape, pixels.dtype, image.fingers) == ((64, 64), np.uint8, ())
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from wolf_probes import grey_of
 from wolf_scores import FORMS
-from wolf_search import Species
+from wolf_search import SearchSpace
 from wolf_templates import (
     CELL_PX,
     FRAME_PX,
@@ -42,7 +42,7 @@ CELLS: Final = round(FRAME_PX / CELL_PX)
 
 
 @dataclass(frozen=True, eq=False)
-class TemplateGenome:
+class TemplateCandidate:
     """Hold a template in the frame of `wolf_templates`, and the finger that it began as part of."""
 
     made: Template
@@ -56,26 +56,28 @@ class TemplateGenome:
         """Return no image."""
 
 
-def species_of(prints: Prints) -> Iterator[Species]:
+def search_spaces(prints: Prints) -> Iterator[SearchSpace]:
     """Yield what is searched for, given the prints that may be searched on."""
     for form in FORMS:
         for size in TEMPLATE_SIZES:
             start = partial(_start, prints=prints, size=size, ridges=form == FORMS[0])
-            yield Species("wolf", size, form, start, partial(changed, most=size))
+            yield SearchSpace("wolf", size, form, start, partial(changed, most=size))
     for side in IMAGE_SIDES_PX:
-        compose = partial(ImageGenome.random, prints=prints, side=side)
-        yield Species("wolf image", side, FORMS[0], compose, changed_image)
+        compose = partial(ImageCandidate.random, prints=prints, side=side)
+        yield SearchSpace("wolf image", side, FORMS[0], compose, changed_image)
 
 
-def _start(rng: np.random.Generator, prints: Prints, size: int, *, ridges: bool) -> TemplateGenome:
+def _start(
+    rng: np.random.Generator, prints: Prints, size: int, *, ridges: bool
+) -> TemplateCandidate:
     """Return a fragment of a print, or a template of random minutiae."""
     if size <= LARGEST_FRAGMENT and rng.random() < FRAGMENT_SHARE:
         k = rng.integers(len(prints.templates))
         cut = fragment(prints.templates[k], size, rng, ridges=ridges)
-        return TemplateGenome(centred(cut), (int(prints.finger[k]),))
+        return TemplateCandidate(centred(cut), (int(prints.finger[k]),))
     makers = [compact] if size <= LARGEST_FRAGMENT else list(MANY.values())
     made = makers[rng.integers(len(makers))](size, rng)
-    return TemplateGenome(with_ridges(made, Wave.random(rng, (6.0, 14.0))) if ridges else made)
+    return TemplateCandidate(with_ridges(made, Wave.random(rng, (6.0, 14.0))) if ridges else made)
 
 
 def centred(template: Template) -> Template:
@@ -101,12 +103,14 @@ def centred(template: Template) -> Template:
     return replace(moved, field=RidgeField(CELL_PX, *arrays))
 
 
-def changed(genome: TemplateGenome, rng: np.random.Generator, most: int) -> TemplateGenome:
+def changed(candidate: TemplateCandidate, rng: np.random.Generator, most: int) -> TemplateCandidate:
     """Return a template with a few of its minutiae or its ridges changed."""
-    template = genome.made
+    template = candidate.made
     if template.field is not None and rng.random() < 0.5:
-        return replace(genome, made=replace(template, field=_changed_field(template, rng)))
-    return replace(genome, made=replace(template, minutiae=_changed_minutiae(template, rng, most)))
+        return replace(candidate, made=replace(template, field=_changed_field(template, rng)))
+    return replace(
+        candidate, made=replace(template, minutiae=_changed_minutiae(template, rng, most))
+    )
 
 
 def _changed_minutiae(template: Template, rng: np.random.Generator, most: int) -> Minutiae:
@@ -177,7 +181,7 @@ class Patch:
 
 
 @dataclass(frozen=True, eq=False)
-class ImageGenome:
+class ImageCandidate:
     """Hold an image as patches, the later on the earlier, the first of which fills it."""
 
     side: int
@@ -185,7 +189,7 @@ class ImageGenome:
     prints: Prints
 
     @classmethod
-    def random(cls, rng: np.random.Generator, prints: Prints, side: int) -> ImageGenome:
+    def random(cls, rng: np.random.Generator, prints: Prints, side: int) -> ImageCandidate:
         """Return an image of a few random patches."""
         count = int(rng.integers(1, 6))
         return cls(side, tuple(random_patch(rng, prints, side) for _ in range(count)), prints)
@@ -246,9 +250,9 @@ def random_patch(rng: np.random.Generator, prints: Prints, side: int) -> Patch:
     return replace(patch, print_=k, shown=(float(column), float(row)), turn=turn)
 
 
-def changed_image(genome: Any, rng: np.random.Generator) -> ImageGenome:
+def changed_image(candidate: Any, rng: np.random.Generator) -> ImageCandidate:
     """Return an image of which a patch is added, taken away, replaced or changed."""
-    image: ImageGenome = genome
+    image: ImageCandidate = candidate
     patches = list(image.patches)
     k = int(rng.integers(len(patches)))
     what = rng.integers(8)

@@ -39,10 +39,10 @@ from typing import TYPE_CHECKING
 
 import click
 import cv2
+from wolf_candidates import search_spaces
 from wolf_probes import groups
 from wolf_scores import FORMS, Prints, References, measured
 from wolf_search import Budget, searched_rows
-from wolf_candidates import search_spaces
 
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.evaluation.extraction import extract_datasets

@@ -21,9 +21,9 @@ ROOT = Path(__file__).resolve().parents[1]
 BENCHMARKS = ROOT / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # as it is where a benchmark runs
 
+import wolf_candidates  # noqa: E402
 import wolf_scores  # noqa: E402
 import wolf_search  # noqa: E402
-import wolf_candidates  # noqa: E402
 import wolf_templates  # noqa: E402
 
 SEEDS = st.integers(0, 2**32 - 1)

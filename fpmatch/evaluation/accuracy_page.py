@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.evaluation.ablation_table import format_ablation
 from fpmatch.evaluation.distortion import KINDS, distortion_rows
 from fpmatch.evaluation.markdown import calibration_table, markdown_table
+from fpmatch.evaluation.wolf_table import format_wolves
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 PARTS: Final = (
-    "learned", "filters", "paper", "ablation", "parts", "calibration", "distortion"
+    "learned", "filters", "paper", "ablation", "parts", "calibration", "wolves", "distortion"
 )  # fmt: skip
 """What the results hold: error rates with either enhancement, of the paper's matcher, without each
-feature, without each part of the matcher, and of scores; and genuine scores against elastic
-distortion."""
+feature, without each part of the matcher, and of scores; false match rates of fragments and of
+templates made to match; and genuine scores against elastic distortion."""
 _RATES: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
 _KEPT: Final = (
     "name", "genuine", "impostor", *_RATES, "fmr10000", "rank_one", "extract_ms", "match_us"
@@ -68,7 +69,8 @@ def format_accuracy_markdown(
     Returns
     -------
     str
-        Markdown: error rates, what each feature is worth, the calibration, and the distortion.
+        Markdown: error rates, what each feature is worth, the calibration, fragments and wolves,
+        and the distortion.
     """
     return "\n\n".join(
         [
@@ -85,6 +87,11 @@ def format_accuracy_markdown(
             format_ablation(results["parts"]),
             "### Scores of impostors",
             calibration_table(results["calibration"]["sets"], digits=4),
+            "### Fragments and wolves",
+            "How many times the stated share of impostor comparisons reaches 20 / 30 / 40, and the "
+            "share of unseen prints that the worst template matches at 40. Sizes are minutiae, of "
+            "crops and composed images pixels. `benchmarks/wolves.py` measures it.",
+            format_wolves(results["wolves"]["rows"]),
             "### Distortion",
             *_distortion_tables(distortion_before, results["distortion"]),
         ]

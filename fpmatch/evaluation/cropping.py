@@ -1,4 +1,4 @@
-"""Partial probes: square windows about the middle of prints, as a small sensor would see them."""
+"""Partial probes: square windows of prints, as a small sensor would see them."""
 
 from __future__ import annotations
 
@@ -56,8 +56,36 @@ def crop_about_centroid(image: GreyImage, template: Template, side_px: float) ->
     >>> crop_about_centroid(image, template, 120).pixels.shape
     (120, 120)
     """
-    x, y = _centroid(image, template)
-    side = max(1, round(side_px * template.dpi / STANDARD_DPI))
+    return crop_at(image, *_centroid(image, template), side_px, template.dpi)
+
+
+def crop_at(image: GreyImage, x: float, y: float, side_px: float, dpi: float) -> GreyImage:
+    """Cut a square out of an image.
+
+    Parameters
+    ----------
+    image : GreyImage
+        The image.
+    x, y : float
+        The middle of the square in pixels of the image.
+    side_px : float
+        Side of the square in pixels at 500 dpi.
+    dpi : float
+        Resolution of the image.
+
+    Returns
+    -------
+    GreyImage
+        The square, moved inwards where it would reach beyond the image, and smaller where the image
+        is narrower.
+
+    Examples
+    --------
+    >>> image = GreyImage(np.zeros((300, 200), np.uint8))
+    >>> crop_at(image, 190, 20, 120, dpi=250).pixels.shape
+    (60, 60)
+    """
+    side = max(1, round(side_px * dpi / STANDARD_DPI))
     height, width = image.pixels.shape
     left, top = (
         int(np.clip(round(middle - side / 2), 0, max(0, length - side)))

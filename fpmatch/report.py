@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.image.print_quality import PrintQuality
-    from fpmatch.matching.result import Verification
+    from fpmatch.matching.result import Compared, Verification
     from fpmatch.pointset.similarity import Similarity
     from fpmatch.scale import ScaleMeasurement
 
@@ -64,7 +64,8 @@ def as_rows(
                 "Agreement",
                 f"{v.agreement:.0%} of the minutiae where the prints overlap are paired",
             ),
-            ("Overlap", f"{v.overlap:.0%} of the smaller print"),
+            ("Overlap", f"{v.overlap:.0%} of the smaller print{_area(v)}"),
+            *_ridge_rows(v),
             ("Transform", transform_in_words(v.transform)),
             ("Residual", f"{v.rms_px:.1f} px rms"),
         ]
@@ -77,6 +78,35 @@ def as_rows(
         words = scale_in_words(scale, v.probe.dpi, v.reference.dpi)
         rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))
     return rows
+
+
+def _area(v: Verification) -> str:
+    return "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm2"
+
+
+def _ridge_rows(v: Verification) -> list[tuple[str, str]]:
+    """Return how well the ridges agree, and what that adds to the score."""
+    if v.compared is None:
+        return []
+    if v.compared.ridge_agreement is None:
+        return [("Ridges", "not compared")]
+    said = ridges_in_words(v.compared)
+    return [("Ridges", said if math.isnan(v.score) else f"{said} of the score")]
+
+
+def ridges_in_words(compared: Compared) -> str:
+    """Return the agreement of the ridges, on what area, and about how much they add to the score.
+
+    Examples
+    --------
+    >>> from fpmatch.matching.result import Compared
+    >>> ridges_in_words(Compared(40, 120.0, 0.81, 104.0, 17.24))
+    'agreement 0.81 on 104 mm2, about +17.2'
+    """
+    return (
+        f"agreement {compared.ridge_agreement:.2f} on {compared.ridge_area_mm2:.0f} mm2, about "
+        f"{compared.ridge_score:+.1f}"
+    )
 
 
 def _decision_rows(v: Verification) -> list[tuple[str, str]]:
@@ -118,7 +148,8 @@ def as_dict(
     -------
     dict
         JSON values only; ``transform`` and ``rms_px`` are None where no transform was found,
-        ``pairs`` is their number; ``rho`` is None where the score decides, ``score``, ``fmr`` and
+        ``pairs`` is their number; ``compared`` is None where the matcher does not say how much
+        was compared; ``rho`` is None where the score decides, ``score``, ``fmr`` and
         ``threshold`` are None where rho decides and the matcher is not calibrated.
     """
     t = verification.transform
@@ -136,6 +167,7 @@ def as_dict(
         if t is None
         else {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty},
         "rms_px": float(verification.rms_px) if found else None,
+        "compared": None if verification.compared is None else asdict(verification.compared),
         "scale": None if scale is None else asdict(scale),
         "reason": verification.reason,
         "quality": {

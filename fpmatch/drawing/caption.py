@@ -47,7 +47,8 @@ def evidence(verification: Verification) -> list[Fact]:
         ("Minutiae paired", f"{len(v.pairs)} (probe {n_probe}, reference {n_reference})"),
     ]
     if v.transform is not None:
-        found += [("Agreement", _percent(v.agreement)), ("Overlap", _percent(v.overlap))]
+        found += [("Agreement", _percent(v.agreement)), ("Overlap", _overlap(v))]
+        found += _ridges(v)
     return [*found, ("Matcher", v.matcher)]
 
 
@@ -62,6 +63,18 @@ def movement(verification: Verification) -> list[Fact]:
         ("Shift x, y", f"{v.transform.tx:+.1f}, {v.transform.ty:+.1f} px"),
         ("Residual", f"{v.rms_px:.1f} px rms" if math.isfinite(v.rms_px) else "-"),
     ]
+
+
+def _overlap(v: Verification) -> str:
+    area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm\u00b2"
+    return f"{_percent(v.overlap)}{area}"
+
+
+def _ridges(v: Verification) -> list[Fact]:
+    if v.compared is None or v.compared.ridge_agreement is None:
+        return []
+    added = f"{v.compared.ridge_score:+.1f} of the score"
+    return [("Ridge agreement", f"{v.compared.ridge_agreement:.2f}, {added}")]
 
 
 def _percent(share: float) -> str:

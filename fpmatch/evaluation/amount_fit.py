@@ -3,7 +3,9 @@
 Whole prints, windows and fragments of prints, with their ridges and without, are compared with
 whole prints of other fingers. The sums that 1 % and 0.1 % of them reach are fitted as linear
 functions of the amount of evidence (see `fpmatch.matching.score`), by quantile regression, in which
-every kind of part has the same weight.
+every kind of part has the same weight. Then the same prints and parts are compared with other
+impressions of their fingers: the -ln(FMR) that half of these comparisons reach is fitted as a
+function of the minutiae and the area of the smaller print, and says how much is needed to decide.
 
 References
 ----------
@@ -25,7 +27,8 @@ from fpmatch.evaluation.partial import fragment, window
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
 from fpmatch.matching.one_to_one import Workspace
-from fpmatch.matching.score import AMOUNTS, MODELS, RATES, ScoreWeights, evidence_scorer
+from fpmatch.matching.prepare import available
+from fpmatch.matching.score import AMOUNTS, MODELS, RATES, amount_terms, evidence_scorer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.score import ScoreModel, ScoreWeights
     from fpmatch.minutiae import Template
 
 SEED: Final = 17
@@ -66,7 +70,8 @@ class AmountParameters:
     windows_px: tuple[int, ...] = (48, 64, 96, 128, 160, 200)
     probes: int = 80
     references: int = 24
-    whole_weight: float = 3.0
+    mates: int = 6
+    whole_weight: float = 5.0
     rounding: float = 0.15
     rounds: int = 200
     settled: float = 1e-13
@@ -75,12 +80,12 @@ class AmountParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AmountSample:
-    """Hold impostor comparisons of one kind: their sums, and how much was compared.
+    """Hold comparisons of one kind: what they come to, and how much was compared.
 
     Parameters
     ----------
     sums : ndarray of float64, shape (N,)
-        Weighted sums of the features.
+        Weighted sums of the features; of genuine comparisons -ln(FMR).
     amounts : ndarray of float64, shape (N, 5)
         The terms of `fpmatch.matching.score.AMOUNTS`.
     weight : float
@@ -99,7 +104,7 @@ def fit_amounts(
     workers: int | None = None,
     parameters: AmountParameters | None = None,
 ) -> ScoreWeights:
-    """Measure what impostor comparisons reach, and return the weights with it.
+    """Measure what impostor and genuine comparisons reach, and return the weights with it.
 
     Parameters
     ----------
@@ -115,18 +120,30 @@ def fit_amounts(
     Returns
     -------
     ScoreWeights
-        With other quantiles; the same for the same databases.
+        With other quantiles and medians; the same for the same databases.
     """
     p = parameters or AmountParameters()
-    models = []
-    for name, model in zip(MODELS, weights.models, strict=True):
-        task = partial(amount_samples, weights=weights, ridges=name == MODELS[0], parameters=p)
-        with ProcessPoolExecutor(workers) as pool:
+    kinds = [name == MODELS[0] for name in MODELS]
+    with ProcessPoolExecutor(workers) as pool:
+
+        def samples(*, ridges: bool, genuine: bool) -> list[AmountSample]:
+            task = partial(
+                amount_samples, weights=weights, ridges=ridges, genuine=genuine, parameters=p
+            )
             found = pool.map(task, sets, range(SEED, SEED + len(sets)))
-            samples = [one for rows in found for one in rows]
-        quantiles = np.stack([fit_quantile(samples, rate, p) for rate in RATES])
-        models.append(replace(model, quantiles=quantiles))
-    first, second = models
+            return [one for rows in found for one in rows]
+
+        impostors = [samples(ridges=ridges, genuine=False) for ridges in kinds]
+        first, second = (
+            replace(model, quantiles=np.stack([fit_quantile(found, rate, p) for rate in RATES]))
+            for model, found in zip(weights.models, impostors, strict=True)
+        )
+        weights = replace(weights, models=(first, second))
+        mates = [samples(ridges=ridges, genuine=True) for ridges in kinds]
+    first, second = (
+        replace(model, genuine_median=fit_quantile(found, 0.5, p))
+        for model, found in zip(weights.models, mates, strict=True)
+    )
     return replace(weights, models=(first, second))
 
 
@@ -136,12 +153,13 @@ def amount_samples(
     *,
     weights: ScoreWeights,
     ridges: bool,
+    genuine: bool = False,
     parameters: AmountParameters | None = None,
 ) -> list[AmountSample]:
-    """Compare prints and parts of prints of a database with whole prints of other fingers.
+    """Compare prints and parts of prints of a database with whole prints.
 
-    Comparisons in which nothing is paired are left out: they reach no sum, so that the shares of
-    those that reach one are overestimated rather than underestimated.
+    Impostor comparisons in which nothing is paired are left out: they reach no sum, so that the
+    shares of those that reach one are overestimated rather than underestimated.
 
     Parameters
     ----------
@@ -153,6 +171,9 @@ def amount_samples(
         Weights of the features.
     ridges : bool
         Whether the templates keep their ridges.
+    genuine : bool
+        Whether they are compared with other impressions of their finger rather than with prints of
+        other fingers; the amount is then that of the smaller print.
     parameters : AmountParameters, optional
         What to compare.
 
@@ -171,19 +192,23 @@ def amount_samples(
     prepared = [MATCHER.prepare(one) for one in whole]
     room = max((len(one) for one in prepared), default=0)
     workspace = Workspace(max(room, 1), evidence_scorer(max(room, 1), weights))
+    model = weights.models[0 if ridges else 1]
+    compared = _genuine if genuine else _impostor
     samples = []
     for number, (make, weight) in enumerate(_kinds(p)):
         rng = np.random.default_rng([seed, number])
         rows = []
         for k in rng.integers(len(whole), size=p.probes if whole else 0).tolist():
             probe = MATCHER.prepare(make(whole[k], rng))
-            others = [j for j in range(len(whole)) if finger[j] != finger[k]]
-            for j in rng.choice(others, p.references).tolist() if others else ():
-                rows += _compared(probe, prepared[j], workspace)
+            others = [
+                j for j in range(len(whole)) if j != k and (finger[j] == finger[k]) is genuine
+            ]
+            count = p.mates if genuine else p.references
+            for j in rng.choice(others, count).tolist() if others else ():
+                rows += compared(probe, prepared[j], workspace, model)
         if rows:
-            features, amounts = (np.array(column) for column in zip(*rows, strict=True))
-            model = weights.models[0 if ridges else 1]
-            samples.append(AmountSample(model.sums(features), amounts, weight))
+            sums, amounts = (np.array(column) for column in zip(*rows, strict=True))
+            samples.append(AmountSample(sums, amounts, weight))
     return samples
 
 
@@ -206,14 +231,32 @@ def _window(template: Template, rng: np.random.Generator, side_px: float) -> Tem
     return window(template, side_px, rng)
 
 
-def _compared(
-    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace
-) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Return the features and the amount of evidence of the best alignment; none without one."""
-    a, b = sorted((probe, reference), key=lambda side: side.key)
-    if min(len(a), len(b)) < MIN_MINUTIAE or workspace.align(a, b) is None:
+def _impostor(
+    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace, model: ScoreModel
+) -> list[tuple[float, NDArray[np.float64]]]:
+    """Return the sum of the best alignment and how much was compared; nothing without one."""
+    if _aligned(probe, reference, workspace) is None:
         return []
-    return [(np.array(workspace.scorer.feature), np.array(workspace.scorer.term))]
+    sums = model.sums(np.array(workspace.scorer.feature))
+    return [(float(sums), np.array(workspace.scorer.term))]
+
+
+def _genuine(
+    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace, _: ScoreModel
+) -> list[tuple[float, NDArray[np.float64]]]:
+    """Return -ln(FMR), 0 where nothing was found, and how much there was to compare."""
+    if min(len(probe), len(reference)) < MIN_MINUTIAE:
+        return []
+    found = _aligned(probe, reference, workspace)
+    amounts = amount_terms(*available(probe, reference))
+    return [(0.0 if found is None else max(found, 0.0), amounts)]
+
+
+def _aligned(
+    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace
+) -> float | None:
+    a, b = sorted((probe, reference), key=lambda side: side.key)
+    return None if len(probe) < MIN_MINUTIAE else workspace.align(a, b)
 
 
 def fit_quantile(

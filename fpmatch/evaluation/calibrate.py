@@ -4,9 +4,10 @@
   Knots, at most half a unit of score apart unless the curve jumps, keep this curve.
 - *Beyond*, where fewer than `CalibrationParameters.min_above` impostors are left, the excesses
   over a high similarity follow a generalised Pareto distribution: the limit that the tails of
-  nearly all distributions approach (Pickands 1975). Its shape is held at 0 (exponential tail,
-  the score grows linearly) or above (heavy tail, the score grows ever more slowly): a tail that
-  ends would grant unlimited scores just above the highest impostor seen.
+  nearly all distributions approach (Pickands 1975). Its shape is held at 0.2 or above (a heavy
+  tail: the score grows ever more slowly). A tail that ends would grant unlimited scores just above
+  the highest impostor seen, and an exponential one an FMR of 1 in 10 billion to most genuine
+  comparisons, of which a few hundred fingers, none of them relatives, can prove nothing.
 
 References
 ----------
@@ -51,8 +52,8 @@ class CalibrationParameters:
         Share of the impostors, the highest, to which the tail is fitted.
     min_tail : int
         The tail is fitted to at least this many impostors.
-    max_shape : float
-        Upper limit of the tail's shape; 0.5, where the variance becomes infinite, is far more
+    min_shape, max_shape : float
+        Limits of the tail's shape; 0.5, where the variance becomes infinite, is far more
         than similarities show, and keeps the fit of a small sample in hand.
     knot_step : float
         Greatest distance between knots in score.
@@ -62,6 +63,7 @@ class CalibrationParameters:
     min_above: int = 20
     tail_share: float = 0.01
     min_tail: int = 100
+    min_shape: float = 0.2
     max_shape: float = 0.5
     knot_step: float = 0.5
 
@@ -209,17 +211,17 @@ def _tail_at(
         raise MatcherError(
             "calibration: the highest impostor similarities are all the same; no tail can be fitted"
         )
-    scale, shape = _fit_pareto(excess, w[tail], parameters.max_shape)
+    scale, shape = _fit_pareto(excess, w[tail], parameters)
     return scale + shape * max(last - start, 0.0), shape
 
 
 def _fit_pareto(
-    excess: NDArray[np.float64], w: NDArray[np.float64], max_shape: float
+    excess: NDArray[np.float64], w: NDArray[np.float64], parameters: CalibrationParameters
 ) -> tuple[float, float]:
     """Fit scale and shape (in Hosking and Wallis's sign, -k) to sorted positive excesses.
 
     With α0 the mean and α1 the mean of x·(1 - F(x)), the moments give k = α0/(α0 - 2α1) - 2 and
-    scale = 2·α0·α1/(α0 - 2α1). Where the shape -k leaves 0..max_shape it is held at that limit,
+    scale = 2·α0·α1/(α0 - 2α1). Where the shape -k leaves its limits it is held at that limit,
     and the scale is what then gives the mean: α0·(1 - shape).
     """
     total = float(w.sum())
@@ -228,7 +230,7 @@ def _fit_pareto(
     weighted = float(w @ (excess * above)) / total
     spread = mean - 2.0 * weighted
     shape = 2.0 - mean / spread if spread > 0 else 0.0
-    shape = min(max(shape, 0.0), max_shape)
+    shape = min(max(shape, parameters.min_shape), parameters.max_shape)
     return mean * (1.0 - shape), shape
 
 

@@ -38,6 +38,7 @@ from fpmatch.matching.score import (
     FEATURES,
     NO_PREFILTER,
     NO_QUANTILES,
+    RIDGE_FEATURES,
     ScoreModel,
     ScoreWeights,
     evidence_scorer,
@@ -53,7 +54,6 @@ if TYPE_CHECKING:
     from fpmatch.matching.prepare import PreparedTemplate
 
 
-RIDGE_FEATURES: Final = ("ridges", "area of the ridges")
 OF_RIDGES: Final = np.array([name in RIDGE_FEATURES for name in FEATURES])
 
 

@@ -12,7 +12,7 @@ cdef class EvidenceScorer:
     cdef const double[:, :, ::1] quantiles
     cdef int[::1] paired_b
     cdef RidgeLens lens
-    cdef readonly double total
+    cdef readonly double total, decade
     cdef double most, last
     cdef int found
     cdef Py_ssize_t model
@@ -33,7 +33,6 @@ cdef class EvidenceScorer:
     cdef double _compare_ridges(self, Print a, Print b, Aligner aligner) noexcept nogil
     cpdef int describe(self) noexcept nogil
     cpdef double condition(self, double total) noexcept nogil
-    cpdef int describe_amount(self) noexcept nogil
     cdef double _total(self) noexcept nogil
     cdef int _gather(
         self, Print a, Print b, Aligner aligner, float[:, ::1] similarity
@@ -41,5 +40,6 @@ cdef class EvidenceScorer:
 
 
 cdef double common_cells(Print a, Print b, double c, double s, double x, double y) noexcept nogil
+cpdef int describe_amount(double minutiae, double area, double[::1] term) noexcept nogil
 cdef double saturated(double amount, double enough) noexcept nogil
 cpdef double as_similarity(double total) noexcept nogil

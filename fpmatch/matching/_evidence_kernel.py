@@ -48,7 +48,7 @@ SHORTFALL = cython.declare(cython.double, 0.25)
 # evidence changes the quantiles no longer; areas are in square pixels at 500 dpi:
 TERMS = cython.declare(cython.Py_ssize_t, 5)
 ENOUGH_MINUTIAE = cython.declare(cython.double, 12.0)
-ENOUGH_AREA = cython.declare(cython.double, 20000.0)
+ENOUGH_AREA = cython.declare(cython.double, 30000.0)
 LEAST_AREA = cython.declare(cython.double, 256.0)
 UNIT_AREA = cython.declare(cython.double, 10000.0)
 LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
@@ -102,6 +102,7 @@ class EvidenceScorer:
         self.term = np.zeros(TERMS)
         self.model = 0
         self.total = 0.0
+        self.decade = 1.0
         self.most = 0.0
         self.last = 0.0
         self.coarse = np.zeros(MOST_HYPOTHESES)
@@ -319,40 +320,27 @@ class EvidenceScorer:
 
         The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
         the area in the common region; beyond and between them the tail is exponential. The model is
-        chosen, and the evidence gathered, before. `total` keeps the sum.
+        chosen, and the evidence gathered, before. `total` keeps the sum, `decade` by how much it
+        rises where the FMR falls tenfold.
         """
         k: cython.Py_ssize_t
         low: cython.double = 0.0
         high: cython.double = 0.0
         self.total = total
-        self.describe_amount()
+        # the geometric mean of a print's minutiae in the common region and of the smaller's in all
+        describe_amount(
+            sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0),
+            self.evidence[AREA],
+            self.term,
+        )
         for k in range(TERMS):
             low += self.quantiles[self.model, 0, k] * self.term[k]
             high += self.quantiles[self.model, 1, k] * self.term[k]
         high -= low
         if high < LEAST_SPREAD:
             high = LEAST_SPREAD
+        self.decade = high
         return LOG_10 * (2.0 + (total - low) / high)
-
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def describe_amount(self) -> cython.int:
-        """Fill the terms of how much was compared; see `fpmatch.matching.score`."""
-        # the geometric mean of a print's minutiae in the common region and of the smaller's in all
-        minutiae: cython.double = sqrt(self.evidence[FEWEST] * self.evidence[COMMON] / 2.0)
-        area: cython.double = saturated(self.evidence[AREA], ENOUGH_AREA)
-        minutiae = saturated(minutiae, ENOUGH_MINUTIAE)
-        area = log((area if area > LEAST_AREA else LEAST_AREA) / UNIT_AREA)
-        self.term[0] = 1.0
-        self.term[1] = 1.0 / (minutiae + 1.0)
-        self.term[2] = self.term[1] * self.term[1]
-        self.term[3] = area
-        self.term[4] = area * area
-        return 0
 
     @cython.cfunc
     @cython.nogil
@@ -502,6 +490,27 @@ def common_cells(
                     cells += b.cell[b.cell_at + other] != 0
             place += 1
     return cells
+
+
+@cython.ccall
+@cython.nogil
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+@cython.exceptval(check=False)
+def describe_amount(
+    minutiae: cython.double, area: cython.double, term: cython.double[::1]
+) -> cython.int:
+    """Fill the terms of an amount of evidence; see `fpmatch.matching.score`."""
+    x: cython.double = 1.0 / (saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
+    y: cython.double = saturated(area, ENOUGH_AREA)
+    y = log((y if y > LEAST_AREA else LEAST_AREA) / UNIT_AREA)
+    term[0] = 1.0
+    term[1] = x
+    term[2] = x * x
+    term[3] = y
+    term[4] = y * y
+    return 0
 
 
 @cython.cfunc

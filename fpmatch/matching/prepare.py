@@ -93,6 +93,26 @@ class PreparedTemplate:
         return print_
 
 
+def available(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
+    """Return the minutiae and the area of the smaller of two prints, in each respect.
+
+    Parameters
+    ----------
+    probe, reference : PreparedTemplate
+        The two prints.
+
+    Returns
+    -------
+    int
+        Minutiae.
+    float
+        Area in square pixels at 500 dpi.
+    """
+    sides = (probe, reference)
+    area = min(side.region.inside * side.region.step**2 for side in sides)
+    return min(map(len, sides)), area
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Region:
     """Hold where a print is, on square cells, and the ridge orientation there.

@@ -14,6 +14,31 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
+class Compared:
+    """Hold how much of two prints was compared, and what the ridges said.
+
+    Parameters
+    ----------
+    minutiae : int
+        Minutiae of both prints in the common region, paired or not.
+    area_mm2 : float
+        Area of the common region.
+    ridge_agreement : float or None
+        Mean correlation of the ridges, -1 to 1; None where they were not compared.
+    ridge_area_mm2 : float
+        Area on which the ridges were compared.
+    ridge_score : float
+        What the ridges add to the score, about, in its units; 0 where they were not compared.
+    """
+
+    minutiae: int
+    area_mm2: float
+    ridge_agreement: float | None
+    ridge_area_mm2: float
+    ridge_score: float
+
+
+@dataclass(frozen=True, slots=True)
 class Comparison:
     """Hold a matcher's own result, before calibration.
 
@@ -72,6 +97,20 @@ class Explaining(Protocol):
 
 
 @runtime_checkable
+class StatesAmount(Protocol):
+    """Tell how much of two prints is compared, and what comparisons of so much usually reach."""
+
+    def compared(self, probe: Any, reference: Any) -> Compared | None:
+        """Return how much is compared under the best transform; None without one."""
+
+    def available(self, probe: Any, reference: Any) -> tuple[int, float]:
+        """Return minutiae and area in mm2 of the smaller of two prepared templates."""
+
+    def typical_similarity(self, probe: Any, reference: Any, factor: float) -> float:
+        """Return what half of the genuine comparisons of `factor` times as much reach."""
+
+
+@runtime_checkable
 class DecidesByShare(Protocol):
     """Decide by the share of minutiae that are paired, where no threshold is given.
 
@@ -113,6 +152,8 @@ class Verification:
     rho : float or None
         Where the matcher decided by the share of minutiae that are paired: the share that is not
         enough for a match. None where the score decided.
+    compared : Compared or None
+        How much was compared; None where the matcher does not say.
     """
 
     match: bool
@@ -130,6 +171,7 @@ class Verification:
     reference: Template = field(repr=False)
     fmr_reach: float = 0.0
     rho: float | None = None
+    compared: Compared | None = None
 
     @property
     def matched_share(self) -> float:

@@ -24,7 +24,7 @@ short.
 How rarely two fingers reach a sum by chance depends on how much was compared: two minutiae agree
 easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the minutiae in
 the common region, per print, averaged geometrically with those of the smaller print, and a the area
-of the common region. Beyond about 12 minutiae and 20,000 square pixels at 500 dpi (52 mm2) they
+of the common region. Beyond about 12 minutiae and 30,000 square pixels at 500 dpi (77 mm2) they
 count no further: the features say what more there is to say of whole prints. The sums that 1 % and
 0.1 % of impostor comparisons reach are linear in the terms of `AMOUNTS`; between and beyond them
 the tail of the impostor comparisons is exponential.
@@ -71,6 +71,9 @@ FEATURES: Final = (
     "area of the ridges",
 )
 """The names of the features, in the order in which the kernel has them."""
+
+RIDGE_FEATURES: Final = FEATURES[-2:]
+"""Those that minutiae alone do not have."""
 
 STANDARD: Final = ("middle", "spread", "weight", "impostor_mean")
 """What is known of each feature, in the order of the rows of `ScoreModel.standard`."""
@@ -149,6 +152,8 @@ class Evidence:
         The features of `FEATURES`, before they are standardised.
     total : float
         Their weighted sum.
+    decade : float
+        By how much the sum rises where the FMR falls tenfold.
     minus_log_fmr : float
         The sum, conditioned on how much was compared: an estimate of -ln(FMR).
     """
@@ -170,6 +175,7 @@ class Evidence:
     area: float
     features: NDArray[np.float64] = field(repr=False)
     total: float
+    decade: float
     minus_log_fmr: float
 
     @property
@@ -230,6 +236,9 @@ class ScoreModel:
     quantiles : ndarray of float64, shape (2, 5)
         For each of `RATES`, the coefficients of the terms of `AMOUNTS`, which make the sum that so
         many impostor comparisons reach.
+    genuine_median : ndarray of float64, shape (5,)
+        The coefficients that make the -ln(FMR) that half of the genuine comparisons reach, where n
+        and a are the minutiae and the area of the smaller print.
     """
 
     standard: NDArray[np.float64]
@@ -239,6 +248,7 @@ class ScoreModel:
     refine_threshold: float
     confident_threshold: float
     quantiles: NDArray[np.float64]
+    genuine_median: NDArray[np.float64] = field(default_factory=lambda: np.zeros(len(AMOUNTS)))
 
     @property
     def limits(self) -> NDArray[np.float64]:
@@ -260,6 +270,7 @@ class ScoreModel:
         return {
             **dict(zip(LIMITS, self.limits.tolist(), strict=True)),
             "impostor_quantiles": dict(zip(map(str, RATES), amounts, strict=True)),
+            "genuine_median": dict(zip(AMOUNTS, self.genuine_median.tolist(), strict=True)),
             "features": [
                 {"name": name, **dict(zip(STANDARD, column, strict=True))}
                 for name, column in columns
@@ -277,12 +288,44 @@ class ScoreModel:
         base, growth, limit = prefilter
         rows = [document["impostor_quantiles"][str(rate)] for rate in RATES]
         quantiles = np.array([[float(row[name]) for name in AMOUNTS] for row in rows])
-        return cls(standard, bias, (base, growth, limit), relaxation, refine, confident, quantiles)
+        median = np.array([float(document["genuine_median"][name]) for name in AMOUNTS])
+        limits = (base, growth, limit), relaxation, refine, confident
+        return cls(standard, bias, *limits, quantiles, median)
 
     def sums(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the weighted sums of features, shape (..., 12), as the kernel makes them."""
         middle, spread, weight, _ = self.standard
         return np.asarray(self.bias + (features - middle) / spread @ weight)
+
+    def ridge_sum(self, features: NDArray[np.float64]) -> float:
+        """Return what the ridges add to the sum of features, shape (12,)."""
+        _, spread, weight, impostor_mean = self.standard
+        added = (features - impostor_mean) / spread * weight
+        return float(sum(added[FEATURES.index(name)] for name in RIDGE_FEATURES))
+
+    def typical(self, minutiae: float, area: float) -> float:
+        """Return the -ln(FMR) that half of the genuine comparisons of so much reach.
+
+        Parameters
+        ----------
+        minutiae : float
+            Minutiae of the smaller print.
+        area : float
+            Area of the smaller print, in square pixels at 500 dpi.
+
+        Returns
+        -------
+        float
+            The median.
+        """
+        return float(self.genuine_median @ amount_terms(minutiae, area))
+
+
+def amount_terms(minutiae: float, area: float) -> NDArray[np.float64]:
+    """Return the terms of `AMOUNTS`, of minutiae and of area in square pixels at 500 dpi."""
+    terms = np.empty(len(AMOUNTS))
+    kernel.describe_amount(minutiae, area, terms)
+    return terms
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -413,5 +456,6 @@ def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence
         area=float(area),
         features=np.array(features),
         total=float(scorer.total),
+        decade=float(scorer.decade),
         minus_log_fmr=float(minus_log_fmr),
     )

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import calibrated_matchers, load_calibration, score_to_fmr
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import DecidesByShare, Explaining, Verification
+from fpmatch.matching.result import DecidesByShare, Explaining, StatesAmount, Verification
 
 if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
     from fpmatch.minutiae import Template
 
+FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
 DEFAULT_THRESHOLD: Final = 40.0  # one false match in 10,000 comparisons
 
 
@@ -83,6 +84,8 @@ def verify(
     if not match and isinstance(chosen, Explaining):
         comparison = chosen.explain(*prepared)
     reason = "" if match else comparison.reason or "too few minutiae agree"
+    if not match and rho is None and isinstance(chosen, StatesAmount) and calibration is not None:
+        reason = "; ".join(filter(None, [_shortage(chosen, prepared, calibration, needed), reason]))
     return Verification(
         match=match,
         score=score,
@@ -99,6 +102,31 @@ def verify(
         reference=reference,
         fmr_reach=0.0 if calibration is None else score_to_fmr(calibration.reach),
         rho=rho,
+        compared=chosen.compared(*prepared) if isinstance(chosen, StatesAmount) else None,
+    )
+
+
+def _shortage(
+    matcher: StatesAmount, prepared: tuple[Any, Any], calibration: Calibration, needed: float
+) -> str:
+    """Say that there is too little to decide, and how much it would take; "" where there is enough.
+
+    It is too little where fewer than half of the comparisons of one finger would match.
+    """
+
+    def typical(factor: float) -> float:
+        return calibration.score(matcher.typical_similarity(*prepared, factor))
+
+    minutiae, area = matcher.available(*prepared)
+    if typical(1.0) >= needed:
+        return ""
+    there = f"too little to decide: {minutiae} minutiae on {area:.0f} mm2 in the smaller print"
+    enough = next((factor for factor in FACTORS if typical(factor) >= needed), None)
+    if enough is None:
+        return f"{there}; no amount is usually enough for a score of {needed:.1f}"
+    return (
+        f"{there}, where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm2 are "
+        f"usually needed for a score of {needed:.1f}"
     )
 
 

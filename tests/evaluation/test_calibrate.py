@@ -106,10 +106,28 @@ def test_empirical_part_ends_where_impostors_get_few():
     assert score == pytest.approx(-10 * math.log10(20 / 5000))
 
 
-def test_exponential_tail_is_recovered():
-    calibration = fit_calibration(np.random.default_rng(3).exponential(0.1, 100_000))
+def test_exponential_tail_is_recovered_where_it_may_be():
+    s = np.random.default_rng(3).exponential(0.1, 100_000)
     x = 0.1 * math.log(1e6)
-    assert calibration.score(x) == pytest.approx(60.0, abs=6.0)
+    exponential = fit_calibration(s, parameters=CalibrationParameters(min_shape=0.0))
+    assert exponential.score(x) == pytest.approx(60.0, abs=6.0)
+    assert 45.0 < fit_calibration(s).score(x) < 55.0
+
+
+def test_weighted_comparisons_count_by_their_weight():
+    rng = np.random.default_rng(5)
+    low, high = rng.exponential(0.1, 20_000), 1.0 + rng.exponential(0.1, 20_000)
+    both = np.concatenate([low, high])
+    weights = np.repeat([0.99, 0.01], 20_000)
+    assert fit_calibration(both, weights).score(1.0) == pytest.approx(20.0, abs=0.1)
+    assert fit_calibration(both).score(1.0) == pytest.approx(-10 * math.log10(0.5), abs=0.1)
+    twice = fit_calibration(np.concatenate([low, low, high]))
+    by_weight = fit_calibration(both, np.repeat([2.0, 1.0], 20_000))
+    x = np.linspace(0, 1.5, 50)
+    assert by_weight.scores(x) == pytest.approx(twice.scores(x), abs=0.3)
+    assert fit_calibration(both, np.full(40_000, 7.0)).scores(x) == pytest.approx(
+        fit_calibration(both).scores(x), abs=1e-6
+    )
 
 
 def test_heavy_tail_is_recovered():
@@ -117,8 +135,8 @@ def test_heavy_tail_is_recovered():
     assert calibration.tail_shape == pytest.approx(0.25, abs=0.15)
 
 
-def test_short_tail_is_held_at_exponential():
-    assert fit_calibration(impostors("bounded")).tail_shape == 0.0
+def test_short_tail_is_held_at_the_least_shape():
+    assert fit_calibration(impostors("bounded")).tail_shape == CalibrationParameters().min_shape
 
 
 def test_jump_of_the_curve_stays_a_jump():

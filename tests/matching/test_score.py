@@ -172,7 +172,7 @@ def minus_log_fmr_twin(model: ScoreModel, evidence: Evidence) -> float:
         return float((amount**-4 + enough**-4) ** -0.25) if amount else 0.0
 
     n = saturated(math.sqrt(evidence.fewest * evidence.common / 2), 12.0)
-    area = math.log(max(saturated(evidence.area, 20_000.0), 256.0) / 10_000)
+    area = math.log(max(saturated(evidence.area, 30_000.0), 256.0) / 10_000)
     amounts = np.array([1.0, 1 / (n + 1), 1 / (n + 1) ** 2, area, area**2])
     percent, permille = model.quantiles @ amounts
     decades = 2 + (evidence.total - percent) / max(permille - percent, 0.5)
@@ -633,7 +633,7 @@ def test_the_same_sum_is_worth_less_where_less_was_compared() -> None:
         found = [worth(n, 9000.0) for n in (6, 8, 12, 20)]
         assert found == sorted(found)
         assert worth(5, 2000.0) < worth(5, 9000.0) < worth(5, 30000.0)
-        assert worth(60, 60000.0) == pytest.approx(worth(200, 90000.0), rel=0.02)
+        assert worth(60, 90000.0) == pytest.approx(worth(200, 120000.0), rel=0.02)
 
 
 def test_features_and_sum_are_those_of_the_evidence() -> None:

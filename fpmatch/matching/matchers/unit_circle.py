@@ -22,9 +22,10 @@ from fpmatch.matching.explain import competing_pairs, explain, main_reason
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.one_to_many import MIN_MINUTIAE, similarities
 from fpmatch.matching.one_to_one import Workspace, workspace_for
-from fpmatch.matching.prepare import PreparedTemplate, prepare
-from fpmatch.matching.result import Comparison
+from fpmatch.matching.prepare import PreparedTemplate, available, prepare
+from fpmatch.matching.result import Compared, Comparison
 from fpmatch.matching.score import evidence_of, evidence_scorer, gather_evidence
+from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -33,12 +34,13 @@ if TYPE_CHECKING:
     from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching.align import Alignment
     from fpmatch.matching.prepared_many import PreparedMany
-    from fpmatch.matching.score import Evidence
+    from fpmatch.matching.score import Evidence, ScoreModel
     from fpmatch.minutiae import Template
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
 MIN_PAIRS_FOR_SCALE: Final = 6
+MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
@@ -100,9 +102,7 @@ class UnitCircleMatcher:
         found = self.compare(probe, reference)
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        aligned = None
-        if min(len(a), len(b)) >= MIN_MINUTIAE:
-            aligned = align(a, b) or align(a, b, _scorer_of_all_hypotheses(max(len(a), len(b))))
+        aligned = _aligned_in_any_case(a, b)
         if aligned is None:
             return found
         alignment, evidence = aligned
@@ -113,6 +113,48 @@ class UnitCircleMatcher:
         competing = competing_pairs(a, b, alignment, similarity)
         reason = explain(probe, reference, evidence, competing)
         return replace(whole, similarity=found.similarity, reason=reason)
+
+    def compared(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Compared | None:
+        """Return how much of two prints is compared under the best transform; None without one."""
+        a, b = sorted((probe, reference), key=lambda side: side.key)
+        aligned = _aligned_in_any_case(a, b)
+        if aligned is None:
+            return None
+        _, evidence = aligned
+        by_ridges = _model_for(a, b).ridge_sum(evidence.features) / evidence.decade
+        return Compared(
+            minutiae=evidence.common,
+            area_mm2=evidence.area * MM2_PER_PX2,
+            ridge_agreement=evidence.ridges if evidence.cells else None,
+            ridge_area_mm2=evidence.cells * a.region.step**2 * MM2_PER_PX2,
+            ridge_score=10.0 * by_ridges if evidence.cells else 0.0,
+        )
+
+    def available(self, probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, float]:
+        """Return minutiae and area in mm2 of the smaller of two prints, in each respect."""
+        minutiae, area = available(probe, reference)
+        return minutiae, area * MM2_PER_PX2
+
+    def typical_similarity(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, factor: float = 1.0
+    ) -> float:
+        """Return the similarity that half of the genuine comparisons of as much skin reach.
+
+        Parameters
+        ----------
+        probe, reference : PreparedTemplate
+            Two prints, the smaller of which says how much there is.
+        factor : float
+            So many times as many minutiae, and as large an area.
+
+        Returns
+        -------
+        float
+            The median, as measured on synthetic prints and parts of them.
+        """
+        minutiae, area = available(probe, reference)
+        typical = _model_for(probe, reference).typical(factor * minutiae, factor * area)
+        return float(as_similarity(typical)) if minutiae >= MIN_MINUTIAE else 0.0
 
     def similarities(
         self,
@@ -184,6 +226,15 @@ def align(
     return best_alignment(workspace.aligner), evidence_of(workspace.scorer, total)
 
 
+def _aligned_in_any_case(
+    a: PreparedTemplate, b: PreparedTemplate
+) -> tuple[Alignment, Evidence] | None:
+    """Align two prints; where the local matches are weak, by all hypotheses."""
+    if min(len(a), len(b)) < MIN_MINUTIAE:
+        return None
+    return align(a, b) or align(a, b, _scorer_of_all_hypotheses(max(len(a), len(b))))
+
+
 def _scorer_of_all_hypotheses(capacity: int) -> EvidenceScorer:
     """Return what scores, but tries all hypotheses, however weak the local matches are."""
     weights = score.load_weights()
@@ -245,6 +296,12 @@ def _comparison(
         overlap=evidence.overlap,
         reason=main_reason(evidence),
     )
+
+
+def _model_for(a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
+    """Return the model by which two prints are scored."""
+    shown = a.region.ridges is not None and b.region.ridges is not None
+    return score.load_weights().models[0 if shown else 1]
 
 
 def _nothing(reason: str, similarity: float = 0.0) -> Comparison:

@@ -6,8 +6,9 @@
 Each DIR is an FVC-style database. A variant is the package with a few lines of its source replaced,
 in a temporary copy that is compiled anew. Its score weights and its prefilter are learned on the
 synthetic prints on which ``scripts/train_score`` learns those of the package, one impostor
-comparison in twelve; the base is learned so, too. Then all pairs of every database are compared by
-the extended protocol, with the templates as they are extracted and on their minutiae alone.
+comparison in twelve, and its sums are conditioned on how much was compared; the base is learned so,
+too. Then all pairs of every database are compared by the extended protocol, with the templates as
+they are extracted and on their minutiae alone.
 
 Printed are, for each variant, mean and pooled EER and FMR1000 in percent, the difference of the
 mean EER from the base with its 95 % bootstrap interval (fingers resampled), and the share of all
@@ -38,17 +39,22 @@ ROOT: Final = Path(__file__).resolve().parents[1]
 FINGERS: Final = 30
 FIRST_SEED: Final = 601
 EVERY_IMPOSTOR: Final = 12
+PROBES: Final = 30  # of each kind and database, to measure what impostors reach
 RESAMPLES: Final = 1000
 KINDS: Final = ("with ridges", "minutiae alone")
 
 
 @dataclass(frozen=True)
 class Variant:
-    """Name a variant, and say which lines of which files of the package it replaces."""
+    """Name a variant, and say which lines of which files of the package it replaces.
+
+    Its sums are conditioned on how much was compared, unless `conditioned` is false.
+    """
 
     name: str
     replaced: tuple[tuple[str, str, str], ...] = ()
     without: tuple[str, ...] = ()
+    conditioned: bool = True
 
 
 MESH: Final = "fpmatch/matching/_pair_mesh_kernel.py"
@@ -197,6 +203,7 @@ VARIANTS: Final = (
         MESH_FEATURES,
     ),
     Variant("no ridges", without=("ridges", "area of the ridges")),
+    Variant("sums not conditioned on how much was compared", conditioned=False),
 )
 
 
@@ -257,20 +264,20 @@ def make_copy(variant: Variant, into: Path) -> None:
 def run_worker(work: Path, variant: int, base_weights: Path, into: Path) -> None:
     """Learn and measure one variant in this process, whose package is the variant's."""
     from fpmatch.evaluation.all_pairs import compare_all_pairs  # noqa: PLC0415
+    from fpmatch.evaluation.amount_fit import AmountParameters, fit_amounts  # noqa: PLC0415
     from fpmatch.evaluation.score_fit import FitParameters, fit_weights, sample_of  # noqa: PLC0415
     from fpmatch.matching import score  # noqa: PLC0415
     from fpmatch.minutiae import Minutiae, Template  # noqa: PLC0415
 
     given: Work = pickle.loads(work.read_bytes())
     parameters = FitParameters(every_impostor=EVERY_IMPOSTOR)
+    sets = [_as_extracted(name, rows) for name, rows in given.learned.items()]
     samples = [
-        [
-            sample_of(_as_extracted(name, rows), parameters, ridges=ridges)
-            for name, rows in given.learned.items()
-        ]
-        for ridges in (True, False)
+        [sample_of(one, parameters, ridges=ridges) for one in sets] for ridges in (True, False)
     ]
     learned = fit_weights(*samples, without=VARIANTS[variant].without)
+    if VARIANTS[variant].conditioned:
+        learned = fit_amounts(learned, sets, parameters=AmountParameters(probes=PROBES))
     if not base_weights.exists():
         base_weights.write_text(learned.as_json(), encoding="utf-8")
     base = score.ScoreWeights.from_json(base_weights.read_text(encoding="utf-8"))

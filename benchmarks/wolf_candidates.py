@@ -19,10 +19,10 @@ from wolf_templates import (
     around_minutiae,
     compact,
     drawn_field,
-    fragment,
     with_ridges,
 )
 
+from fpmatch.evaluation.partial import fragment
 from fpmatch.image.extract import extract, resample
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
@@ -73,7 +73,8 @@ def _start(
     """Return a fragment of a print, or a template of random minutiae."""
     if size <= LARGEST_FRAGMENT and rng.random() < FRAGMENT_SHARE:
         k = rng.integers(len(prints.templates))
-        cut = fragment(prints.templates[k], size, rng, ridges=ridges)
+        cut = fragment(prints.templates[k], size, rng)
+        cut = cut if ridges else replace(cut, field=None)
         return TemplateCandidate(centred(cut), (int(prints.finger[k]),))
     makers = [compact] if size <= LARGEST_FRAGMENT else list(MANY.values())
     made = makers[rng.integers(len(makers))](size, rng)

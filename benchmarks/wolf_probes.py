@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from wolf_scores import FORMS, Probe, in_form
-from wolf_templates import FEW, MANY, Wave, fragment, with_ridges
+from wolf_templates import FEW, MANY, Wave, with_ridges
 
 from fpmatch.evaluation.cropping import crop_at
+from fpmatch.evaluation.partial import fragment
 from fpmatch.image.extract import extract
 from fpmatch.image.read import read_image
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
@@ -64,7 +65,7 @@ def _fragments(
         chosen = rng.choice(large, count) if large else []
         return [
             Probe(
-                fragment(prints.templates[k], size, rng, ridges=form == FORMS[0]),
+                in_form(fragment(prints.templates[k], size, rng), form),
                 int(prints.finger[k]),
             )
             for k in chosen

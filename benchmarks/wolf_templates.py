@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
+from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -92,25 +92,6 @@ def around_minutiae(
 def with_ridges(template: Template, wave: Wave, margin_px: float = FIELD_MARGIN_PX) -> Template:
     """Return a template with drawn ridges in the disc around its minutiae."""
     return replace(template, field=drawn_field(wave, around_minutiae(template.minutiae, margin_px)))
-
-
-def fragment(template: Template, size: int, rng: np.random.Generator, *, ridges: bool) -> Template:
-    """Return the minutiae nearest to one that is drawn, with the ridges around them or without.
-
-    The ridge field is restricted to the disc around these minutiae.
-    """
-    m = template.minutiae
-    middle = rng.integers(len(m))
-    nearest = np.argsort(np.hypot(m.x - m.x[middle], m.y - m.y[middle]), kind="stable")[:size]
-    chosen = m.take(np.sort(nearest))
-    field = template.field
-    if not ridges or field is None:
-        return replace(template, minutiae=chosen, field=None)
-    row, column = (np.indices(field.mask.shape) + 0.5) * field.step
-    margin = FIELD_MARGIN_PX * template.dpi / STANDARD_DPI
-    mask = field.mask & around_minutiae(chosen, margin)(column, row)
-    cut = RidgeField(field.step, np.where(mask, field.orientation, 0.0), mask, field.ridges)
-    return replace(template, minutiae=chosen, field=cut)
 
 
 def of_points(

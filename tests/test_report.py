@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from fpmatch.matching.result import Verification
+from fpmatch.matching.result import Compared, Verification
 from fpmatch.minutiae import Template
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.report import as_dict, as_text
@@ -46,6 +47,27 @@ def test_text_of_a_match(template: Template) -> None:
         "shift +12.4 px right, -5.1 px down",
         "  Residual    2.1 px rms",
     ]
+
+
+def test_text_and_json_say_how_much_was_compared(template: Template) -> None:
+    found = verification(template, Similarity(1.0, 0.0, 0.0, 0.0), 2.0)
+    lines = as_text(replace(found, compared=Compared(44, 93.4, 0.562, 86.2, 14.04))).splitlines()
+    assert lines[5:7] == [
+        "  Overlap     74% of the smaller print, 93 mm2",
+        "  Ridges      agreement 0.56 on 86 mm2, about +14.0 of the score",
+    ]
+    compared = Compared(44, 93.4, None, 0.0, 0.0)
+    lines = as_text(replace(found, compared=compared)).splitlines()
+    assert lines[6] == "  Ridges      not compared"
+    document = as_dict(replace(found, compared=compared), "a", "b")
+    assert document["compared"] == {
+        "minutiae": 44,
+        "area_mm2": 93.4,
+        "ridge_agreement": None,
+        "ridge_area_mm2": 0.0,
+        "ridge_score": 0.0,
+    }
+    assert as_dict(found, "a", "b")["compared"] is None
 
 
 def test_text_without_a_transform(template: Template) -> None:

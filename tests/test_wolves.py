@@ -45,22 +45,6 @@ def prints(count: int, impressions: int = 1) -> wolf_scores.Prints:
     return wolf_scores.Prints(templates, finger, [None] * len(templates), [500.0] * len(templates))
 
 
-@given(SEEDS, st.integers(2, 12), st.booleans())
-def test_a_fragment_is_of_neighbours_and_the_ridges_around_them(seed, size, ridges) -> None:
-    whole = print_of(1)
-    cut = wolf_templates.fragment(whole, size, np.random.default_rng(seed), ridges=ridges)
-    assert len(cut.minutiae) == size
-    assert {tuple(p) for p in cut.minutiae.xy} <= {tuple(p) for p in whole.minutiae.xy}
-    assert (cut.field is not None) == ridges
-    if cut.field is None:
-        return
-    assert 0 < cut.field.mask.sum() < whole.field.mask.sum()
-    middle = (cut.minutiae.xy.min(axis=0) + cut.minutiae.xy.max(axis=0)) / 2
-    far = np.hypot(*(cut.minutiae.xy - middle).T).max() + wolf_templates.FIELD_MARGIN_PX
-    row, column = (np.argwhere(cut.field.mask).T + 0.5) * cut.field.step
-    assert (np.hypot(column - middle[0], row - middle[1]) <= far).all()
-
-
 @pytest.mark.parametrize("degrees", [0, 30, 90, 135])
 def test_stripes_run_as_they_are_said_to(degrees) -> None:
     wave = wolf_templates.Wave(np.radians(degrees), 9.0)

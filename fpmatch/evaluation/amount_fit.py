@@ -1,11 +1,12 @@
 """Measure which sums impostor comparisons reach, given how much was compared.
 
-Whole prints, windows and fragments of prints, with their ridges and without, are compared with
-whole prints of other fingers. The sums that 1 % and 0.1 % of them reach are fitted as linear
-functions of the amount of evidence (see `fpmatch.matching.score`), by quantile regression, in which
-every kind of part has the same weight. Then the same prints and parts are compared with other
-impressions of their fingers: the -ln(FMR) that half of these comparisons reach is fitted as a
-function of the minutiae and the area of the smaller print, and says how much is needed to decide.
+Whole prints, windows and fragments of prints, and prints of few of their minutiae, with their
+ridges and without, are compared with whole prints of other fingers. The sums that 1 % and 0.1 % of
+them reach are fitted as linear functions of the amount of evidence (see `fpmatch.matching.score`),
+by quantile regression, in which every kind of part has the same weight. Then the same prints and
+parts are compared with other impressions of their fingers: the -ln(FMR) that half of these
+comparisons reach is fitted as a function of the minutiae and the area of the smaller print, and
+says how much is needed to decide.
 
 References
 ----------
@@ -23,7 +24,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.partial import fragment, window
+from fpmatch.evaluation.partial import fragment, thinned, window
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
 from fpmatch.matching.one_to_one import Workspace
@@ -50,7 +51,7 @@ class AmountParameters:
     Parameters
     ----------
     fragments : tuple of int
-        Numbers of minutiae of the fragments.
+        Numbers of minutiae of the fragments, and of prints of which only so many minutiae are kept.
     windows_px : tuple of int
         Sides of the windows in pixels at 500 dpi.
     probes, references : int
@@ -58,6 +59,9 @@ class AmountParameters:
         many whole prints.
     whole_weight : float
         Weight of the comparisons of whole prints against those of one kind of part.
+    thinned_weight : float
+        The same of prints of few of their minutiae, whose minutiae lie farther apart than any
+        sensor shows them.
     rounding : float
         Sum over which the corner of the loss is rounded.
     rounds, settled : int, float
@@ -66,12 +70,13 @@ class AmountParameters:
         Significant digits kept.
     """
 
-    fragments: tuple[int, ...] = (2, 3, 4, 5, 6, 8, 10, 12)
+    fragments: tuple[int, ...] = (3, 4, 5, 6, 8, 10, 12)
     windows_px: tuple[int, ...] = (48, 64, 96, 128, 160, 200)
     probes: int = 80
     references: int = 24
     mates: int = 6
     whole_weight: float = 5.0
+    thinned_weight: float = 0.5
     rounding: float = 0.15
     rounds: int = 200
     settled: float = 1e-13
@@ -86,7 +91,7 @@ class AmountSample:
     ----------
     sums : ndarray of float64, shape (N,)
         Weighted sums of the features; of genuine comparisons -ln(FMR).
-    amounts : ndarray of float64, shape (N, 5)
+    amounts : ndarray of float64, shape (N, 6)
         The terms of `fpmatch.matching.score.AMOUNTS`.
     weight : float
         Weight of all of them together.
@@ -219,12 +224,17 @@ def _kinds(
     return [
         (lambda template, _: template, p.whole_weight),
         *((partial(_fragment, size=size), 1.0) for size in p.fragments),
+        *((partial(_thinned, size=size), p.thinned_weight) for size in p.fragments),
         *((partial(_window, side_px=side), 1.0) for side in p.windows_px),
     ]
 
 
 def _fragment(template: Template, rng: np.random.Generator, size: int) -> Template:
     return fragment(template, size, rng)
+
+
+def _thinned(template: Template, rng: np.random.Generator, size: int) -> Template:
+    return thinned(template, size, rng)
 
 
 def _window(template: Template, rng: np.random.Generator, side_px: float) -> Template:
@@ -275,13 +285,13 @@ def fit_quantile(
 
     Returns
     -------
-    ndarray of float64, shape (5,)
+    ndarray of float64, shape (6,)
         Coefficients of the terms of `fpmatch.matching.score.AMOUNTS`.
 
     Examples
     --------
     >>> rng = np.random.default_rng(1)
-    >>> amounts = np.tile([1.0, 0, 0, 0, 0], (4000, 1))
+    >>> amounts = np.tile([1.0, 0, 0, 0, 0, 0], (4000, 1))
     >>> sample = AmountSample(rng.uniform(0, 100, 4000), amounts, 1.0)
     >>> bool(abs(fit_quantile([sample], 0.1)[0] - 90) < 1)
     True

@@ -43,7 +43,7 @@ def fragment(template: Template, size: int, rng: np.random.Generator) -> Templat
     2
     """
     m = template.minutiae
-    if len(m) <= size:
+    if not len(m):
         return template
     centre = int(rng.integers(len(m)))
     distance = np.hypot(m.x - m.x[centre], m.y - m.y[centre])
@@ -55,6 +55,35 @@ def fragment(template: Template, size: int, rng: np.random.Generator) -> Templat
     x, y = _places(template.field)
     inside = (x - m.x[centre]) ** 2 + (y - m.y[centre]) ** 2 <= reach**2
     return replace(kept, field=_masked(template.field, inside))
+
+
+def thinned(template: Template, size: int, rng: np.random.Generator) -> Template:
+    """Keep some minutiae, drawn from all of the print, and its ridges.
+
+    Parameters
+    ----------
+    template : Template
+        The whole print.
+    size : int
+        Minutiae to keep; all where it has fewer.
+    rng : numpy.random.Generator
+        Draws the minutiae.
+
+    Returns
+    -------
+    Template
+        The print with fewer minutiae.
+
+    Examples
+    --------
+    >>> from fpmatch.minutiae import Minutiae, Template
+    >>> whole = Template(Minutiae(x=[10, 20, 90], y=[10, 10, 90], angle=[0, 1, 2]), 100, 100)
+    >>> len(thinned(whole, 2, np.random.default_rng(1)).minutiae)
+    2
+    """
+    m = template.minutiae
+    kept = rng.choice(len(m), min(size, len(m)), replace=False)
+    return replace(template, minutiae=m.take(np.sort(kept)))
 
 
 def window(template: Template, side_px: float, rng: np.random.Generator) -> Template:

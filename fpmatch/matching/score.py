@@ -17,9 +17,7 @@ its features are
 There are two models: one for two prints that have pictures of their ridges, one for minutiae alone,
 whose weights of the ridges are 0. Each feature is standardised, so that 0 lies midway between
 genuine and impostor prints, then weighted. Where the ridges were not compared, because the minutiae
-leave no doubt in coarse alignment, their features are the mean of impostor prints. The sum of
-prints that the prefilter rejects lies below the refine threshold, the lower the more they fall
-short.
+leave no doubt in coarse alignment, their features are the mean of impostor prints.
 
 How rarely two fingers reach a sum by chance depends on how much was compared: two minutiae agree
 easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the minutiae in
@@ -29,7 +27,8 @@ count no further: the features say what more there is to say of whole prints. Th
 0.1 % of impostor comparisons reach are linear in the terms of `AMOUNTS`; between and beyond them
 the tail of the impostor comparisons is exponential.
 What comes out is an estimate of -ln(FMR), the same for prints with ridges and without, and
-``log(1 + e^that)``, which is positive, is the similarity.
+``log(1 + e^that)``, which is positive, is the similarity. Prints that the prefilter rejects get an
+estimate of -5, and less the more they fall short.
 """
 
 from __future__ import annotations
@@ -95,6 +94,7 @@ AMOUNTS: Final = (
     "1 / (n + 1)^2",
     "log(a / 10000 px^2)",
     "log(a / 10000 px^2)^2",
+    "log(a / 10000 px^2) / (n + 1)",
 )
 """The terms of the amount of evidence, in the order in which the kernel has them."""
 
@@ -233,10 +233,10 @@ class ScoreModel:
         Sum in coarse alignment above which prints are refined, and their ridges compared.
     confident_threshold : float
         Such a sum above which the hypothesis that has it is refined alone.
-    quantiles : ndarray of float64, shape (2, 5)
+    quantiles : ndarray of float64, shape (2, 6)
         For each of `RATES`, the coefficients of the terms of `AMOUNTS`, which make the sum that so
         many impostor comparisons reach.
-    genuine_median : ndarray of float64, shape (5,)
+    genuine_median : ndarray of float64, shape (6,)
         The coefficients that make the -ln(FMR) that half of the genuine comparisons reach, where n
         and a are the minutiae and the area of the smaller print.
     """
@@ -355,7 +355,7 @@ class ScoreWeights:
 
     @property
     def quantiles(self) -> NDArray[np.float64]:
-        """Those of both models, shape (2, 2, 5)."""
+        """Those of both models, shape (2, 2, 6)."""
         return np.stack([model.quantiles for model in self.models])
 
     def as_json(self) -> str:

@@ -42,6 +42,18 @@ class Quality(BaseModel):
     reasons: list[QualityReason]
 
 
+class Compared(BaseModel):
+    """How much of two prints was compared."""
+
+    minutiae: int = Field(description="Minutiae of both prints in the common region")
+    area_mm2: float = Field(description="Area of the common region")
+    ridge_agreement: float | None = Field(
+        description="Mean correlation of the ridges, -1 to 1; null where they were not compared"
+    )
+    ridge_area_mm2: float = Field(description="Area on which the ridges were compared")
+    ridge_score: float = Field(description="What the ridges add to the score, about")
+
+
 class Verified(BaseModel):
     """The decision on two prints, as `fpmatch verify --json` prints it."""
 
@@ -61,6 +73,9 @@ class Verified(BaseModel):
         description="scale, rotation_deg, tx, ty: takes pixels of the probe to the reference"
     )
     rms_px: float | None = Field(description="Distance of the pairs, in pixels of the reference")
+    compared: Compared | None = Field(
+        description="How much was compared; null where the matcher does not say"
+    )
     scale: Scale | None = Field(description="ratio, error, differs: of the reference to the probe")
     reason: str = Field(description="Why not; empty for a match")
     quality: dict[str, Quality | None] = Field(

@@ -29,6 +29,7 @@ KEYS = [
     "pairs",
     "transform",
     "rms_px",
+    "compared",
     "scale",
     "reason",
     "quality",

@@ -8,6 +8,7 @@ from fpmatch.drawing.caption import MARGIN, evidence, header, movement
 from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.scene import Text
 from fpmatch.drawing.words import verdict
+from fpmatch.matching.result import Compared
 from fpmatch.pointset.similarity import Similarity
 
 
@@ -29,6 +30,15 @@ def test_without_a_transform_nothing_is_said_of_movement(compared):
     nothing = compared(transform=None)
     assert movement(nothing) == []
     assert "Overlap" not in dict(evidence(nothing))
+
+
+def test_what_the_ridges_say_stands_beside_the_overlap(compared):
+    shown = dict(evidence(compared(compared=Compared(44, 93.4, 0.562, 86.2, 14.04))))
+    assert shown["Overlap"] == "90 %, 93 mm²"
+    assert shown["Ridge agreement"] == "0.56, +14.0 of the score"
+    without = dict(evidence(compared(compared=Compared(44, 93.4, None, 0.0, 0.0))))
+    assert "Ridge agreement" not in without
+    assert dict(evidence(compared()))["Overlap"] == "90 %"
 
 
 def test_unknown_figures_are_left_out(compared):

@@ -80,14 +80,14 @@ def test_parts_of_prints_are_compared(synthetic_set: ExtractedSet) -> None:
         found = amount_samples(
             synthetic_set, 1, weights=load_weights(), ridges=ridges, parameters=FEW
         )
-        assert len(found) == 4
+        assert len(found) == 6
         for one in found:
             assert 0 < len(one.sums) <= FEW.probes * FEW.references
             assert one.amounts.shape == (len(one.sums), len(AMOUNTS))
             assert (one.amounts[:, 0] == 1).all()
             assert np.isfinite(one.sums).all()
-        assert [one.weight for one in found] == [FEW.whole_weight, 1.0, 1.0, 1.0]
-        whole, three, six, _ = (one.amounts[:, 1].mean() for one in found)
+        assert [one.weight for one in found] == [FEW.whole_weight, 1.0, 1.0, 0.5, 0.5, 1.0]
+        whole, three, six, *_ = (one.amounts[:, 1].mean() for one in found)
         assert whole < six < three  # of 1 / (n + 1)
 
 

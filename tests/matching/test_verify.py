@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -56,6 +57,42 @@ def test_a_match_needs_no_reason_and_a_no_has_one(matcher: str) -> None:
         assert not other.match
         assert other.reason
         assert "\n" not in other.reason
+
+
+@pytest.mark.parametrize("minutiae", [3, 4, 5])
+def test_few_minutiae_are_too_little_to_decide(minutiae: int) -> None:
+    found = verify(template_of(POINTS[:, :minutiae].copy()), IMPOSTOR)
+    assert not found.match
+    said = re.match(
+        r"too little to decide: (\d+) minutiae on (\d+) mm2 in the smaller print, where about "
+        r"(\d+) on (\d+) mm2 are usually needed for a score of 40\.0; ",
+        found.reason,
+    )
+    assert said is not None
+    there, area, needed, needed_area = map(int, said.groups())
+    assert there == minutiae < needed
+    assert area < needed_area
+
+
+def test_nothing_is_too_little_where_the_threshold_is_low() -> None:
+    found = verify(template_of(POINTS[:, :5].copy()), EMPTY, threshold=0)
+    assert "too little" not in found.reason
+
+
+def test_what_no_amount_reaches_is_said() -> None:
+    few = Calibration(((0.0, 0.0), (50.0, 1.0)), tail_scale=1e9)
+    found = verify(PROBE, IMPOSTOR, calibration=few)
+    assert "no amount is usually enough for a score of 40.0" in found.reason
+
+
+def test_a_verification_says_how_much_was_compared() -> None:
+    found = verify(PROBE, PROBE).compared
+    assert found is not None
+    assert found.minutiae == 36
+    assert found.area_mm2 > 0
+    assert (found.ridge_agreement, found.ridge_score) == (None, 0.0)
+    assert verify(PROBE, EMPTY).compared is None
+    assert verify(PROBE, PROBE, matcher="paper").compared is None
 
 
 def test_the_score_decides_from_the_threshold_on() -> None:

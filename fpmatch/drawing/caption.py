@@ -66,7 +66,7 @@ def movement(verification: Verification) -> list[Fact]:
 
 
 def _overlap(v: Verification) -> str:
-    area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm\u00b2"
+    area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm2"
     return f"{_percent(v.overlap)}{area}"
 
 

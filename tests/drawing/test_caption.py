@@ -34,7 +34,7 @@ def test_without_a_transform_nothing_is_said_of_movement(compared):
 
 def test_what_the_ridges_say_stands_beside_the_overlap(compared):
     shown = dict(evidence(compared(compared=Compared(44, 93.4, 0.562, 86.2, 14.04))))
-    assert shown["Overlap"] == "90 %, 93 mm²"
+    assert shown["Overlap"] == "90 %, 93 mm2"
     assert shown["Ridge agreement"] == "0.56, +14.0 of the score"
     without = dict(evidence(compared(compared=Compared(44, 93.4, None, 0.0, 0.0))))
     assert "Ridge agreement" not in without

@@ -91,7 +91,7 @@ class AmountSample:
     ----------
     sums : ndarray of float64, shape (N,)
         Weighted sums of the features; of genuine comparisons -ln(FMR).
-    amounts : ndarray of float64, shape (N, 6)
+    amounts : ndarray of float64, shape (N, 5)
         The terms of `fpmatch.matching.score.AMOUNTS`.
     weight : float
         Weight of all of them together.
@@ -285,13 +285,13 @@ def fit_quantile(
 
     Returns
     -------
-    ndarray of float64, shape (6,)
+    ndarray of float64, shape (5,)
         Coefficients of the terms of `fpmatch.matching.score.AMOUNTS`.
 
     Examples
     --------
     >>> rng = np.random.default_rng(1)
-    >>> amounts = np.tile([1.0, 0, 0, 0, 0, 0], (4000, 1))
+    >>> amounts = np.tile([1.0, 0, 0, 0, 0], (4000, 1))
     >>> sample = AmountSample(rng.uniform(0, 100, 4000), amounts, 1.0)
     >>> bool(abs(fit_quantile([sample], 0.1)[0] - 90) < 1)
     True

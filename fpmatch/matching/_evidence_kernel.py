@@ -46,7 +46,7 @@ SHORTFALL = cython.declare(cython.double, 0.25)
 
 # Terms that the quantiles of impostor comparisons are linear in. Beyond about these amounts, more
 # evidence changes the quantiles no longer; areas are in square pixels at 500 dpi:
-TERMS = cython.declare(cython.Py_ssize_t, 6)
+TERMS = cython.declare(cython.Py_ssize_t, 5)
 ENOUGH_MINUTIAE = cython.declare(cython.double, 12.0)
 ENOUGH_AREA = cython.declare(cython.double, 30000.0)
 LEAST_AREA = cython.declare(cython.double, 256.0)
@@ -509,8 +509,7 @@ def describe_amount(
     term[1] = x
     term[2] = x * x
     term[3] = y
-    term[4] = y * y
-    term[5] = x * y
+    term[4] = x * y
     return 0
 
 

@@ -93,7 +93,6 @@ AMOUNTS: Final = (
     "1 / (n + 1)",
     "1 / (n + 1)^2",
     "log(a / 10000 px^2)",
-    "log(a / 10000 px^2)^2",
     "log(a / 10000 px^2) / (n + 1)",
 )
 """The terms of the amount of evidence, in the order in which the kernel has them."""
@@ -233,10 +232,10 @@ class ScoreModel:
         Sum in coarse alignment above which prints are refined, and their ridges compared.
     confident_threshold : float
         Such a sum above which the hypothesis that has it is refined alone.
-    quantiles : ndarray of float64, shape (2, 6)
+    quantiles : ndarray of float64, shape (2, 5)
         For each of `RATES`, the coefficients of the terms of `AMOUNTS`, which make the sum that so
         many impostor comparisons reach.
-    genuine_median : ndarray of float64, shape (6,)
+    genuine_median : ndarray of float64, shape (5,)
         The coefficients that make the -ln(FMR) that half of the genuine comparisons reach, where n
         and a are the minutiae and the area of the smaller print.
     """
@@ -355,7 +354,7 @@ class ScoreWeights:
 
     @property
     def quantiles(self) -> NDArray[np.float64]:
-        """Those of both models, shape (2, 2, 6)."""
+        """Those of both models, shape (2, 2, 5)."""
         return np.stack([model.quantiles for model in self.models])
 
     def as_json(self) -> str:

@@ -173,7 +173,7 @@ def minus_log_fmr_twin(model: ScoreModel, evidence: Evidence) -> float:
 
     n = saturated(math.sqrt(evidence.fewest * evidence.common / 2), 12.0)
     area = math.log(max(saturated(evidence.area, 30_000.0), 256.0) / 10_000)
-    amounts = np.array([1.0, 1 / (n + 1), 1 / (n + 1) ** 2, area, area**2, area / (n + 1)])
+    amounts = np.array([1.0, 1 / (n + 1), 1 / (n + 1) ** 2, area, area / (n + 1)])
     percent, permille = model.quantiles @ amounts
     decades = 2 + (evidence.total - percent) / max(permille - percent, 0.5)
     return float(decades * math.log(10))

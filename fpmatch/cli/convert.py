@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 Formats, with their suffixes:
   json .json       fpmatch's own, complete and exact
   csv .csv         fpmatch's own, for eyes and spreadsheets
+  minutiae-csv     x, y, theta, type, quality and no comments, for other programs
   iso2005 .iso     ISO/IEC 19794-2:2005; .ist and .fmr as well
   iso2011 .iso2011 ISO/IEC 19794-2:2011
   ansi2004 .ansi   ANSI/INCITS 378-2004

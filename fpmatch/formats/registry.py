@@ -15,6 +15,7 @@ from fpmatch.formats import (
     iso19794_2_2011,
     json_format,
     min_format,
+    minutiae_csv,
     xyt,
 )
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 # A new format is a module with a CODEC and its name here, the stricter recognisers first.
 CODECS: Final = (
     csv_format.CODEC,
+    minutiae_csv.CODEC,
     json_format.CODEC,
     iso19794_2_2005.CODEC,
     iso19794_2_2011.CODEC,
@@ -77,7 +79,8 @@ def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
     for codec in CODECS:
         if codec.encode is not None and suffix in codec.suffixes:
             return codec
-    known = ", ".join(codec.suffixes[0] for codec in CODECS if codec.encode is not None)
+    first = dict.fromkeys(codec.suffixes[0] for codec in CODECS if codec.encode is not None)
+    known = ", ".join(first)
     raise TemplateError(f"{path}: no template format has the suffix {suffix!r} (known: {known})")
 
 

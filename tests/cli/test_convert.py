@@ -27,7 +27,7 @@ def test_every_format_is_written_and_read(
     save_template(tmp_path / "in.json", small)
     codec = codec_of_name(name)
     out = tmp_path / f"out{codec.suffixes[0]}"
-    result = run("convert", tmp_path / "in.json", out)
+    result = run("convert", tmp_path / "in.json", out, "--format", name)
     assert result.exit_code == 0
     assert result.stdout == f"{out}: {codec.title}, 2 minutiae\n"
     assert load_record(out).format == name

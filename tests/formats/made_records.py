@@ -28,6 +28,7 @@ ANGLE_STEP_DEG: Final = {
     "xyt": 1.0,
     "min": 11.25,
     "csv": 1e-4,
+    "minutiae-csv": 1e-4,
     "json": 0.0,
 }
 

@@ -1,4 +1,4 @@
-"""The templates of the benchmark that are not searched for: fragments, crops and random ones."""
+"""The templates of the benchmark that are not searched for: prints, parts of them, random ones."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from wolf_templates import FEW, MANY, Wave, with_ridges
 
 from fpmatch.evaluation.cropping import crop_at
 from fpmatch.evaluation.partial import fragment
+from fpmatch.evaluation.wolf_table import WHOLE
 from fpmatch.image.extract import extract
 from fpmatch.image.read import read_image
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
@@ -44,6 +45,7 @@ class Group:
 def groups(prints: Prints, count: int, seed: int) -> Iterator[Group]:
     """Yield all groups of templates; the same for the same prints, count and seed."""
     for form in FORMS:
+        yield Group(WHOLE, 0, form, _whole(prints, form, count, (seed, 0)))
         for size in FRAGMENT_SIZES:
             yield Group("fragment", size, form, _fragments(prints, size, form, count, (seed, size)))
     for side in CROP_SIDES_PX:
@@ -54,6 +56,17 @@ def groups(prints: Prints, count: int, seed: int) -> Iterator[Group]:
         for size in FEW_SIZES if kind in FEW else MANY_SIZES:
             for form in FORMS:
                 yield Group(kind, size, form, _made(make, size, form, count, (seed, number, size)))
+
+
+def _whole(
+    prints: Prints, form: str, count: int, seed: tuple[int, ...]
+) -> Callable[[], list[Probe]]:
+    def made() -> list[Probe]:
+        rng = np.random.default_rng(seed)
+        chosen = rng.permutation(len(prints.templates))[:count].tolist()
+        return [Probe(in_form(prints.templates[k], form), int(prints.finger[k])) for k in chosen]
+
+    return made
 
 
 def _fragments(

@@ -6,6 +6,7 @@
 Each DIR is an FVC-style database. Templates of these kinds are compared with the whole prints of
 all other fingers, with their ridges and on their minutiae alone:
 
+- whole prints: the prints as they are;
 - fragments: 2 to 12 neighbouring minutiae of a print, with the ridges around them or without;
 - crops: squares of 48 to 200 pixels at 500 dpi at random places of the images, extracted anew, of
   those that show three minutiae or more;

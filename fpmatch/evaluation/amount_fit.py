@@ -38,10 +38,16 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.matching.score import ScoreModel, ScoreWeights
+    from fpmatch.matching.score import ScoreWeights
     from fpmatch.minutiae import Template
 
 SEED: Final = 17
+FORMS: Final = {
+    MODELS[0]: ((True, True),),
+    MODELS[1]: ((False, False),),
+    MODELS[2]: ((True, False), (False, True)),
+}
+"""Whether the prints or parts, and the whole prints, have ridges, by model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,28 +134,28 @@ def fit_amounts(
         With other quantiles and medians; the same for the same databases.
     """
     p = parameters or AmountParameters()
-    kinds = [name == MODELS[0] for name in MODELS]
     with ProcessPoolExecutor(workers) as pool:
 
-        def samples(*, ridges: bool, genuine: bool) -> list[AmountSample]:
-            task = partial(
-                amount_samples, weights=weights, ridges=ridges, genuine=genuine, parameters=p
-            )
-            found = pool.map(task, sets, range(SEED, SEED + len(sets)))
+        def samples(name: str, *, genuine: bool) -> list[AmountSample]:
+            found = []
+            for ridges in FORMS[name]:
+                task = partial(
+                    amount_samples, weights=weights, ridges=ridges, genuine=genuine, parameters=p
+                )
+                found += list(pool.map(task, sets, range(SEED, SEED + len(sets))))
             return [one for rows in found for one in rows]
 
-        impostors = [samples(ridges=ridges, genuine=False) for ridges in kinds]
-        first, second = (
-            replace(model, quantiles=np.stack([fit_quantile(found, rate, p) for rate in RATES]))
-            for model, found in zip(weights.models, impostors, strict=True)
-        )
-        weights = replace(weights, models=(first, second))
-        mates = [samples(ridges=ridges, genuine=True) for ridges in kinds]
-    first, second = (
-        replace(model, genuine_median=fit_quantile(found, 0.5, p))
-        for model, found in zip(weights.models, mates, strict=True)
-    )
-    return replace(weights, models=(first, second))
+        models = []
+        for name, model in zip(MODELS, weights.models, strict=True):
+            impostors = samples(name, genuine=False)
+            quantiles = [fit_quantile(impostors, rate, p) for rate in RATES]
+            models.append(replace(model, quantiles=np.stack(quantiles)))
+        weights = replace(weights, models=tuple(models))
+        models = [
+            replace(model, genuine_median=fit_quantile(samples(name, genuine=True), 0.5, p))
+            for name, model in zip(MODELS, weights.models, strict=True)
+        ]
+    return replace(weights, models=tuple(models))
 
 
 def amount_samples(
@@ -157,7 +163,7 @@ def amount_samples(
     seed: int,
     *,
     weights: ScoreWeights,
-    ridges: bool,
+    ridges: tuple[bool, bool],
     genuine: bool = False,
     parameters: AmountParameters | None = None,
 ) -> list[AmountSample]:
@@ -174,8 +180,8 @@ def amount_samples(
         Of what is drawn.
     weights : ScoreWeights
         Weights of the features.
-    ridges : bool
-        Whether the templates keep their ridges.
+    ridges : tuple of bool
+        Whether the prints and parts, and the whole prints, keep their ridges.
     genuine : bool
         Whether they are compared with other impressions of their finger rather than with prints of
         other fingers; the amount is then that of the smaller print.
@@ -192,25 +198,26 @@ def amount_samples(
     finger: list[int] = []
     for impression, found in zip(extracted.dataset.impressions, extracted.extractions, strict=True):
         if found.template is not None and len(found.template.minutiae) >= MIN_MINUTIAE:
-            whole.append(found.template if ridges else replace(found.template, field=None))
+            whole.append(found.template)
             finger.append(impression.finger)
-    prepared = [MATCHER.prepare(one) for one in whole]
+    of_parts, of_whole = ridges
+    prepared = [MATCHER.prepare(one if of_whole else _without_ridges(one)) for one in whole]
     room = max((len(one) for one in prepared), default=0)
     workspace = Workspace(max(room, 1), evidence_scorer(max(room, 1), weights))
-    model = weights.models[0 if ridges else 1]
     compared = _genuine if genuine else _impostor
     samples = []
     for number, (make, weight) in enumerate(_kinds(p)):
         rng = np.random.default_rng([seed, number])
         rows = []
         for k in rng.integers(len(whole), size=p.probes if whole else 0).tolist():
-            probe = MATCHER.prepare(make(whole[k], rng))
+            source = whole[k] if of_parts else _without_ridges(whole[k])
+            probe = MATCHER.prepare(make(source, rng))
             others = [
                 j for j in range(len(whole)) if j != k and (finger[j] == finger[k]) is genuine
             ]
             count = p.mates if genuine else p.references
             for j in rng.choice(others, count).tolist() if others else ():
-                rows += compared(probe, prepared[j], workspace, model)
+                rows += compared(probe, prepared[j], workspace, weights)
         if rows:
             sums, amounts = (np.array(column) for column in zip(*rows, strict=True))
             samples.append(AmountSample(sums, amounts, weight))
@@ -229,6 +236,10 @@ def _kinds(
     ]
 
 
+def _without_ridges(template: Template) -> Template:
+    return replace(template, field=None)
+
+
 def _fragment(template: Template, rng: np.random.Generator, size: int) -> Template:
     return fragment(template, size, rng)
 
@@ -242,17 +253,20 @@ def _window(template: Template, rng: np.random.Generator, side_px: float) -> Tem
 
 
 def _impostor(
-    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace, model: ScoreModel
+    probe: PreparedTemplate,
+    reference: PreparedTemplate,
+    workspace: Workspace,
+    weights: ScoreWeights,
 ) -> list[tuple[float, NDArray[np.float64]]]:
     """Return the sum of the best alignment and how much was compared; nothing without one."""
     if _aligned(probe, reference, workspace) is None:
         return []
-    sums = model.sums(np.array(workspace.scorer.feature))
+    sums = weights.model_of(probe, reference).sums(np.array(workspace.scorer.feature))
     return [(float(sums), np.array(workspace.scorer.term))]
 
 
 def _genuine(
-    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace, _: ScoreModel
+    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace, _: ScoreWeights
 ) -> list[tuple[float, NDArray[np.float64]]]:
     """Return -ln(FMR), 0 where nothing was found, and how much there was to compare."""
     if min(len(probe), len(reference)) < MIN_MINUTIAE:

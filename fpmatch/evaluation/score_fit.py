@@ -252,7 +252,7 @@ def fit_weights(
     command: str = "",
     parameters: FitParameters | None = None,
 ) -> ScoreWeights:
-    """Learn the weights of both models, whose quantiles do not yet depend on what was compared.
+    """Learn the weights of the models, whose quantiles do not yet depend on what was compared.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ def fit_weights(
     }
     first = fit_model(samples, without=without, parameters=p)
     second = fit_model(alone, without={*without, *RIDGE_FEATURES}, parameters=p)
-    return ScoreWeights((first, second), provenance)
+    return ScoreWeights((first, second, second), provenance)
 
 
 def fit_model(

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 LARGEST_SHARE: Final = 0.01
 """The largest share of unseen prints that one template may match."""
 
+WHOLE: Final = "whole print"
+"""The kind of template that has no size."""
+
 _NAMED: Final = ("kind", "size", "probes", "references")
 
 
@@ -68,7 +71,7 @@ def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
         head += [f"at {at['score']:g}", f"times {100 * score_to_fmr(at['score']):g} %"]
     cells = [[*head, "highest", "worst, unseen"]]
     for row in rows:
-        line = [row["kind"], str(row["size"]), row["probes"], row["references"]]
+        line = [row["kind"], _size(row["kind"], row["size"]), row["probes"], row["references"]]
         line += [str(row["templates"]), f"{row['impostors']:,}"]
         for at in row["scores"]:
             beyond = not row["adversarial"] and at["factor"] > LARGEST_FACTOR
@@ -100,12 +103,16 @@ def format_wolves(rows: Sequence[Mapping[str, Any]]) -> str:
         head += [f"{probes}, against {references}", "worst"]
     cells = [head]
     for kind, size in lines:
-        line = [kind, str(size)]
+        line = [kind, _size(kind, size)]
         for pair in pairs:
             row = found.get((kind, size, *pair))
             line += ["", ""] if row is None or not row["impostors"] else _short(row)
         cells.append(line)
     return markdown_table(cells)
+
+
+def _size(kind: str, size: int) -> str:
+    return "" if kind == WHOLE else str(size)
 
 
 def _short(row: Mapping[str, Any]) -> list[str]:

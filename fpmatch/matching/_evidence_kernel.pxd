@@ -33,6 +33,7 @@ cdef class EvidenceScorer:
     cdef double _compare_ridges(self, Print a, Print b, Aligner aligner) noexcept nogil
     cpdef int describe(self) noexcept nogil
     cpdef double condition(self, double total) noexcept nogil
+    cdef double _most_decades(self) noexcept nogil
     cdef double _total(self) noexcept nogil
     cdef int _gather(
         self, Print a, Print b, Aligner aligner, float[:, ::1] similarity
@@ -41,5 +42,6 @@ cdef class EvidenceScorer:
 
 cdef double common_cells(Print a, Print b, double c, double s, double x, double y) noexcept nogil
 cpdef int describe_amount(double minutiae, double area, double[::1] term) noexcept nogil
+cdef double raised(double squares, double minutiae) noexcept nogil
 cdef double saturated(double amount, double enough) noexcept nogil
 cpdef double as_similarity(double total) noexcept nogil

@@ -51,6 +51,10 @@ ENOUGH_MINUTIAE = cython.declare(cython.double, 12.0)
 ENOUGH_AREA = cython.declare(cython.double, 30000.0)
 LEAST_AREA = cython.declare(cython.double, 256.0)
 UNIT_AREA = cython.declare(cython.double, 10000.0)
+LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a print's minutiae
+# The most that pairs and ridges can say, in tenfold falls of the FMR: see `_most_decades`.
+DECADES_PER_PAIR = cython.declare(cython.double, 1.2)
+CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
 LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
 LOG_10 = cython.declare(cython.double, 2.302585092994046)
 
@@ -76,9 +80,10 @@ BIAS = cython.declare(cython.Py_ssize_t, 6)
 MOST_HYPOTHESES = cython.declare(cython.Py_ssize_t, 16)
 UNPAIRED_SUM = cython.declare(cython.double, -1e9)  # of a hypothesis under which nothing is paired
 
-# The two models of the score:
+# The models of the score:
 WITH_RIDGES = cython.declare(cython.Py_ssize_t, 0)
 MINUTIAE_ALONE = cython.declare(cython.Py_ssize_t, 1)
+ONE_WITH_RIDGES = cython.declare(cython.Py_ssize_t, 2)
 
 
 @cython.final
@@ -88,8 +93,7 @@ class EvidenceScorer:
 
     `score` is an `fpmatch.matching.score.ScoreParameters`, `weights` a `ScoreWeights`; there is
     room for so many minutiae of print B. `evidence` and `feature` are those of the alignment scored
-    last. Where both prints have pictures of their ridges the model with ridges scores, else the
-    model of minutiae alone.
+    last. Which model scores depends on which prints have pictures of their ridges.
     """
 
     def __init__(self, score, weights, room) -> None:
@@ -128,7 +132,10 @@ class EvidenceScorer:
     @cython.exceptval(check=False)
     def choose_model(self, ridges_a: cython.bint, ridges_b: cython.bint) -> cython.int:
         """Take the model for prints that have pictures of their ridges, or have not."""
-        self.model = WITH_RIDGES if ridges_a and ridges_b else MINUTIAE_ALONE
+        if ridges_a and ridges_b:
+            self.model = WITH_RIDGES
+        else:
+            self.model = ONE_WITH_RIDGES if ridges_a or ridges_b else MINUTIAE_ALONE
         return cython.cast(cython.int, self.model)
 
     @cython.ccall
@@ -319,9 +326,9 @@ class EvidenceScorer:
         """Return -ln(FMR) of a weighted sum, given how much was compared.
 
         The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
-        the area in the common region; beyond and between them the tail is exponential. The model is
-        chosen, and the evidence gathered, before. `total` keeps the sum, `decade` by how much it
-        rises where the FMR falls tenfold.
+        the area in the common region; beyond and between them the tail is exponential, up to what
+        so many pairs and ridges can say at most. The model is chosen, and the evidence gathered,
+        before. `total` keeps the sum, `decade` by how much it rises where the FMR falls tenfold.
         """
         k: cython.Py_ssize_t
         low: cython.double = 0.0
@@ -340,7 +347,21 @@ class EvidenceScorer:
         if high < LEAST_SPREAD:
             high = LEAST_SPREAD
         self.decade = high
-        return LOG_10 * (2.0 + (total - low) / high)
+        return LOG_10 * min(2.0 + (total - low) / high, self._most_decades())
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _most_decades(self) -> cython.double:
+        """Return how often the FMR can fall tenfold, at most, for so many pairs and cells.
+
+        Impostors are prints that were not made to match. The commonest arrangement of a few
+        minutiae, which a search finds, matches far more prints than an arrangement drawn by chance.
+        """
+        more_pairs: cython.double = max(self.evidence[PAIRS] - 1.0, 0.0)
+        return DECADES_PER_PAIR * more_pairs + self.evidence[CELLS] / CELLS_PER_DECADE
 
     @cython.cfunc
     @cython.nogil
@@ -379,6 +400,8 @@ class EvidenceScorer:
         local: cython.double = 0.0
         unpaired: cython.double = 0.0
         unpaired_b: cython.double = 0.0
+        squares: cython.double = 0.0
+        squares_b: cython.double = 0.0
         px: cython.double
         py: cython.double
         qx: cython.double
@@ -397,6 +420,7 @@ class EvidenceScorer:
         for j in range(b.size):
             self.paired_b[j] = 0
         for i in range(a.size):
+            squares += a.quality[i] * a.quality[i]
             j = partner[i]
             if j >= 0:
                 pairs += 1.0
@@ -408,6 +432,7 @@ class EvidenceScorer:
                 if b.contains_with_margin(predicted[0, i], predicted[1, i], margin_b):
                     unpaired += a.quality[i] * a.quality[i]
         for j in range(b.size):
+            squares_b += b.quality[j] * b.quality[j]
             if self.paired_b[j]:
                 common += 1.0
                 continue
@@ -421,7 +446,8 @@ class EvidenceScorer:
                     unpaired_b += b.quality[j] * b.quality[j]
         self.evidence[PAIRS] = pairs
         self.evidence[LOCAL] = local
-        self.evidence[UNPAIRED] = unpaired + unpaired_b
+        unpaired *= raised(squares, a.size)
+        self.evidence[UNPAIRED] = unpaired + unpaired_b * raised(squares_b, b.size)
         self.evidence[COMMON] = common
         self.evidence[RELAXED] = aligner.relaxation.support_of(partner)
         self.evidence[PLACES] = aligner.mesh.places
@@ -511,6 +537,19 @@ def describe_amount(
     term[3] = y
     term[4] = x * y
     return 0
+
+
+@cython.cfunc
+@cython.nogil
+@cython.cdivision(True)
+@cython.exceptval(check=False)
+def raised(squares: cython.double, minutiae: cython.double) -> cython.double:
+    """Return the factor by which poor minutiae count more, so that not all of a print do not count.
+
+    `squares` is the sum of the squares of the qualities, which is to be that of real prints.
+    """
+    least: cython.double = LEAST_MEAN_SQUARE * minutiae
+    return least / squares if 0.0 < squares < least else 1.0
 
 
 @cython.cfunc

@@ -9,15 +9,18 @@ its features are
   circle agree (eq. 3), how well the shape-preserving weights predict the partner (eq. 4), how full
   the rings are of pairs, and how many triangles are turned over; the strain of its edges;
 - of the neighbourhoods: ``log(1 + L)``;
-- ``√(U / (m + 2))``: minutiae that should be paired and are not;
+- ``√(U / (m + 2))``: minutiae that should be paired and are not, each by the square of its quality,
+  raised where the mean of these squares in a print is below 0.25: all of them cannot be nothing;
 - the overlap: the share of the smaller print that is compared;
 - ``m / (n + 5)``, of n minutiae of the smaller print: what the paper decides by;
 - the correlation of the ridges, and the logarithm of the area where they could be compared.
 
-There are two models: one for two prints that have pictures of their ridges, one for minutiae alone,
-whose weights of the ridges are 0. Each feature is standardised, so that 0 lies midway between
-genuine and impostor prints, then weighted. Where the ridges were not compared, because the minutiae
-leave no doubt in coarse alignment, their features are the mean of impostor prints.
+There are two sets of weights: one for two prints that have pictures of their ridges, one for
+minutiae alone, in which those of the ridges are 0. Where one of the prints has ridges the second
+serves, with quantiles (see below) of its own: the area of such a print is that of its mask, not of
+the convex hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine
+and impostor prints, then weighted. Where the ridges were not compared, because the minutiae leave
+no doubt in coarse alignment, their features are the mean of impostor prints.
 
 How rarely two fingers reach a sum by chance depends on how much was compared: two minutiae agree
 easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the minutiae in
@@ -26,6 +29,13 @@ of the common region. Beyond about 12 minutiae and 30,000 square pixels at 500 d
 count no further: the features say what more there is to say of whole prints. The sums that 1 % and
 0.1 % of impostor comparisons reach are linear in the terms of `AMOUNTS`; between and beyond them
 the tail of the impostor comparisons is exponential.
+
+Impostor prints are drawn by chance; a template may be made to match. Of the arrangements of a few
+minutiae the commonest, which a search finds, matches far more prints than one drawn by chance. So
+the FMR falls at most tenfold for every 12 cells of ridges compared, and by 10^1.2 for every pair
+after the first: a place within 12 pixels and 30 degrees of a minutia has another, of the 40 of a
+usual print, about once in 20 times. Genuine whole prints do not come near this bound.
+
 What comes out is an estimate of -ln(FMR), the same for prints with ridges and without, and
 ``log(1 + e^that)``, which is positive, is the similarity. Prints that the prefilter rejects get an
 estimate of -5, and less the more they fall short.
@@ -103,8 +113,11 @@ RATES: Final = (0.01, 0.001)
 NO_QUANTILES: Final = ((0.0,) * len(AMOUNTS), (1.0, *(0.0,) * (len(AMOUNTS) - 1)))
 """Quantiles that do not depend on the amount of evidence."""
 
-MODELS: Final = ("with ridges", "minutiae alone")
-"""The two models, in the order in which the kernel has them."""
+MODELS: Final = ("with ridges", "minutiae alone", "one with ridges")
+"""The models, in the order in which the kernel has them."""
+
+MODELS_BY_SHOWN: Final = ("minutiae alone", "one with ridges", "with ridges")
+"""The models by how many of the two prints have pictures of their ridges."""
 
 NO_PREFILTER: Final = (-1.0, 0.0, -1.0)
 """A prefilter threshold that all prints pass."""
@@ -339,22 +352,27 @@ class ScoreWeights:
         From what they were learned.
     """
 
-    models: tuple[ScoreModel, ScoreModel]
+    models: tuple[ScoreModel, ...]
     provenance: Mapping[str, Any]
+
+    def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
+        """Return the model by which two prints are scored."""
+        shown = (a.region.ridges is not None) + (b.region.ridges is not None)
+        return self.models[MODELS.index(MODELS_BY_SHOWN[shown])]
 
     @property
     def standard(self) -> NDArray[np.float64]:
-        """Those of both models, shape (2, 4, 12)."""
+        """Those of all models, shape (3, 4, 12)."""
         return np.stack([model.standard for model in self.models])
 
     @property
     def limits(self) -> NDArray[np.float64]:
-        """Those of both models, shape (2, 7)."""
+        """Those of all models, shape (3, 7)."""
         return np.stack([model.limits for model in self.models])
 
     @property
     def quantiles(self) -> NDArray[np.float64]:
-        """Those of both models, shape (2, 2, 5)."""
+        """Those of all models, shape (3, 2, 5)."""
         return np.stack([model.quantiles for model in self.models])
 
     def as_json(self) -> str:
@@ -374,8 +392,8 @@ class ScoreWeights:
         """
         try:
             document = json.loads(text)
-            first, second = (ScoreModel.from_document(document["models"][k]) for k in MODELS)
-            return cls((first, second), document["provenance"])
+            models = (ScoreModel.from_document(document["models"][name]) for name in MODELS)
+            return cls(tuple(models), document["provenance"])
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("weights of the score: not such a file") from error
 

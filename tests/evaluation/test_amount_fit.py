@@ -76,7 +76,7 @@ def test_the_fit_is_the_same_for_any_order() -> None:
 
 
 def test_parts_of_prints_are_compared(synthetic_set: ExtractedSet) -> None:
-    for ridges in (True, False):
+    for ridges in ((True, True), (False, False), (True, False), (False, True)):
         found = amount_samples(
             synthetic_set, 1, weights=load_weights(), ridges=ridges, parameters=FEW
         )
@@ -91,7 +91,7 @@ def test_parts_of_prints_are_compared(synthetic_set: ExtractedSet) -> None:
         assert whole < six < three  # of 1 / (n + 1)
 
 
-def test_quantiles_of_both_models_are_fitted(synthetic_set: ExtractedSet) -> None:
+def test_quantiles_of_all_models_are_fitted(synthetic_set: ExtractedSet) -> None:
     weights = load_weights()
     found = fit_amounts(weights, [synthetic_set], workers=1, parameters=FEW)
     assert found.quantiles.shape == (len(MODELS), len(RATES), len(AMOUNTS))

@@ -197,12 +197,13 @@ def test_the_provenance_is_that_of_the_samples_with_ridges() -> None:
     assert found["sets"] == ["set 1", "set 2"]
     assert (found["genuine"], found["impostors"]) == (550, 500)
     assert found["command"] == "make weights"
-    assert ScoreWeights.from_json(weights.as_json()).standard.shape == (2, 4, N)
+    assert ScoreWeights.from_json(weights.as_json()).standard.shape == (3, 4, N)
 
 
 def test_the_model_of_minutiae_alone_gives_ridges_no_weight() -> None:
     samples, alone = [sample(1)], [sample(1, ridges=False)]
-    first, second = fit_weights(samples, alone).models
+    first, second, third = fit_weights(samples, alone).models
+    assert third is second
     assert (first.standard[2, OF_RIDGES] != 0).all()
     assert not second.standard[2, OF_RIDGES].any()
     assert second.standard[1, OF_RIDGES].tolist() == [1.0, 1.0]
@@ -303,7 +304,7 @@ def some_weights(refine: float) -> ScoreWeights:
         ScoreModel(one, 2.0, NO_PREFILTER, -1.0, refine, np.inf, np.array(NO_QUANTILES))
         for one in (standard, alone)
     )
-    return ScoreWeights((first, second), {})
+    return ScoreWeights((first, second, second), {})
 
 
 @pytest.mark.parametrize("ridges", [True, False])

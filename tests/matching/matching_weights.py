@@ -67,27 +67,27 @@ def some_weights(
     *,
     apart: float = 0.0,
 ) -> ScoreWeights:
-    """Return the same thresholds for both models; the bias of the second is `apart` less."""
+    """Return the same thresholds for all models; the bias of each is `apart` less."""
     limits = prefilter, confident, relaxation
     models = (
         some_model(refine, bias, *limits),
         some_model(refine, bias - apart, *limits, ridges=False),
+        some_model(refine, bias - 2 * apart, *limits, ridges=False),
     )
     return ScoreWeights(models, {"by": "hand"})
 
 
 def weights_of(standard: Any, bias: float = 0.0, refine: float = ALWAYS) -> ScoreWeights:
-    """Return weights of which both models are the same, and nothing is rejected or confident."""
+    """Return weights of which all models are the same, and nothing is rejected or confident."""
     limits = -1.0, refine, math.inf
     no_quantiles = np.array(NO_QUANTILES)
     model = ScoreModel(np.array(standard, float), bias, NO_PREFILTER, *limits, no_quantiles)
-    return ScoreWeights((model, model), {})
+    return ScoreWeights((model, model, model), {})
 
 
-def both_with(weights: ScoreWeights, **changes: Any) -> ScoreWeights:
-    """Return weights of which both models are changed alike."""
-    first, second = (replace(model, **changes) for model in weights.models)
-    return replace(weights, models=(first, second))
+def all_with(weights: ScoreWeights, **changes: Any) -> ScoreWeights:
+    """Return weights of which all models are changed alike."""
+    return replace(weights, models=tuple(replace(model, **changes) for model in weights.models))
 
 
 @contextmanager

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching.align import Alignment
     from fpmatch.matching.prepared_many import PreparedMany
-    from fpmatch.matching.score import Evidence, ScoreModel
+    from fpmatch.matching.score import Evidence
     from fpmatch.minutiae import Template
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
@@ -121,7 +121,9 @@ class UnitCircleMatcher:
         if aligned is None:
             return None
         _, evidence = aligned
-        by_ridges = _model_for(a, b).ridge_sum(evidence.features) / evidence.decade
+        by_ridges = (
+            score.load_weights().model_of(a, b).ridge_sum(evidence.features) / evidence.decade
+        )
         return Compared(
             minutiae=evidence.common,
             area_mm2=evidence.area * MM2_PER_PX2,
@@ -153,7 +155,11 @@ class UnitCircleMatcher:
             The median, as measured on synthetic prints and parts of them.
         """
         minutiae, area = available(probe, reference)
-        typical = _model_for(probe, reference).typical(factor * minutiae, factor * area)
+        typical = (
+            score.load_weights()
+            .model_of(probe, reference)
+            .typical(factor * minutiae, factor * area)
+        )
         return float(as_similarity(typical)) if minutiae >= MIN_MINUTIAE else 0.0
 
     def similarities(
@@ -238,8 +244,8 @@ def _aligned_in_any_case(
 def _scorer_of_all_hypotheses(capacity: int) -> EvidenceScorer:
     """Return what scores, but tries all hypotheses, however weak the local matches are."""
     weights = score.load_weights()
-    first, second = (replace(model, relaxation_threshold=-1.0) for model in weights.models)
-    return evidence_scorer(capacity, replace(weights, models=(first, second)))
+    models = (replace(model, relaxation_threshold=-1.0) for model in weights.models)
+    return evidence_scorer(capacity, replace(weights, models=tuple(models)))
 
 
 def _aligned_with_itself(
@@ -296,12 +302,6 @@ def _comparison(
         overlap=evidence.overlap,
         reason=main_reason(evidence),
     )
-
-
-def _model_for(a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
-    """Return the model by which two prints are scored."""
-    shown = a.region.ridges is not None and b.region.ridges is not None
-    return score.load_weights().models[0 if shown else 1]
 
 
 def _nothing(reason: str, similarity: float = 0.0) -> Comparison:

@@ -26,7 +26,6 @@ impostor pairs.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import re
 import sys
@@ -43,17 +42,14 @@ from fpmatch.evaluation.rates import Rates, error_rates
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.evaluation.table import RATE_TITLES, lined_up, percent
 from fpmatch.formats.files import decode_record
-from fpmatch.formats.record import TemplateRecord, View
+from fpmatch.formats.record import Reading, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, written_formats
 from fpmatch.image.print_folder import describe_folder
 from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template
+from fpmatch.minutiae import STANDARD_DPI, Template
 from fpmatch.output import check_writable, write_whole
 
-COLUMNS: Final = ["x", "y", "theta", "type", "quality"]
-KINDS: Final = {"E": MinutiaKind.ENDING, "B": MinutiaKind.BIFURCATION}
 PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
-NOT_GIVEN: Final = 100.0  # the quality of all minutiae of a template that contains none
 SHOWN: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
 
 
@@ -97,30 +93,11 @@ class SetScores:
 def read_minutiae(path: Path, dpi: float) -> Template:
     """Return the template of one CSV file."""
     try:
-        rows = list(csv.reader(path.read_text(encoding="utf-8-sig").splitlines()))
-    except (OSError, UnicodeDecodeError) as error:
+        data = path.read_bytes()
+    except OSError as error:
         raise TemplateError(f"{path}: cannot be read: {error}") from error
-    if not rows or [cell.strip() for cell in rows[0]] != COLUMNS:
-        raise TemplateError(f"{path}: line 1: expected the columns {','.join(COLUMNS)}")
-    numbers, kinds = [], []
-    for number, row in enumerate(rows[1:], start=2):
-        try:
-            x, y, theta, kind, quality = (cell.strip() for cell in row)
-            numbers.append([float(x), float(y), float(theta), float(quality)])
-        except ValueError as error:
-            raise TemplateError(f"{path}: line {number}: {error}") from error
-        kinds.append(KINDS.get(kind, MinutiaKind.OTHER))
-    x, y, theta, quality = np.array(numbers, dtype=np.float64).reshape(-1, 4).T
-    if not quality.any():
-        quality = np.full(len(quality), NOT_GIVEN)
-    try:
-        return Template(
-            Minutiae(x, y, np.radians(theta), np.array(kinds, np.uint8), quality),
-            *(max(1, int(side.max(initial=0)) + 1) for side in (x, y)),
-            dpi,
-        )
-    except FpmatchError as error:
-        raise TemplateError(f"{path}: {error}") from error
+    how = Reading(dpi=dpi)
+    return decode_record(data, str(path), file_format="minutiae-csv", how=how).single().template
 
 
 def read_folder(folder: Path, dpi: float | None) -> PrintSet:

@@ -3,12 +3,12 @@
 
     .venv/bin/python benchmarks/minutiae_places.py --synthetic [--against IMAGES MINUTIAE]...
 
-With ``--synthetic`` eight synthetic databases are made, from which nothing was learned, and the true
-minutiae are the known ones; with ``--against`` those of another extractor are: IMAGES is an
+With ``--synthetic`` eight synthetic databases are made, from which nothing was learned, and the
+true minutiae are the known ones. With ``--against`` those of another extractor are: IMAGES is an
 FVC-style database, MINUTIAE a folder of files FFF_M.csv with the columns x, y, theta, type and
-quality. Printed are, for the border, the core, faint, smeared and other places and for all together,
-how many minutiae are known, the share of them that is found (recall), and the share of the extracted
-ones that is known (precision), within 12 px and 22.5 degrees. Which places are which,
+quality. Printed are, for the border, the core, faint, smeared and other places and for all
+together, how many minutiae are known, the share of them that is found (recall), and the share of
+the extracted ones that is known (precision), within 12 px and 22.5 degrees. Which places are which,
 `fpmatch.evaluation.minutiae_places` says; cores are known of synthetic prints alone.
 
 ``--json`` writes what `scripts/make_accuracy_tables --places` reads.
@@ -124,9 +124,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument(
-        "--synthetic", action="store_true", help="true minutiae of synthetic prints"
-    )
+    parser.add_argument("--synthetic", action="store_true", help="make prints, take their truth")
     parser.add_argument("--prints", type=Path, help="keep the synthetic prints in this folder")
     parser.add_argument(
         "--against",

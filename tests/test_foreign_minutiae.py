@@ -77,18 +77,10 @@ def test_a_file_is_read_by_its_convention(script: dict[str, Any], tmp_path: Path
     assert (template.width, template.height, template.dpi) == (31, 41, 569)
 
 
-def test_no_quality_but_zero_means_that_none_is_given(
-    script: dict[str, Any], tmp_path: Path
-) -> None:
-    path = tmp_path / "101_1.csv"
-    path.write_text("x,y,theta,type,quality\n10,20,90,E,0\n30,40,350,B,0\n")
-    assert script["read_minutiae"](path, 500.0).minutiae.quality.tolist() == [100, 100]
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "expected the columns"),
+        ("", "the file is empty"),
         ("x,y,angle,type,quality\n", "expected the columns"),
         ("x,y,theta,type,quality\n1,2,3,E\n", "line 2"),
         ("x,y,theta,type,quality\n1,2,a,E,5\n", "line 2"),

@@ -7,17 +7,20 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.evaluation.ablation_table import format_ablation
 from fpmatch.evaluation.distortion import KINDS, distortion_rows
 from fpmatch.evaluation.markdown import calibration_table, markdown_table
+from fpmatch.evaluation.minutiae_places import format_places
 from fpmatch.evaluation.wolf_table import format_wolves
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 PARTS: Final = (
-    "learned", "filters", "paper", "ablation", "parts", "calibration", "wolves", "distortion"
+    "learned", "filters", "paper", "ablation", "parts", "calibration", "wolves", "distortion",
+    "places",
 )  # fmt: skip
 """What the results hold: error rates with either enhancement, of the paper's matcher, without each
 feature, without each part of the matcher, and of scores; false match rates of fragments and of
-templates made to match; and genuine scores against elastic distortion."""
+templates made to match; genuine scores against elastic distortion; and how many minutiae are found
+where in a print."""
 _RATES: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
 _KEPT: Final = (
     "name", "genuine", "impostor", *_RATES, "fmr10000", "rank_one", "extract_ms", "match_us"
@@ -77,6 +80,11 @@ def format_accuracy_markdown(
             "### Error rates",
             "Extended protocol, EER / FMR1000 in percent.",
             _rates_table(results),
+            "### Minutiae by place",
+            "Known minutiae, the share of them that is found, and the share of the extracted ones "
+            "that is known, within 12 px and 22.5°; `benchmarks/minutiae_places.py` measures it. "
+            "Known are the true minutiae of synthetic prints, and what LEADER found in real ones.",
+            format_places(results["places"]["rows"]),
             "### What each feature is worth",
             "Mean over the databases, then pooled; EER / FMR1000 in percent.",
             _ablation_table(results["ablation"]),

@@ -28,6 +28,10 @@ PLACES: Final = ("border", "core", "faint", "smeared", "elsewhere", "all")
 """The places, in the order of the table."""
 
 
+REACH: Final = 1.5
+"""By how many standard deviations of its window contrast spreads beyond the print."""
+
+
 @dataclass(frozen=True, slots=True)
 class PlaceParameters:
     """Set what the places are; lengths in pixels at 500 dpi.
@@ -140,7 +144,7 @@ def places_of(
     padded = cv2.copyMakeBorder(of_print, side, side, side, side, cv2.BORDER_CONSTANT)
     closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, disc)
     inward = cv2.distanceTransform(closed, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    inward = inward[side:-side, side:-side]
+    inward = inward[side:-side, side:-side] - REACH * window
     inside = closed[side:-side, side:-side] > 0
     some = inside if inside.any() else np.ones_like(inside)
     ink, paper = np.percentile(image, 5), np.percentile(image, 95)

@@ -25,12 +25,13 @@ class SegmentationParameters:
 
     smoothing_cells: float = 1.2
     min_strength: float = 0.10
-    min_certainty: float = 0.2
+    min_certainty: float = 0.15
     min_contrast: float = 8.0
     min_relative_contrast: float = 0.25
-    min_relative_contrast_of_certain: float = 0.3
+    min_relative_contrast_of_certain: float = 0.2
     closing_cells: int = 5
     opening_cells: int = 5
+    opening_cells_of_certain: int = 3
     min_area_cells: int = 40
     min_relative_area: float = 0.2
 
@@ -63,7 +64,8 @@ def segment(
     p = parameters or SegmentationParameters()
     strength = ridge_strength(spectrum, p.smoothing_cells)
     certain = strength >= p.min_strength
-    return _of_contrast(image, strength, certain, spectrum, p.min_relative_contrast, p)
+    ridges = _of_contrast(image, strength, certain, spectrum, p.min_relative_contrast, p)
+    return _tidy(ridges, p.opening_cells, p)
 
 
 def segment_enhanced(
@@ -93,7 +95,9 @@ def segment_enhanced(
     p = parameters or SegmentationParameters()
     certainty = blur_cells(products_to_cells(enhanced, enhanced, grid), p.smoothing_cells)
     certain = certainty >= p.min_certainty
-    return _of_contrast(image, certainty, certain, grid, p.min_relative_contrast_of_certain, p)
+    least = p.min_relative_contrast_of_certain
+    ridges = _of_contrast(image, certainty, certain, grid, least, p)
+    return _tidy(ridges, p.opening_cells_of_certain, p)
 
 
 def _of_contrast(
@@ -104,7 +108,7 @@ def _of_contrast(
     min_relative_contrast: float,
     p: SegmentationParameters,
 ) -> NDArray[np.bool_]:
-    """Return those of the cells `ridges` whose contrast is like that of the strong ones; tidied."""
+    """Return those of the cells `ridges` whose contrast is like that of the strong ones."""
     valid = image.valid.astype(np.float32)
     contrast = products_to_cells(image.contrast, valid, grid)
     ridges = ridges & (products_to_cells(valid, valid, grid) > 0.5)
@@ -113,7 +117,7 @@ def _of_contrast(
     strong = ridges & (strength >= percentiles(strength[ridges], 50)[0])
     usual = float(percentiles(contrast[strong], 50)[0])
     ridges &= contrast >= max(p.min_contrast, min_relative_contrast * usual)
-    return _tidy(ridges, p)
+    return ridges
 
 
 def ridge_strength(spectrum: RidgeSpectrum, smoothing_cells: float) -> NDArray[np.float32]:
@@ -131,12 +135,14 @@ def mask_at_pixels(mask: NDArray[np.bool_], grid: OnCells) -> NDArray[np.bool_]:
     return pixels
 
 
-def _tidy(ridges: NDArray[np.bool_], p: SegmentationParameters) -> NDArray[np.bool_]:
+def _tidy(
+    ridges: NDArray[np.bool_], opening_cells: int, p: SegmentationParameters
+) -> NDArray[np.bool_]:
     """Close, open, drop small parts, fill holes."""
     margin = p.closing_cells
     padded = np.pad(ridges, margin).astype(np.uint8)
     closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _disc(p.closing_cells))
-    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(p.opening_cells))
+    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(opening_cells))
     _, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
     area = stats[:, cv2.CC_STAT_AREA].copy()
     area[0] = 0

@@ -59,6 +59,12 @@ class Variant:
 
 MESH: Final = "fpmatch/matching/_pair_mesh_kernel.py"
 RING: Final = "fpmatch/pointset/_one_ring_kernel.py"
+EVIDENCE: Final = "fpmatch/matching/_evidence_kernel.py"
+BOUND: Final = (
+    "min(2.0 + (total - low) / high, self._most_decades())",
+    "(2.0 + (total - low) / high)",
+)
+RAISED: Final = ("least / squares if 0.0 < squares < least else 1.0", "1.0")
 NOISE_OF_PLACES: Final = (
     "            self.place[k] = self.place[k] / around_a - self.other_place[k] / around_b\n",
     """            v = self.ring[k]
@@ -204,6 +210,8 @@ VARIANTS: Final = (
     ),
     Variant("no ridges", without=("ridges", "area of the ridges")),
     Variant("sums not conditioned on how much was compared", conditioned=False),
+    Variant("no bound on what few pairs can say", ((EVIDENCE, *BOUND),)),
+    Variant("poor minutiae by their quality alone", ((EVIDENCE, *RAISED),)),
 )
 
 

@@ -28,7 +28,7 @@ class SegmentationParameters:
     min_certainty: float = 0.15
     min_contrast: float = 8.0
     min_relative_contrast: float = 0.25
-    min_relative_contrast_of_certain: float = 0.2
+    min_relative_contrast_of_certain: float = 0.3
     closing_cells: int = 5
     opening_cells: int = 5
     opening_cells_of_certain: int = 3

@@ -258,7 +258,8 @@ def twin(a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Flo
             deep &= holds(u + across, v + along)
         common += np.count_nonzero(inside)
         square = one.quality**2
-        poor = 0.25 / square.mean() if 0 < square.mean() < 0.25 else 1.0
+        least = 0.25 * len(one)
+        poor = least / square.sum() if 0 < square.sum() < least else 1.0
         unpaired += poor * float(square[single][deep].sum())
     x, y, *_ = a.region.cells
     mapped = shift + linear * (x + 1j * y)

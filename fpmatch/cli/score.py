@@ -40,6 +40,13 @@ Columns:
   reason            where there is no similarity: which print has no template, and why
 
 \b
+Columns of --fingers:
+  probe, finger     finger FFF of a folder of prints FFF_M, else each print; subject and finger of a
+                    gallery
+  impressions       with how many impressions of the finger there is a score
+  best, score       the best of their scores; that of the finger, calibrated for how many there are
+
+\b
 Order of the rows:
   That of the list; without one, every probe with the first 256 references, one probe after the
   other, then every probe with the next 256.
@@ -53,6 +60,7 @@ Interrupted:
 Examples:
   fpmatch score --references enrolled --probes seized -o scores.csv
   fpmatch score --references prints.db --probes seized -o hits.csv --threshold 40
+  fpmatch score --references prints.db --probes seized -o scores.csv --fingers fingers.csv
   fpmatch score --references prints --probes prints --pairs list.csv -o scores.parquet
   fpmatch score --references prints.db --probes seized -o scores.csv --scheduler tcp://host:8786
 
@@ -81,6 +89,12 @@ are rows with the reason), 2 when the run could not be done.
 @click.option(
     "--threshold", type=float, metavar="SCORE", help="Keep only rows of this score or more."
 )
+@click.option(
+    "--fingers",
+    metavar="FILE.csv",
+    type=click.Path(path_type=Path),
+    help="Write the score of each probe with each finger of the references, too.",
+)
 @click.option("--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use.")
 @click.option(
     "--calibration",
@@ -108,6 +122,7 @@ def score(
     output: Path,
     pairs: Path | None,
     threshold: float | None,
+    fingers: Path | None,
     matcher: str,
     calibration: Path | None,
     dpi: float | None,
@@ -141,6 +156,7 @@ def score(
                 matcher=matcher,
                 calibration=fitted,
                 threshold=threshold,
+                fingers=fingers,
                 engine=make_engine(workers, scheduler),
                 progress=bars.show,
             )
@@ -176,7 +192,7 @@ def _in_words(done: Scoring) -> str:
     return (
         f"{sides}: {', '.join(pairs)}: {done.seconds:.1f} s{rate}\n"
         f"{done.output}: {count(done.rows, 'row')}"
-    )
+    ) + (f"\n{done.fingers}: {count(done.finger_rows or 0, 'row')}" if done.fingers else "")
 
 
 def _as_dict(done: Scoring) -> dict[str, Any]:
@@ -188,6 +204,8 @@ def _as_dict(done: Scoring) -> dict[str, Any]:
         "rows": done.rows,
         "resumed": done.resumed,
         "failed_pairs": done.failed_pairs,
+        "fingers": str(done.fingers) if done.fingers else None,
+        "finger_rows": done.finger_rows,
         "failures": [asdict(failure) for failure in done.failures],
         "dpi_assumed": len(done.dpi_assumed),
         "notes": notes_as_json(done.noted),

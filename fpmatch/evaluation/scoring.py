@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final
 from fpmatch._version import __version__
 from fpmatch.engine.engine import here
 from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.errors import MatcherError
+from fpmatch.errors import MatcherError, OutputError
+from fpmatch.evaluation.scoring_fingers import check_fingers, write_fingers
 from fpmatch.evaluation.scoring_plan import AllPairs, ListedPairs
 from fpmatch.evaluation.scoring_rows import RowWriter, check_format
 from fpmatch.evaluation.scoring_run import Comparing, collect
@@ -20,6 +21,7 @@ from fpmatch.evaluation.scoring_store import Store
 from fpmatch.gallery.prints import by_note
 from fpmatch.matching.calibration import MAX_SCORE, calibrated_matchers, load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.output import check_writable
 
 if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
@@ -70,6 +72,10 @@ class Scoring:
     noted : dict of str to tuple of str
         What was noticed on reading prints (that white ridges were turned into dark ones, say),
         and the names of which; of prints that a run before has read too.
+    fingers : Path or None
+        The file of scores of fingers, where it was asked for.
+    finger_rows : int or None
+        Rows of it.
     """
 
     output: Path
@@ -83,6 +89,8 @@ class Scoring:
     dpi_assumed: tuple[str, ...]
     seconds: float
     noted: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    fingers: Path | None = None
+    finger_rows: int | None = None
 
     @property
     def rate(self) -> float:
@@ -100,6 +108,7 @@ def score(
     matcher: str | Matcher = DEFAULT_MATCHER,
     calibration: Calibration | None = None,
     threshold: float | None = None,
+    fingers: str | os.PathLike[str] | None = None,
     dpi: float | None = None,
     engine: Engine | None = None,
     progress: Progress = no_progress,
@@ -124,6 +133,10 @@ def score(
         Turns similarities into scores; by default the one that the package has for the matcher.
     threshold : float, optional
         Keep only rows whose score is at least this, and those without a score.
+    fingers : path-like, optional
+        A CSV file for the scores of fingers, too; see
+        `fpmatch.evaluation.scoring_fingers.write_fingers`. Not with a threshold: the rows that it
+        leaves out count.
     dpi : float, optional
         Resolution of all images of folders, in dots per inch.
     engine : Engine, optional
@@ -144,7 +157,7 @@ def score(
         If the list of pairs is malformed, or another run of this output is unfinished.
     MatcherError
         If the matcher is unknown, or there is a threshold but no calibration, or it is not in
-        0..100.
+        0..100; or scores of fingers are asked for with a threshold or without a calibration.
     OutputError
         If the output cannot be written.
     FpmatchError
@@ -163,6 +176,16 @@ def score(
     _check_threshold(threshold, calibration, chosen.name)
     sides = {REFERENCES: _opened(references, dpi), PROBES: _opened(probes, dpi)}
     plan = _planned(pairs, sides)
+    if fingers is not None:
+        if threshold is not None or calibration is None:
+            raise MatcherError(
+                "scores of fingers need the scores of all their impressions: no threshold, and a "
+                "matcher that has a calibration"
+            )
+        if Path(fingers).resolve() == target.resolve():
+            raise OutputError(f"{fingers}: both the scores of pairs and those of fingers")
+        check_writable(fingers)
+        check_fingers(len(sides[PROBES].names), sides[REFERENCES].fingers)
     run = {
         "format": _FORMAT,
         "version of fpmatch": __version__,
@@ -205,6 +228,11 @@ def score(
         )
         begun = time.perf_counter()
         start, end = comparing.run(place, progress)
+    finger_rows = None
+    if fingers is not None:
+        one, other = sides[PROBES], sides[REFERENCES]
+        names = one.names, other.names, other.fingers
+        finger_rows = write_fingers(target, Path(fingers), *names, same=_same(one, other))
     return Scoring(
         output=target,
         references=len(plan.references),
@@ -221,6 +249,8 @@ def score(
         dpi_assumed=tuple(sorted(assumed)),
         seconds=time.perf_counter() - begun,
         noted=noted,
+        fingers=None if fingers is None else Path(fingers),
+        finger_rows=finger_rows,
     )
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 import numpy as np
 
 from fpmatch.errors import FpmatchError, ScoringError
+from fpmatch.evaluation.scoring_fingers import finger_of_name
 from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import PrintFile, extract_print, find_prints, folder_reader
@@ -60,12 +61,13 @@ class Item:
 class Side(Protocol):
     """Give the prints of one side, in an order that stays.
 
-    `names` are those of its prints, each once; `fingerprint` is a word that is another one
-    whenever they have changed; `place` says where they are, in words.
+    `names` are those of its prints, each once, and `fingers` says whose each is; `fingerprint` is a
+    word that is another one whenever they have changed; `place` says where they are, in words.
     """
 
     place: str
     names: list[str]
+    fingers: list[str]
     fingerprint: str
 
     def items(self, engine: Engine, numbers: Sequence[int]) -> Generator[Item, None, None]:
@@ -125,6 +127,7 @@ class FolderSide:
         )
         self.place = str(folder)
         self.names = [file.path.name for file in self._files]
+        self.fingers = [finger_of_name(name) for name in self.names]
         states: list[object] = [_state(file) for file in self._files]
         self.fingerprint = _digest(states if known == "auto" else [*states, known])
 
@@ -158,6 +161,7 @@ class GallerySide:
         if not entries:
             raise ScoringError(f"{self.place}: the gallery is empty")
         self._numbers = [entry.id for entry in entries]
+        self.fingers = [str(entry.label.of_finger) for entry in entries]
         times = Counter(str(entry.label) for entry in entries)
         # Labels differ, but not always once they are written as one word.
         self.names = [

@@ -172,3 +172,47 @@ def test_every_stage_has_a_bar(run: Any, pair: Path, tmp_path: Path) -> None:
         pair, str(pair), tmp_path / "scores.csv", progress=lambda stage, *_: told.append(stage)
     )
     assert set(told) < set(sys.modules["fpmatch.cli.score"]._STAGES)
+
+
+def test_scores_of_fingers_are_written_beside_those_of_pairs(
+    run: Any, pair: Path, tmp_path: Path
+) -> None:
+    output, fingers = tmp_path / "scores.csv", tmp_path / "fingers.csv"
+    words = ("score", "--references", pair, "--probes", pair, "-o", output, "--workers", 1)
+    result = run(*words, "--fingers", fingers)
+    assert result.exit_code == 0
+    assert result.stdout.splitlines()[-1] == f"{fingers}: 2 rows"
+    found = rows(fingers)
+    assert [(row["probe"], row["finger"], row["impressions"]) for row in found] == [
+        ("1_1.png", "1", "1"),
+        ("1_2.png", "1", "1"),
+    ]
+    other = {(row["probe"], row["reference"]): row["score"] for row in rows(output)}
+    assert float(found[0]["score"]) == pytest.approx(float(other["1_1.png", "1_2.png"]))
+
+
+@pytest.mark.parametrize(
+    ("extra", "said"),
+    [
+        (("--threshold", 40), "no threshold"),
+        (("--matcher", "paper", "--threshold", 40), "no threshold"),
+    ],
+)
+def test_scores_of_fingers_need_all_scores(
+    run: Any, pair: Path, tmp_path: Path, extra: tuple[Any, ...], said: str
+) -> None:
+    output, fingers = tmp_path / "scores.csv", tmp_path / "fingers.csv"
+    words = ("score", "--references", pair, "--probes", pair, "-o", output, "--workers", 1)
+    result = run(*words, "--fingers", fingers, *extra)
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert not output.exists()
+    assert not fingers.exists()
+
+
+def test_scores_of_fingers_are_another_file(run: Any, pair: Path, tmp_path: Path) -> None:
+    output = tmp_path / "scores.csv"
+    words = ("score", "--references", pair, "--probes", pair, "-o", output, "--workers", 1)
+    result = run(*words, "--fingers", output)
+    assert result.exit_code == 2
+    assert "both the scores of pairs and those of fingers" in result.stderr

@@ -16,6 +16,7 @@ class Line:
         self.places = places
         self.place = place
         self.names = [f"{place}_{n}" for n in range(len(places))]
+        self.fingers = list(self.names)
         self.fingerprint = repr((place, places))
 
     def items(self, engine, numbers):

@@ -40,16 +40,20 @@ def inspect(
 
     The quality of an image is 0, of no use, to 100; what is wrong with it follows.
 
-    Images and templates are told by their content, whatever their names. Where a file holds
+    Images and templates are told by their content, whatever their names. Whether ridges are white
+    on dark, the images of one folder say together. Where a file holds
     several prints, what differs between them stands between bars.
     """
     from fpmatch.gallery.inspection import inspect_file
+    from fpmatch.image.folder_polarity import PolarityReader, find_polarities
 
+    reader = partial(read, raw=raw)
+    image_reader = PolarityReader(reader, find_polarities(files, reader=reader))
     found: list[Inspection] = []
     failures = 0
     for file in files:
         try:
-            inspection = inspect_file(file, image_reader=partial(read, raw=raw))
+            inspection = inspect_file(file, image_reader=image_reader)
         except FpmatchError as error:
             failures += 1
             click.echo(f"fpmatch: error: {_one_line(error)}", err=True)

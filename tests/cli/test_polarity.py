@@ -95,3 +95,25 @@ def test_images_that_are_extracted_at_once_decide_together(
         load_template(tmp_path / name / "4.json").minutiae for name in ("turned", "plain")
     )
     assert turned == as_it_is
+
+
+def test_images_that_are_inspected_at_once_decide_together(
+    run: Any, tmp_path: Path, pressed: list[Pixels], stripes: Pixels
+) -> None:
+    folder = tmp_path / "white"
+    folder.mkdir()
+    for number, pixels in enumerate((*pressed, stripes)):
+        Image.fromarray(255 - pixels).save(folder / f"{number}.png", dpi=(500, 500))
+    alone = run("inspect", folder / "4.png", "--json")
+    together = run("inspect", *sorted(folder.iterdir()), "--json")
+    assert INVERTED not in alone.stdout
+    assert together.stdout.count(INVERTED) == len(pressed) + 1
+
+
+def test_what_inspect_finds_beside_a_malformed_description_is_an_error(
+    run: Any, darks: Path
+) -> None:
+    (darks / "dataset.toml").write_text('polarity = "pink"\n')
+    result = run("inspect", darks / "1_1.png")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "no polarity 'pink'" in result.stderr

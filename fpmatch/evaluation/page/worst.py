@@ -12,11 +12,16 @@ from fpmatch.drawing.overlay import draw
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.page.causes import why_alike, why_unlike
+from fpmatch.image.polarity import INVERTED
 from fpmatch.image.read import read_image
 from fpmatch.matching.verify import verify
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fpmatch.evaluation.extraction import Extraction
     from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.image.read import GreyImage
     from fpmatch.matching.result import Verification
 
 DEFAULT_WORST: Final = 6
@@ -117,7 +122,8 @@ def _looked_at(report: EvaluationReport, row: SetResult, k: int, *, genuine: boo
         causes = why_unlike(verification) if genuine else why_alike(verification)
         score = verification.score
         try:
-            picture = _picture(verification, impressions[i].path, impressions[j].path)
+            images = (_as_extracted(impressions[m].path, extractions[m]) for m in (i, j))
+            picture = _picture(verification, *images)
         except FpmatchError as error:
             causes = (*causes, f"not drawn: {error}")
     return WorstPair(
@@ -131,10 +137,15 @@ def _looked_at(report: EvaluationReport, row: SetResult, k: int, *, genuine: boo
     )
 
 
-def _picture(verification: Verification, probe: object, reference: object) -> bytes:
+def _as_extracted(path: Path, extraction: Extraction) -> GreyImage:
+    """Read an image with the polarity with which its template was extracted."""
+    return read_image(path, polarity="white" if INVERTED in extraction.notes else "dark")
+
+
+def _picture(verification: Verification, probe: GreyImage, reference: GreyImage) -> bytes:
     import cv2  # noqa: PLC0415
 
-    drawn = draw(read_image(probe), read_image(reference), verification)  # type: ignore[arg-type]
+    drawn = draw(probe, reference, verification)
     height, width = drawn.shape[:2]
     if width > _PICTURE_WIDTH:
         size = (_PICTURE_WIDTH, round(height * _PICTURE_WIDTH / width))

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Measure where in prints minutiae are found, missed and made up.
 
-    .venv/bin/python benchmarks/minutiae_places.py --synthetic [--against IMAGES MINUTIAE]...
+    .venv/bin/python benchmarks/minutiae_places.py --synthetic [--against IMAGES MINUTIAE NAME]...
 
 With ``--synthetic`` eight synthetic databases are made, from which nothing was learned, and the
-true minutiae are the known ones. With ``--against`` those of another extractor are: IMAGES is an
+true minutiae are the known ones. With ``--against`` those of the extractor NAME are: IMAGES is an
 FVC-style database, MINUTIAE a folder of files FFF_M.csv with the columns x, y, theta, type and
 quality. Printed are, for the border, the core, faint, smeared and other places and for all
 together, how many minutiae are known, the share of them that is found (recall), and the share of
@@ -36,7 +36,7 @@ from fpmatch.evaluation.minutiae_places import (
     format_places,
     places_of,
 )
-from fpmatch.evaluation.minutiae_truth import load_truth
+from fpmatch.evaluation.minutiae_truth import TRUTH_FOLDER, load_truth
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.evaluation.synthetic_sets import make_synthetic_sets
 from fpmatch.formats.files import load_record
@@ -58,7 +58,9 @@ def true_minutiae(extracted: ExtractedSet) -> list[Known]:
     dataset = extracted.dataset
     found: list[Known] = []
     for impression, truth in zip(dataset.impressions, load_truth(dataset), strict=True):
-        path = impression.path.parent / "truth" / f"{impression.path.stem.partition('_')[0]}.json"
+        path = (
+            impression.path.parent / TRUTH_FOLDER / f"{impression.path.stem.partition('_')[0]}.json"
+        )
         cores = json.loads(path.read_text(encoding="utf-8"))["cores"]
         placed = truth.from_master(np.array(cores, float).reshape(-1, 2))
         found.append((truth.minutiae, truth.visible, placed))
@@ -82,10 +84,14 @@ def counted(extracted: ExtractedSet, known: list[Known]) -> Counts:
     rows = zip(dataset.impressions, extracted.extractions, known, strict=True)
     for impression, extraction, (minutiae, visible, cores) in rows:
         if extraction.template is None:
-            raise DatasetError(f"{impression.path}: {extraction.error}")
+            raise DatasetError(f"{impression.path}: {extraction.reason}")
         grey = read_image(impression.path).pixels
         own, dpi = extraction.template.minutiae, extraction.template.dpi
-        places = tuple(places_of(grey, dpi, one.xy, cores) for one in (own, minutiae))
+        found = places_of(grey, dpi, np.vstack([own.xy, minutiae.xy]), cores)
+        places = (
+            {place: inside[: len(own)] for place, inside in found.items()},
+            {place: inside[len(own) :] for place, inside in found.items()},
+        )
         for place, counts in count_by_place(own, minutiae, visible, places).items():
             total[place] += counts
     return total
@@ -112,10 +118,11 @@ def measure(options: argparse.Namespace) -> dict[str, dict[str, dict[str, int]]]
                 for place, counts in counted(extracted, true_minutiae(extracted)).items():
                     total[place] += counts
         rows["synthetic prints"] = as_json(total)
-    for images, minutiae in options.against:
+    for images, minutiae, name in options.against:
         (extracted,) = extract_datasets(load_datasets([Path(images)]), workers=options.workers)
-        name = f"{extracted.dataset.name}, {Path(minutiae).parents[1].name}"
-        rows[name] = as_json(counted(extracted, minutiae_of(Path(minutiae), extracted)))
+        rows[f"{extracted.dataset.name}, {name}"] = as_json(
+            counted(extracted, minutiae_of(Path(minutiae), extracted))
+        )
     return rows
 
 
@@ -128,11 +135,11 @@ def main() -> int:
     parser.add_argument("--prints", type=Path, help="keep the synthetic prints in this folder")
     parser.add_argument(
         "--against",
-        nargs=2,
+        nargs=3,
         action="append",
         default=[],
-        metavar=("IMAGES", "MINUTIAE"),
-        help="a database, and what another extractor found in it (repeatable)",
+        metavar=("IMAGES", "MINUTIAE", "NAME"),
+        help="a database, what another extractor found in it, and its name (repeatable)",
     )
     parser.add_argument("--json", type=Path, help="write the figures to this file")
     parser.add_argument("--workers", type=int, help="processes to use (default: one a core)")

@@ -40,8 +40,8 @@ def inspect(
 
     The quality of an image is 0, of no use, to 100; what is wrong with it follows.
 
-    Images and templates are told by their content, whatever their names. Whether ridges are white
-    on dark, the images of one folder say together. Where a file holds
+    Images and templates are recognised by their content, not by their names. The polarity of the
+    images of one folder is decided from all of them. Where a file holds
     several prints, what differs between them stands between bars.
     """
     from fpmatch.gallery.inspection import inspect_file

@@ -73,9 +73,9 @@ class Scoring:
         What was noticed on reading prints (that white ridges were turned into dark ones, say),
         and the names of which; of prints that a run before has read too.
     fingers : Path or None
-        The file of scores of fingers, where it was asked for.
+        The file of finger scores; None without one.
     finger_rows : int or None
-        Rows of it.
+        Number of rows in it.
     """
 
     output: Path
@@ -157,7 +157,7 @@ def score(
         If the list of pairs is malformed, or another run of this output is unfinished.
     MatcherError
         If the matcher is unknown, or there is a threshold but no calibration, or it is not in
-        0..100; or scores of fingers are asked for with a threshold or without a calibration.
+        0..100; or finger scores are requested with a threshold or without a calibration.
     OutputError
         If the output cannot be written.
     FpmatchError

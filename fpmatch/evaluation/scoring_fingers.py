@@ -9,39 +9,35 @@ from __future__ import annotations
 
 import csv
 import io
-import re
-from pathlib import PurePath
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.errors import ScoringError
 from fpmatch.evaluation.scoring_rows import is_parquet
+from fpmatch.gallery.names import NamePattern
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.output import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
-    from pathlib import Path
 
 FINGER_COLUMNS: Final = ("probe", "finger", "impressions", "best", "score")
 MOST_CELLS: Final = 50_000_000
 """Probes times fingers, at most: 20 bytes of memory each."""
 
-_FVC_NAME: Final = re.compile(r"(\d+)_\d+", re.ASCII)
-
 
 def finger_of_name(name: str) -> str:
-    """Return the finger that a file's name tells: FFF of FFF_M.tif, else the name without suffix.
+    """Return the finger in a file name: FFF of FFF_M.tif, else the name without suffix.
 
     Examples
     --------
     >>> finger_of_name("101_3.tif"), finger_of_name("left thumb.png")
     ('101', 'left thumb')
     """
-    stem = PurePath(name).stem
-    named = _FVC_NAME.fullmatch(stem)
-    return named[1] if named else stem
+    label = NamePattern().label(Path(name))
+    return Path(name).stem if label is None else str(label.of_finger)
 
 
 def check_fingers(probes: int, fingers: Sequence[str]) -> None:

@@ -14,15 +14,15 @@ bifurcation; quality runs from 0 to 100. The ridge field is not kept.
 
 from __future__ import annotations
 
-import csv
 import re
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import LARGEST, Codec
+from fpmatch.formats.codec import Codec
 from fpmatch.formats.columns import minutiae_of
+from fpmatch.formats.csv_lines import cells_of, lines_of, numbers_of, places_in_words
 from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
 from fpmatch.minutiae import MinutiaKind, Template
 
@@ -35,7 +35,6 @@ CONVENTION: Final = (
     "# pixels from the top left, y down; angle_deg counter-clockwise on screen from +x"
 )
 COLUMNS: Final = ["x", "y", "angle_deg", "kind", "quality"]
-DIGITS: Final = 9  # significant digits that give back the same float32
 
 
 def encode(record: TemplateRecord) -> Encoded:
@@ -47,19 +46,14 @@ def encode(record: TemplateRecord) -> Encoded:
         notes.append(f"extended data of {view.extended.layout} dropped")
     frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
     lines = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
-    degrees = np.degrees(m.angle.astype(np.float64))
-    for x, y, angle, kind, quality in zip(m.x, m.y, degrees, m.kind, m.quality, strict=True):
-        numbers = ",".join(f"{float(value):.{DIGITS}g}" for value in (x, y, angle))
-        lines.append(f"{numbers},{MinutiaKind(kind).name.lower()},{quality}")
+    for place, kind, quality in zip(places_in_words(m), m.kind, m.quality, strict=True):
+        lines.append(f"{place},{MinutiaKind(kind).name.lower()},{quality}")
     return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
 
 
 def decode(data: bytes, how: Reading) -> TemplateRecord:
     """Return the template that the bytes of a CSV file hold, or raise TemplateError."""
-    try:
-        lines = data.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise TemplateError(f"not UTF-8 text (byte {error.start})") from error
+    lines = lines_of(data)
     width, height, dpi = _frame(lines[0] if lines else "")
     rows = _rows(lines)
     number, header = next(rows, (len(lines), []))
@@ -95,7 +89,7 @@ def _rows(lines: list[str]) -> Iterator[tuple[int, list[str]]]:
     """Yield number and cells of each line that is neither a comment nor blank."""
     for number, line in enumerate(lines, start=1):
         if line.strip() and not line.startswith("#"):
-            yield number, [cell.strip() for cell in next(csv.reader([line]))]
+            yield number, cells_of(number, line)
 
 
 def _minutia(number: int, row: list[str]) -> tuple[float, float, float, float, float]:
@@ -105,12 +99,7 @@ def _minutia(number: int, row: list[str]) -> tuple[float, float, float, float, f
     *position, kind, quality = row
     if kind.upper() not in MinutiaKind.__members__:
         raise TemplateError(f"line {number}: unknown kind of minutia {kind!r}")
-    try:
-        x, y, angle, grade = map(float, [*position, quality])
-    except ValueError as error:
-        raise TemplateError(f"line {number}: {error}") from error
-    if not all(abs(value) <= LARGEST for value in (x, y, angle)) or not 0 <= grade <= 100:
-        raise TemplateError(f"line {number}: a value is not finite, or a quality not in 0..100")
+    x, y, angle, grade = numbers_of(number, position, quality)
     return x, y, angle, MinutiaKind[kind.upper()].value, grade
 
 

@@ -121,9 +121,8 @@ class UnitCircleMatcher:
         if aligned is None:
             return None
         _, evidence = aligned
-        by_ridges = (
-            score.load_weights().model_of(a, b).ridge_sum(evidence.features) / evidence.decade
-        )
+        model = score.load_weights().model_of(a, b)
+        by_ridges = model.ridge_sum(evidence.features) / evidence.decade
         return Compared(
             minutiae=evidence.common,
             area_mm2=evidence.area * MM2_PER_PX2,
@@ -155,11 +154,8 @@ class UnitCircleMatcher:
             The median, as measured on synthetic prints and parts of them.
         """
         minutiae, area = available(probe, reference)
-        typical = (
-            score.load_weights()
-            .model_of(probe, reference)
-            .typical(factor * minutiae, factor * area)
-        )
+        model = score.load_weights().model_of(probe, reference)
+        typical = model.typical(factor * minutiae, factor * area)
         return float(as_similarity(typical)) if minutiae >= MIN_MINUTIAE else 0.0
 
     def similarities(

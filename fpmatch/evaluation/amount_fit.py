@@ -46,6 +46,7 @@ FORMS: Final = {
     MODELS[0]: ((True, True),),
     MODELS[1]: ((False, False),),
     MODELS[2]: ((True, False), (False, True)),
+    MODELS[3]: ((True, True),),
 }
 """Whether the prints or parts, and the whole prints, have ridges, by model."""
 
@@ -140,7 +141,12 @@ def fit_amounts(
             found = []
             for ridges in FORMS[name]:
                 task = partial(
-                    amount_samples, weights=weights, ridges=ridges, genuine=genuine, parameters=p
+                    amount_samples,
+                    weights=weights,
+                    model=name,
+                    ridges=ridges,
+                    genuine=genuine,
+                    parameters=p,
                 )
                 found += list(pool.map(task, sets, range(SEED, SEED + len(sets))))
             return [one for rows in found for one in rows]
@@ -163,6 +169,7 @@ def amount_samples(
     seed: int,
     *,
     weights: ScoreWeights,
+    model: str,
     ridges: tuple[bool, bool],
     genuine: bool = False,
     parameters: AmountParameters | None = None,
@@ -180,6 +187,8 @@ def amount_samples(
         Of what is drawn.
     weights : ScoreWeights
         Weights of the features.
+    model : str
+        The one of `fpmatch.matching.score.MODELS` whose comparisons are wanted.
     ridges : tuple of bool
         Whether the prints and parts, and the whole prints, keep their ridges.
     genuine : bool
@@ -217,7 +226,8 @@ def amount_samples(
             ]
             count = p.mates if genuine else p.references
             for j in rng.choice(others, count).tolist() if others else ():
-                rows += compared(probe, prepared[j], workspace, weights)
+                if weights.model_of(probe, prepared[j]) is weights.models[MODELS.index(model)]:
+                    rows += compared(probe, prepared[j], workspace, weights)
         if rows:
             sums, amounts = (np.array(column) for column in zip(*rows, strict=True))
             samples.append(AmountSample(sums, amounts, weight))

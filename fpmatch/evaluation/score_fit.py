@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
+from fpmatch.evaluation.partial import window
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.matching.align import AlignmentParameters, aligner_of
@@ -34,11 +35,15 @@ from fpmatch.matching.codes import common
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.score import (
     FEATURES,
+    MODELS,
     NO_PREFILTER,
     NO_QUANTILES,
     RIDGE_FEATURES,
+    SMALL_FEATURES,
+    SMALL_WITH_RIDGES,
     ScoreModel,
     ScoreWeights,
     evidence_scorer,
@@ -54,6 +59,8 @@ if TYPE_CHECKING:
     from fpmatch.matching.prepare import PreparedTemplate
 
 
+SEED: Final = 18
+HYPOTHESES: Final = AlignmentParameters().hypotheses + RidgeSearchParameters().found
 OF_RIDGES: Final = np.array([name in RIDGE_FEATURES for name in FEATURES])
 
 
@@ -75,14 +82,19 @@ class FitParameters:
         Largest change of a weight in a step.
     digits : int
         Significant digits kept, so that rounding in other orders of summing changes nothing.
-    every_impostor : int
-        Of so many impostor comparisons of a database one is taken.
+    every_impostor, every_window_impostor : int
+        Of so many impostor comparisons of a database one is taken, and one of a window.
+    windows_px : tuple of int
+        Sides of the windows in pixels at 500 dpi.
     refined : float
         Share of the impostor comparisons that coarse alignment leaves in doubt, so that they are
         refined and their ridges compared.
     confident : float
         Share of the impostor comparisons whose best hypothesis in coarse alignment is refined
         alone.
+    window_passed : float
+        Share of the impostor comparisons that reach the sum above which a genuine comparison found
+        by its ridges is not to be rejected by the prefilter.
     prefilter_loss : float
         Share of the genuine comparisons that pass coarse alignment which the prefilter may reject.
     relaxation_loss : float
@@ -104,8 +116,11 @@ class FitParameters:
     longest_step: float = 2.0
     digits: int = 6
     every_impostor: int = 4
+    every_window_impostor: int = 16
+    windows_px: tuple[int, ...] = (128, 160)
     refined: float = 0.25
     confident: float = 0.001
+    window_passed: float = 0.01
     prefilter_loss: float = 0.0005
     relaxation_loss: float = 0.002
     prefilter_limit: float = 30.0
@@ -122,10 +137,10 @@ class ScoreSample:
     ----------
     name : str
         The database.
-    features : ndarray of float64, shape (N, H, 12)
+    features : ndarray of float64, shape (N, H, 13)
         Those of the comparisons that found something, of each hypothesis, refined, its ridges
         compared; NaN where there are fewer. See `fpmatch.matching.score.FEATURES`.
-    coarse : ndarray of float64, shape (N, H, 12)
+    coarse : ndarray of float64, shape (N, H, 13)
         Those in coarse alignment, of the minutiae alone.
     descriptors : ndarray of float64, shape (N, 2)
         The prefilter's score, and the minutiae of the smaller print.
@@ -147,7 +162,11 @@ class ScoreSample:
 
 
 def sample_of(
-    extracted: ExtractedSet, parameters: FitParameters | None = None, *, ridges: bool = True
+    extracted: ExtractedSet,
+    parameters: FitParameters | None = None,
+    *,
+    ridges: bool = True,
+    window_px: float | None = None,
 ) -> ScoreSample:
     """Compare the impressions of a database with one another.
 
@@ -159,6 +178,9 @@ def sample_of(
         What share of the impostors to take.
     ridges : bool
         Whether the templates keep their ridges; else their minutiae alone are compared.
+    window_px : float, optional
+        Side in pixels at 500 dpi of the windows of which the probes are made (default: they are
+        whole).
 
     Returns
     -------
@@ -167,19 +189,26 @@ def sample_of(
     """
     p = parameters or FitParameters()
     pairs = choose_pairs(extracted.dataset.impressions)
-    prints = [
-        None if one is None else MATCHER.prepare(one if ridges else replace(one, field=None))
+    templates = [
+        one if one is None or ridges else replace(one, field=None)
         for one in (extraction.template for extraction in extracted.extractions)
     ]
+    every = p.every_impostor
+    prints = probes = [one and MATCHER.prepare(one) for one in templates]
+    if window_px is not None:
+        every = p.every_window_impostor
+        rng = np.random.default_rng([SEED, round(window_px)])
+        parts = (one and window(one, window_px, rng) for one in templates)
+        probes = [one and MATCHER.prepare(one) for one in parts]
     room = max((len(one) for one in prints if one), default=0)
     scorers = tuple(evidence_scorer(room, _no_weights(refine)) for refine in (np.inf, -1.0))
     rows: list[NDArray[np.float64]] = []
     descriptors, strength, genuine, nothing, passed = [], [], [], [0, 0], 0
     for i, j, same in zip(pairs.probe, pairs.reference, pairs.genuine, strict=True):
         passed += not same
-        if not same and passed % p.every_impostor:
+        if not same and passed % every:
             continue
-        a, b = prints[i], prints[j]
+        a, b = probes[i], prints[j]
         row = None if a is None or b is None else _features(a, b, scorers)
         if a is None or b is None or row is None:
             nothing[0 if same else 1] += 1
@@ -188,7 +217,7 @@ def sample_of(
             strength.append(row[1])
             descriptors.append(_descriptors_of(a, b))
             genuine.append(bool(same))
-    shape = (len(rows), 2, AlignmentParameters().hypotheses, len(FEATURES))
+    shape = (len(rows), 2, HYPOTHESES, len(FEATURES))
     features = np.array(rows).reshape(shape)
     return ScoreSample(
         extracted.dataset.name,
@@ -206,7 +235,7 @@ def _no_weights(refine: float) -> ScoreWeights:
     standard = np.zeros((4, len(FEATURES)))
     standard[1] = 1.0
     model = ScoreModel(standard, 0.0, NO_PREFILTER, -1.0, refine, np.inf, np.array(NO_QUANTILES))
-    return ScoreWeights((model, model), {})
+    return ScoreWeights((model,) * len(MODELS), {})
 
 
 def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, int]:
@@ -230,16 +259,24 @@ def _features(
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     aligner = aligner_of(a.points, b.points)
     sides = a.for_kernels(), b.for_kernels()
-    found = np.full((2, AlignmentParameters().hypotheses, len(FEATURES)), np.nan)
+    found = np.full((2, HYPOTHESES, len(FEATURES)), np.nan)
     aligner.relax(similarity)
     for steps, scorer, rows in zip(
         (aligner.start_hypothesis, aligner.refine), scorers, found, strict=True
     ):
-        for k, row in enumerate(rows):
+        for k, row in enumerate(rows[: AlignmentParameters().hypotheses]):
             if steps(k):
                 scorer.score_alignment(*sides, aligner, similarity)
                 row[:] = scorer.feature
-    if np.isnan(found[..., 0]).all(axis=1).any():
+    scorer, first = scorers[1], AlignmentParameters().hypotheses
+    ridges = [side.region.ridges is not None for side in (a, b)]
+    model = scorer.choose_model(*ridges, min(a.region.area, b.region.area))
+    if model == MODELS.index(SMALL_WITH_RIDGES):
+        for k in range(scorer.search.search(*sides, scorer.lens)):
+            if aligner.start_from(scorer.search.first[k], scorer.search.second[k]):
+                scorer.score_alignment(*sides, aligner, similarity)
+                found[1, first + k] = scorer.feature
+    if np.isnan(found[1, :, 0]).all():
         return None
     return found, aligner.relaxation.strength
 
@@ -247,6 +284,7 @@ def _features(
 def fit_weights(
     samples: Sequence[ScoreSample],
     alone: Sequence[ScoreSample],
+    small: Sequence[ScoreSample],
     *,
     without: Collection[str] = (),
     command: str = "",
@@ -260,6 +298,9 @@ def fit_weights(
         The databases, with ridges.
     alone : sequence of ScoreSample
         The same, of minutiae alone.
+    small : sequence of ScoreSample
+        The same, with ridges, of windows of the prints against whole ones: from them and the whole
+        prints together the model of small prints is learned.
     without : collection of str
         Features that are to have no weight.
     command : str
@@ -281,9 +322,10 @@ def fit_weights(
         "version": __version__,
         "command": command,
     }
-    first = fit_model(samples, without=without, parameters=p)
+    first = fit_model(samples, without={*without, *SMALL_FEATURES}, parameters=p)
     second = fit_model(alone, without={*without, *RIDGE_FEATURES}, parameters=p)
-    return ScoreWeights((first, second, second), provenance)
+    third = fit_model([*samples, *small], without=without, parameters=p)
+    return ScoreWeights((first, second, second, third), provenance)
 
 
 def fit_model(
@@ -302,12 +344,15 @@ def fit_model(
     for _ in range(p.turns):
         standard, bias = _fit(x, genuine, share, used, p)
         x = _chosen(every, standard, bias)[0]
-    every = np.concatenate([one.coarse for one in samples])
+    refined, every = every, np.concatenate([one.coarse for one in samples])
     coarse = _chosen(every, standard, bias, coarse=True)[1]
     passed = np.quantile(coarse[~genuine], [1.0 - p.refined, 1.0 - p.confident])
     refine, confident = _rounded(passed, p.digits).tolist()
     descriptors = np.concatenate([one.descriptors for one in samples])
-    passing = genuine & (coarse > refine)
+    searched = ~np.isnan(refined[:, -RidgeSearchParameters().found :, 0]).all(axis=1)
+    total = _chosen(refined, standard, bias)[1]
+    stands_out = total > np.quantile(total[~genuine], 1.0 - p.window_passed)
+    passing = genuine & ((coarse > refine) | (searched & stands_out))
     prefilter = _prefilter(descriptors[passing], descriptors[~genuine], p)
     strength = np.sort(np.concatenate([one.strength for one in samples])[passing])
     lost = int(p.relaxation_loss * len(strength))

@@ -27,6 +27,7 @@ cdef class Aligner:
     cpdef int relax(self, float[:, ::1] similarity) noexcept nogil
     cpdef int start_hypothesis(self, Py_ssize_t k) noexcept nogil
     cpdef int refine(self, Py_ssize_t k) noexcept nogil
+    cpdef int start_from(self, Py_ssize_t i, Py_ssize_t j) noexcept nogil
     cdef int _save_coarse(self, Py_ssize_t k) noexcept nogil
     cdef int _list_pairs(self) noexcept nogil
     cdef int _first_fit(self) noexcept nogil

@@ -247,6 +247,22 @@ class Aligner:
             self.grow(self.rounds - self.coarse_rounds, True)
         return self.pairs
 
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def start_from(self, i: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.int:
+        """Align by minutia i of A and j of B alone, to the end; return the number of pairs."""
+        k: cython.Py_ssize_t
+        self.at_hand = -1
+        for k in range(self.size_a):
+            self.partner[k] = -1
+            self.weight[k] = 0.0
+        self.partner[i] = cython.cast(cython.int, j)
+        self.weight[i] = 1.0
+        self._list_pairs()
+        self._first_fit()
+        return self.grow(self.rounds, False)
+
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)

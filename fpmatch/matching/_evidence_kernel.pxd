@@ -2,6 +2,7 @@
 from fpmatch.matching._align_kernel cimport Aligner
 from fpmatch.matching._print_kernel cimport Print
 from fpmatch.matching._ridge_kernel cimport RidgeLens
+from fpmatch.matching._ridge_search_kernel cimport RidgeSearch
 
 
 cdef class EvidenceScorer:
@@ -11,14 +12,16 @@ cdef class EvidenceScorer:
     cdef const double[:, ::1] limits
     cdef const double[:, :, ::1] quantiles
     cdef int[::1] paired_b
-    cdef RidgeLens lens
+    cdef readonly RidgeLens lens
+    cdef readonly RidgeSearch search
+    cdef double small_area
     cdef readonly double total, decade
     cdef double most, last
     cdef int found
     cdef Py_ssize_t model
-    cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae
+    cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation
 
-    cpdef int choose_model(self, bint ridges_a, bint ridges_b) noexcept nogil
+    cpdef int choose_model(self, bint ridges_a, bint ridges_b, double area) noexcept nogil
     cpdef double prefilter_shortfall(self, int weight, Py_ssize_t smaller) noexcept nogil
     cpdef double prefilter_rejected(self, double shortfall) noexcept nogil
     cpdef double score_alignment(
@@ -40,6 +43,7 @@ cdef class EvidenceScorer:
     ) noexcept nogil
 
 
+cpdef double smaller_area(Print a, Print b) noexcept nogil
 cdef double common_cells(Print a, Print b, double c, double s, double x, double y) noexcept nogil
 cpdef int describe_amount(double minutiae, double area, double[::1] term) noexcept nogil
 cdef double raised(double squares, double minutiae) noexcept nogil

@@ -11,6 +11,7 @@ if cython.compiled:
     from cython.cimports.fpmatch.matching._align_kernel import Aligner
     from cython.cimports.fpmatch.matching._print_kernel import Print
     from cython.cimports.fpmatch.matching._ridge_kernel import RidgeLens
+    from cython.cimports.fpmatch.matching._ridge_search_kernel import RidgeSearch
     from cython.cimports.libc.math import exp, log, log1p, sqrt
 else:
     from math import exp, log, log1p, sqrt
@@ -18,6 +19,7 @@ else:
     from fpmatch.matching._align_kernel import Aligner
     from fpmatch.matching._print_kernel import Print
     from fpmatch.matching._ridge_kernel import RidgeLens
+    from fpmatch.matching._ridge_search_kernel import RidgeSearch
 
 COMPILED = cython.compiled
 
@@ -58,7 +60,7 @@ CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
 LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
 LOG_10 = cython.declare(cython.double, 2.302585092994046)
 
-FEATURES = cython.declare(cython.Py_ssize_t, 12)
+FEATURES = cython.declare(cython.Py_ssize_t, 13)
 # Added to the relaxed similarity before its logarithm is taken
 LEAST_RELAXED = cython.declare(cython.double, 0.01)
 
@@ -84,6 +86,7 @@ UNPAIRED_SUM = cython.declare(cython.double, -1e9)  # of a hypothesis under whic
 WITH_RIDGES = cython.declare(cython.Py_ssize_t, 0)
 MINUTIAE_ALONE = cython.declare(cython.Py_ssize_t, 1)
 ONE_WITH_RIDGES = cython.declare(cython.Py_ssize_t, 2)
+SMALL_WITH_RIDGES = cython.declare(cython.Py_ssize_t, 3)
 
 
 @cython.final
@@ -96,7 +99,7 @@ class EvidenceScorer:
     last. Which model scores depends on which prints have pictures of their ridges.
     """
 
-    def __init__(self, score, weights, room) -> None:
+    def __init__(self, score, weights, room, search) -> None:
         self.evidence = np.zeros(ENTRIES)
         self.best = np.zeros(ENTRIES)
         self.feature = np.zeros(FEATURES)
@@ -113,11 +116,14 @@ class EvidenceScorer:
         self.found = 0
         self.paired_b = np.empty(room, np.int32)
         self.lens = RidgeLens(room)
+        self.search = RidgeSearch(search)
+        self.small_area = weights.small_area
         self.margin = score.margin_px
         self.hull_margin = score.hull_margin_px
         self.doubt_pairs = score.doubt_pairs
         self.doubt_cells = score.doubt_cells
         self.doubt_minutiae = score.doubt_minutiae
+        self.usual_correlation = score.usual_correlation
 
     @cython.boundscheck(False)
     @cython.wraparound(False)
@@ -130,10 +136,15 @@ class EvidenceScorer:
     @cython.ccall
     @cython.nogil
     @cython.exceptval(check=False)
-    def choose_model(self, ridges_a: cython.bint, ridges_b: cython.bint) -> cython.int:
-        """Take the model for prints that have pictures of their ridges, or have not."""
+    def choose_model(
+        self, ridges_a: cython.bint, ridges_b: cython.bint, area: cython.double
+    ) -> cython.int:
+        """Take the model for prints that have pictures of their ridges, or have not.
+
+        `area` is that of the smaller print, in square pixels at 500 dpi.
+        """
         if ridges_a and ridges_b:
-            self.model = WITH_RIDGES
+            self.model = SMALL_WITH_RIDGES if area <= self.small_area else WITH_RIDGES
         else:
             self.model = ONE_WITH_RIDGES if ridges_a or ridges_b else MINUTIAE_ALONE
         return cython.cast(cython.int, self.model)
@@ -174,7 +185,7 @@ class EvidenceScorer:
         The ridges are compared only where the minutiae leave a doubt.
         """
         total: cython.double
-        self.choose_model(a.has_ridges, b.has_ridges)
+        self.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
         self._gather(a, b, aligner, similarity)
         total = self._total()
         if total > self.limits[self.model, REFINE]:
@@ -207,7 +218,9 @@ class EvidenceScorer:
         refine: cython.double
         confident: cython.double
         weak: cython.bint
-        self.choose_model(a.has_ridges, b.has_ridges)
+        small: cython.bint
+        self.most = UNPAIRED_SUM
+        self.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
         self.found = 0
         aligner.relax(similarity)
         refine = self.limits[self.model, REFINE]
@@ -225,7 +238,8 @@ class EvidenceScorer:
                     first = k
                 if self.last > confident or weak:
                     break
-        if self.found == 0:
+        small = self.model == SMALL_WITH_RIDGES and not self.most > confident
+        if self.found == 0 and not small:
             return 0.0
         if self.most > refine:
             self.found = 0
@@ -233,9 +247,14 @@ class EvidenceScorer:
                 if self.coarse[k] > refine:
                     aligner.refine(k)
                     self._save_better(a, b, aligner, similarity, True)
-            if self.found == 0:
-                aligner.best_pairs = 0
-                return 0.0
+        if small:
+            hypotheses = self.search.search(a, b, self.lens)
+            for k in range(hypotheses):
+                if aligner.start_from(self.search.first[k], self.search.second[k]) > 0:
+                    self._save_better(a, b, aligner, similarity, True)
+        if self.found == 0:
+            aligner.best_pairs = 0
+            return 0.0
         for k in range(ENTRIES):
             self.evidence[k] = self.best[k]
         return self.condition(self._total())
@@ -264,7 +283,7 @@ class EvidenceScorer:
             return False
         self._gather(a, b, aligner, similarity)
         total = self._total()
-        if ridges and self.model == WITH_RIDGES:
+        if ridges and a.has_ridges and b.has_ridges:
             total = self._compare_ridges(a, b, aligner)
         self.last = total
         better = self.found == 0 or total > self.most
@@ -311,9 +330,12 @@ class EvidenceScorer:
         if self.evidence[CELLS] > 0.0:
             self.feature[10] = self.evidence[RIDGES]
             self.feature[11] = log(self.evidence[CELLS] + self.doubt_cells)
+            self.feature[12] = self.evidence[RIDGES] - self.usual_correlation
+            self.feature[12] *= sqrt(self.evidence[CELLS])
         else:
             self.feature[10] = self.standard[self.model, IMPOSTOR, 10]
             self.feature[11] = self.standard[self.model, IMPOSTOR, 11]
+            self.feature[12] = self.standard[self.model, IMPOSTOR, 12]
         return 0
 
     @cython.ccall
@@ -460,9 +482,7 @@ class EvidenceScorer:
         self.evidence[CELLS] = 0.0
         self.evidence[OVERLAP] = 0.0
         self.evidence[AREA] = 0.0
-        smaller = a.inside * (a.step * a.step)
-        area = b.inside * (b.step * b.step)
-        smaller = area if area < smaller else smaller
+        smaller = smaller_area(a, b)
         if smaller > 0.0:
             area = common_cells(a, b, c, s, x, y) * (a.step * a.step)
             if area > smaller:
@@ -470,6 +490,16 @@ class EvidenceScorer:
             self.evidence[OVERLAP] = area / smaller
             self.evidence[AREA] = area
         return 0
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def smaller_area(a: Print, b: Print) -> cython.double:
+    """Return the area of the smaller of two prints, in square pixels at 500 dpi."""
+    area: cython.double = b.inside * (b.step * b.step)
+    smaller: cython.double = a.inside * (a.step * a.step)
+    return area if area < smaller else smaller
 
 
 @cython.cfunc

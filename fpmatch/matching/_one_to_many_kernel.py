@@ -113,6 +113,8 @@ class OneToMany:
         last: cython.Py_ssize_t = packed.minutiae_start[k + 1]
         smaller: cython.Py_ssize_t = last - first
         weight: cython.int
+        area: cython.double
+        own_area: cython.double
         if self.probe.size < smaller:
             smaller = self.probe.size
         if smaller < self.fewest_minutiae:
@@ -127,7 +129,10 @@ class OneToMany:
             packed.has_flow[k],
             reference_first,
         )
-        self.scorer.choose_model(self.probe.has_ridges, packed.has_ridges[k])
+        area = packed.inside[k] * (packed.step[k] * packed.step[k])
+        own_area = self.probe.inside * (self.probe.step * self.probe.step)
+        area = own_area if own_area < area else area
+        self.scorer.choose_model(self.probe.has_ridges, packed.has_ridges[k], area)
         return self.scorer.prefilter_shortfall(weight, smaller)
 
     @cython.cfunc

@@ -10,7 +10,7 @@ import numpy as np
 if cython.compiled:
     from cython.cimports.fpmatch.matching._align_kernel import Aligner
     from cython.cimports.fpmatch.matching._code_kernel import Sieve
-    from cython.cimports.fpmatch.matching._evidence_kernel import EvidenceScorer
+    from cython.cimports.fpmatch.matching._evidence_kernel import EvidenceScorer, smaller_area
     from cython.cimports.fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
     from cython.cimports.fpmatch.matching._print_kernel import Print
     from cython.cimports.libc.math import atan2, cos, sin, sqrt
@@ -19,7 +19,7 @@ else:
 
     from fpmatch.matching._align_kernel import Aligner
     from fpmatch.matching._code_kernel import Sieve
-    from fpmatch.matching._evidence_kernel import EvidenceScorer
+    from fpmatch.matching._evidence_kernel import EvidenceScorer, smaller_area
     from fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
     from fpmatch.matching._print_kernel import Print
 
@@ -74,7 +74,7 @@ class OneToOne:
             other.has_flow,
             other_first,
         )
-        self.scorer.choose_model(own.has_ridges, other.has_ridges)
+        self.scorer.choose_model(own.has_ridges, other.has_ridges, smaller_area(own, other))
         return self.scorer.prefilter_shortfall(
             weight, own.size if own.size < other.size else other.size
         )

@@ -18,6 +18,14 @@ cdef class RidgeLens:
     cpdef int compare(
         self, Print a, Print b, PairMesh mesh, double c, double s, double x, double y
     ) noexcept nogil
+    cpdef int compare_rigid(
+        self, Print a, Print b, double c, double s, double x, double y
+    ) noexcept nogil
+    cdef bint _take(
+        self, Print a, Print b, double c, double s, double x, double y
+    ) noexcept nogil
+    cdef int _correlate(self, Print a, Print b) noexcept nogil
+    cdef int _leave_in_place(self, Print a) noexcept nogil
     cdef int _gather(self, Print a, Print b) noexcept nogil
     cdef int _displace(self, Print a, PairMesh mesh) noexcept nogil
     cdef int _within(self, double line, int lines) noexcept nogil

@@ -91,26 +91,72 @@ class RidgeLens:
         The mesh is built by the same transform. Where a region has more than 16,384 cells, its
         border counted, none are compared.
         """
+        if not self._take(a, b, c, s, x, y):
+            return 0
+        self._displace(a, mesh)
+        return self._correlate(a, b)
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def compare_rigid(
+        self,
+        a: Print,
+        b: Print,
+        c: cython.double,
+        s: cython.double,
+        x: cython.double,
+        y: cython.double,
+    ) -> cython.int:
+        """Align A with B by the transform alone; return the number of cells compared."""
+        if not self._take(a, b, c, s, x, y):
+            return 0
+        self._leave_in_place(a)
+        return self._correlate(a, b)
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _take(
+        self,
+        a: Print,
+        b: Print,
+        c: cython.double,
+        s: cython.double,
+        x: cython.double,
+        y: cython.double,
+    ) -> cython.bint:
+        """Take two prints and a transform; return whether their ridges can be compared."""
+        wide: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, a.columns) + 2
+        self.correlation = 0.0
+        self.cells = 0
+        if not (a.has_ridges and b.has_ridges):
+            return False
+        if (cython.cast(cython.Py_ssize_t, a.rows) + 2) * wide > MOST_CELLS:
+            return False
+        if (b.rows + 4) * (cython.cast(cython.Py_ssize_t, b.columns) + 4) > MOST_CELLS:
+            return False
+        self.c = c
+        self.s = s
+        self.x = x
+        self.y = y
+        self._gather(a, b)
+        return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def _correlate(self, a: Print, b: Print) -> cython.int:
+        """Compare the cells where they are displaced to; return how many could be compared."""
         row: cython.int
         column: cython.int
         k: cython.Py_ssize_t
         r: cython.Py_ssize_t
         own: cython.Py_ssize_t
         wide: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, a.columns) + 2
-        self.correlation = 0.0
-        self.cells = 0
-        if not (a.has_ridges and b.has_ridges):
-            return 0
-        if (cython.cast(cython.Py_ssize_t, a.rows) + 2) * wide > MOST_CELLS:
-            return 0
-        if (b.rows + 4) * (cython.cast(cython.Py_ssize_t, b.columns) + 4) > MOST_CELLS:
-            return 0
-        self.c = c
-        self.s = s
-        self.x = x
-        self.y = y
-        self._gather(a, b)
-        self._displace(a, mesh)
         for k in range((a.rows + 2) * wide):
             self.both[k] = 0
             for r in range(SHIFTS):
@@ -166,6 +212,20 @@ class RidgeLens:
     @cython.nogil
     @cython.boundscheck(False)
     @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _leave_in_place(self, a: Print) -> cython.int:
+        """Let all blocks be where the transform maps them."""
+        k: cython.Py_ssize_t
+        self.blocks = (a.columns + 1) // 2
+        for k in range(cython.cast(cython.Py_ssize_t, (a.rows + 1) // 2) * self.blocks):
+            self.drift[k, 0] = 0.0
+            self.drift[k, 1] = 0.0
+        return 0
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
     @cython.cdivision(True)
     @cython.exceptval(check=False)
     def _displace(self, a: Print, mesh: PairMesh) -> cython.int:
@@ -203,10 +263,7 @@ class RidgeLens:
         at_r: cython.double
         low: cython.double
         high: cython.double
-        self.blocks = columns
-        for k in range(cython.cast(cython.Py_ssize_t, rows) * columns):
-            self.drift[k, 0] = 0.0
-            self.drift[k, 1] = 0.0
+        self._leave_in_place(a)
         if mesh.vertices > self.vertex.shape[0]:  # more pairs than there is room for
             return 0
         for k in range(mesh.vertices):

@@ -20,8 +20,11 @@ if TYPE_CHECKING:
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.prepared_many import PreparedMany
 
-MIN_MINUTIAE: Final = 3
+MIN_MINUTIAE: Final = 1
 """The fewest minutiae that a print is compared by."""
+
+MINUTIAE_ORDERED_BY: Final = 3
+"""So many minutiae are looked at to tell which of two prints comes first."""
 
 NEITHER_FIRST: Final = 0
 REFERENCE_FIRST: Final = -1
@@ -51,16 +54,17 @@ def orders(
     start = references.minutiae_start[first:last]
     size = np.diff(references.minutiae_start[first : last + 1])
     found = np.full(len(start), PROBE_FIRST, np.int8)
-    comparable = np.flatnonzero(size >= MIN_MINUTIAE)
+    undecided = np.flatnonzero(size >= MIN_MINUTIAE)
     if len(probe) < MIN_MINUTIAE:
         return found
-    undecided = comparable
-    for k in range(MIN_MINUTIAE):
+    found[undecided] = NEITHER_FIRST
+    for k in range(min(MINUTIAE_ORDERED_BY, len(probe))):
+        undecided = undecided[size[undecided] > k]
         theirs = _as_ordered(references.xy[start[undecided] + k, 0].astype(np.float64))
         ours = _as_ordered(probe.points[0, k : k + 1])
         found[undecided] = np.where(theirs < ours, REFERENCE_FIRST, PROBE_FIRST)
         undecided = undecided[theirs == ours]
-    found[undecided] = NEITHER_FIRST
+        found[undecided] = NEITHER_FIRST
     return found
 
 

@@ -13,7 +13,8 @@ its features are
   raised where the mean of these squares in a print is below 0.25: all of them cannot be nothing;
 - the overlap: the share of the smaller print that is compared;
 - ``m / (n + 5)``, of n minutiae of the smaller print: what the paper decides by;
-- the correlation of the ridges, and the logarithm of the area where they could be compared.
+- the correlation of the ridges, the logarithm of the area where they could be compared, and by how
+  many standard errors, nearly, the correlation is above that of different fingers.
 
 There are two sets of weights: one for two prints that have pictures of their ridges, one for
 minutiae alone, in which those of the ridges are 0. Where one of the prints has ridges the second
@@ -54,6 +55,7 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.matching import _evidence_kernel as kernel
 from fpmatch.matching.align import aligner_of
+from fpmatch.matching.ridge_search import RidgeSearchParameters
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -78,11 +80,15 @@ FEATURES: Final = (
     "share of the minutiae",
     "ridges",
     "area of the ridges",
+    "ridges by area",
 )
 """The names of the features, in the order in which the kernel has them."""
 
-RIDGE_FEATURES: Final = FEATURES[-2:]
+RIDGE_FEATURES: Final = FEATURES[-3:]
 """Those that minutiae alone do not have."""
+
+SMALL_FEATURES: Final = ("ridges by area",)
+"""Those that count where the smaller print is small: elsewhere the area differs too little."""
 
 STANDARD: Final = ("middle", "spread", "weight", "impostor_mean")
 """What is known of each feature, in the order of the rows of `ScoreModel.standard`."""
@@ -113,10 +119,14 @@ RATES: Final = (0.01, 0.001)
 NO_QUANTILES: Final = ((0.0,) * len(AMOUNTS), (1.0, *(0.0,) * (len(AMOUNTS) - 1)))
 """Quantiles that do not depend on the amount of evidence."""
 
-MODELS: Final = ("with ridges", "minutiae alone", "one with ridges")
+MODELS: Final = ("with ridges", "minutiae alone", "one with ridges", "small with ridges")
 """The models, in the order in which the kernel has them."""
 
-MODELS_BY_SHOWN: Final = ("minutiae alone", "one with ridges", "with ridges")
+WITH_RIDGES, MINUTIAE_ALONE, ONE_WITH_RIDGES, SMALL_WITH_RIDGES = MODELS
+SMALL_AREA_PX2: Final = 30_000.0
+"""Area in square pixels at 500 dpi up to which the smaller of two prints is small: 77 mm2."""
+
+MODELS_BY_SHOWN: Final = (MINUTIAE_ALONE, ONE_WITH_RIDGES, WITH_RIDGES)
 """The models by how many of the two prints have pictures of their ridges."""
 
 NO_PREFILTER: Final = (-1.0, 0.0, -1.0)
@@ -160,7 +170,7 @@ class Evidence:
         Cells whose ridges were compared; 0 where they were not.
     area : float
         Area of the common region, in square pixels at 500 dpi.
-    features : ndarray of float64, shape (12,)
+    features : ndarray of float64, shape (13,)
         The features of `FEATURES`, before they are standardised.
     total : float
         Their weighted sum.
@@ -215,6 +225,8 @@ class ScoreParameters:
         farther than its outermost minutiae.
     doubt_pairs, doubt_minutiae, doubt_cells : float
         Added to pairs, minutiae and cells: little evidence is not to count as much.
+    usual_correlation : float
+        Correlation of the ridges of different fingers.
     """
 
     margin_px: float = 20.0
@@ -222,6 +234,7 @@ class ScoreParameters:
     doubt_pairs: float = 2.0
     doubt_minutiae: float = 5.0
     doubt_cells: float = 10.0
+    usual_correlation: float = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,7 +243,7 @@ class ScoreModel:
 
     Parameters
     ----------
-    standard : ndarray of float64, shape (4, 12)
+    standard : ndarray of float64, shape (4, 13)
         Of each of `FEATURES`, the middle between genuine and impostor prints, the spread, the
         weight, and the mean of impostor prints.
     bias : float
@@ -305,12 +318,12 @@ class ScoreModel:
         return cls(standard, bias, *limits, quantiles, median)
 
     def sums(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the weighted sums of features, shape (..., 12), as the kernel makes them."""
+        """Return the weighted sums of features, shape (..., 13), as the kernel makes them."""
         middle, spread, weight, _ = self.standard
         return np.asarray(self.bias + (features - middle) / spread @ weight)
 
     def ridge_sum(self, features: NDArray[np.float64]) -> float:
-        """Return what the ridges add to the sum of features, shape (12,)."""
+        """Return what the ridges add to the sum of features, shape (13,)."""
         _, spread, weight, impostor_mean = self.standard
         added = (features - impostor_mean) / spread * weight
         return float(sum(added[FEATURES.index(name)] for name in RIDGE_FEATURES))
@@ -350,35 +363,45 @@ class ScoreWeights:
         The models of `MODELS`.
     provenance : mapping
         From what they were learned.
+    small_area : float
+        Area in square pixels at 500 dpi up to which the smaller of two prints is small.
     """
 
     models: tuple[ScoreModel, ...]
     provenance: Mapping[str, Any]
+    small_area: float = SMALL_AREA_PX2
 
     def model_of(self, a: PreparedTemplate, b: PreparedTemplate) -> ScoreModel:
         """Return the model by which two prints are scored."""
         shown = (a.region.ridges is not None) + (b.region.ridges is not None)
-        return self.models[MODELS.index(MODELS_BY_SHOWN[shown])]
+        name = MODELS_BY_SHOWN[shown]
+        if name == WITH_RIDGES and min(a.region.area, b.region.area) <= self.small_area:
+            name = SMALL_WITH_RIDGES
+        return self.models[MODELS.index(name)]
 
     @property
     def standard(self) -> NDArray[np.float64]:
-        """Those of all models, shape (3, 4, 12)."""
+        """Those of all models, shape (4, 4, 13)."""
         return np.stack([model.standard for model in self.models])
 
     @property
     def limits(self) -> NDArray[np.float64]:
-        """Those of all models, shape (3, 7)."""
+        """Those of all models, shape (4, 7)."""
         return np.stack([model.limits for model in self.models])
 
     @property
     def quantiles(self) -> NDArray[np.float64]:
-        """Those of all models, shape (3, 2, 5)."""
+        """Those of all models, shape (4, 2, 5)."""
         return np.stack([model.quantiles for model in self.models])
 
     def as_json(self) -> str:
         """Return the weights as the text of a JSON file."""
         documents = zip(MODELS, (model.as_document() for model in self.models), strict=True)
-        entries = {"provenance": self.provenance, "models": dict(documents)}
+        entries = {
+            "provenance": self.provenance,
+            "small_area": self.small_area,
+            "models": dict(documents),
+        }
         return f"{json.dumps(entries, indent=1)}\n"
 
     @classmethod
@@ -393,7 +416,7 @@ class ScoreWeights:
         try:
             document = json.loads(text)
             models = (ScoreModel.from_document(document["models"][name]) for name in MODELS)
-            return cls(tuple(models), document["provenance"])
+            return cls(tuple(models), document["provenance"], float(document["small_area"]))
         except (LookupError, TypeError, ValueError) as error:
             raise MatcherError("weights of the score: not such a file") from error
 
@@ -408,12 +431,14 @@ def evidence_scorer(
     room: int,
     weights: ScoreWeights | None = None,
     parameters: ScoreParameters | None = None,
+    search: RidgeSearchParameters | None = None,
 ) -> kernel.EvidenceScorer:
     """Return what scores alignments with a print of up to `room` minutiae, for one thread."""
     return kernel.EvidenceScorer(
         parameters or ScoreParameters(),
         weights or load_weights(),
         room,
+        search or RidgeSearchParameters(),
     )
 
 

@@ -17,8 +17,10 @@ from fpmatch.matching import score
 from fpmatch.matching.prepare import PreparedTemplate
 from fpmatch.matching.score import (
     FEATURES,
+    MODELS,
     NO_PREFILTER,
     NO_QUANTILES,
+    RIDGE_FEATURES,
     ScoreModel,
     ScoreWeights,
 )
@@ -30,15 +32,15 @@ NEVER = math.inf
 REJECTING = (9.0, 1.0, 33.0)
 """A prefilter threshold that many prints pass, and many do not."""
 
-RIDGES, AREA = (FEATURES.index(name) for name in ("ridges", "area of the ridges"))
+OF_RIDGES = [FEATURES.index(name) for name in RIDGE_FEATURES]
 
-MIDDLE = (-1.7, 0.85, 0.7, 0.7, 0.01, 0.08, 1.2, 0.65, 0.7, 0.35, 0.4, 4.9)
-SPREAD = (2.3, 0.07, 0.1, 0.15, 0.05, 0.03, 0.9, 0.5, 0.2, 0.2, 0.15, 0.45)
-WEIGHT = (3.0, 0.6, 0.8, 0.1, -0.1, -0.2, 0.5, -4.7, 1.0, 0.9, 4.0, 0.9)
+MIDDLE = (-1.7, 0.85, 0.7, 0.7, 0.01, 0.08, 1.2, 0.65, 0.7, 0.35, 0.4, 4.9, 2.5)
+SPREAD = (2.3, 0.07, 0.1, 0.15, 0.05, 0.03, 0.9, 0.5, 0.2, 0.2, 0.15, 0.45, 2.0)
+WEIGHT = (3.0, 0.6, 0.8, 0.1, -0.1, -0.2, 0.5, -4.7, 1.0, 0.9, 4.0, 0.9, 0.8)
 QUANTILES = np.array([[-4.0, 60.0, -120.0, -2.5, -9.0], [-1.5, 60.0, -80.0, -2.9, -11.0]])
 """Under which little evidence must come to a greater sum."""
 
-IMPOSTOR_MEAN = (-3.7, 0.82, 0.63, 0.6, 0.02, 0.1, 0.45, 1.1, 0.6, 0.15, 0.27, 4.8)
+IMPOSTOR_MEAN = (-3.7, 0.82, 0.63, 0.6, 0.02, 0.1, 0.45, 1.1, 0.6, 0.15, 0.27, 4.8, 0.8)
 
 
 def some_model(
@@ -53,7 +55,7 @@ def some_model(
     """Return a model under which unpaired minutiae, turned triangles and strain lower the sum."""
     standard = np.array([MIDDLE, SPREAD, WEIGHT, IMPOSTOR_MEAN])
     if not ridges:
-        standard[:, [RIDGES, AREA]] = [[0.0], [1.0], [0.0], [0.0]]
+        standard[:, OF_RIDGES] = [[0.0], [1.0], [0.0], [0.0]]
         standard[2] *= 1.25
     return ScoreModel(standard, bias, prefilter, relaxation, refine, confident, QUANTILES)
 
@@ -73,6 +75,7 @@ def some_weights(
         some_model(refine, bias, *limits),
         some_model(refine, bias - apart, *limits, ridges=False),
         some_model(refine, bias - 2 * apart, *limits, ridges=False),
+        some_model(refine, bias - 3 * apart, *limits),
     )
     return ScoreWeights(models, {"by": "hand"})
 
@@ -82,7 +85,7 @@ def weights_of(standard: Any, bias: float = 0.0, refine: float = ALWAYS) -> Scor
     limits = -1.0, refine, math.inf
     no_quantiles = np.array(NO_QUANTILES)
     model = ScoreModel(np.array(standard, float), bias, NO_PREFILTER, *limits, no_quantiles)
-    return ScoreWeights((model, model, model), {})
+    return ScoreWeights((model,) * len(MODELS), {})
 
 
 def all_with(weights: ScoreWeights, **changes: Any) -> ScoreWeights:
@@ -115,13 +118,15 @@ def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNames
         name = "fpmatch.pointset._one_ring_kernel"
         patch.setitem(sys.modules, name, interpreted("_one_ring_kernel"))
         mesh = interpreted("_pair_mesh_kernel")
-    names = ("print", "local", "relaxation", "align", "ridge", "evidence", "code")
+    names = ("print", "local", "relaxation", "align", "ridge", "ridge_search", "evidence", "code")
     found = SimpleNamespace(**{name: interpreted(f"_{name}_kernel") for name in names})
     found.one_to_one = interpreted("_one_to_one_kernel")
     found.one_to_many = interpreted("_one_to_many_kernel")
     found.align.Relaxation = found.relaxation.Relaxation
     found.align.PairMesh = mesh.PairMesh
     found.evidence.RidgeLens = found.ridge.RidgeLens
+    found.evidence.RidgeSearch = found.ridge_search.RidgeSearch
+    found.one_to_one.smaller_area = found.evidence.smaller_area
     found.one_to_many.as_similarity = found.evidence.as_similarity
     for kernel in (found.one_to_one, found.one_to_many):
         kernel.normalize_by_size = found.local.normalize_by_size

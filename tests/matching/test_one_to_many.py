@@ -34,6 +34,7 @@ from matching_weights import (
 )
 from numpy.typing import NDArray
 
+from fpmatch.matching._evidence_kernel import as_similarity
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.local import LocalParameters
 from fpmatch.matching.matchers.unit_circle import MATCHER
@@ -48,6 +49,7 @@ from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.prepared_many import PreparedMany
 from fpmatch.matching.relaxation import RelaxationParameters
+from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.rounding import QUALITIES, ROOT_WEIGHTS
 from fpmatch.matching.score import NO_PREFILTER, WEIGHTS_FILE, ScoreParameters, ScoreWeights
 from fpmatch.minutiae import RidgeField, Template
@@ -299,13 +301,16 @@ def test_order_is_that_of_the_keys(x: list[int]) -> None:
 
 
 @pytest.mark.parametrize("size", [0, 1, 2])
-def test_too_few_minutiae_are_like_nothing(size: int) -> None:
+def test_few_minutiae_are_like_next_to_nothing(size: int) -> None:
     few = prepare(template_of(spread_points(np.random.default_rng(1), size)))
     prints = [few, impressions(2)[0]]
     many = PreparedMany.of(prints)
     for probe in prints:
-        assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
-        assert MATCHER.similarities(probe, many)[0] == 0.0
+        found = MATCHER.similarities(probe, many)
+        assert found.tolist() == one_by_one(probe, prints)
+        # a pair says nothing, two at most 1.2 tenfold falls of the FMR
+        assert found[0] <= as_similarity(1.2 * np.log(10) * max(size - 1, 0))
+    assert (size == 0) == (MATCHER.similarities(few, many)[0] == 0.0)
 
 
 @pytest.mark.parametrize("refine", [ALWAYS, 0.0, NEVER])
@@ -349,7 +354,9 @@ def plainly(
     turn = math.radians(p.max_turn_deg)
     index = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
     largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
-    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, room)
+    scorer = plain.evidence.EvidenceScorer(
+        ScoreParameters(), weights, room, RidgeSearchParameters()
+    )
     tables = plain.code.Sieve(16, 12.0, 0.1, 11)
     own = probe.codes
     tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)

@@ -29,6 +29,7 @@ from fpmatch.matching.one_to_one import LEAST_CAPACITY, Workspace, workspace_for
 from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate
 from fpmatch.matching.relaxation import RelaxationParameters
+from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.score import ScoreParameters, evidence_scorer
 from fpmatch.pointset.similarity import Similarity
 
@@ -116,7 +117,7 @@ def test_compiled_and_interpreted_align_the_same(
     aligner = plain.align.Aligner(
         9, 9, AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
     )
-    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, 9)
+    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, 9, RidgeSearchParameters())
     turn = round(codes.pair_turn_deg * 256 / 360)
     sieve = plain.code.Sieve(codes.most_pairs, codes.near_px, codes.spread, turn)
     kernel = plain.one_to_one.OneToOne(sieve, aligner, scorer, 9, local)

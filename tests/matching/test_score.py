@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Callable
@@ -28,10 +29,9 @@ from matching_prints import (
 )
 from matching_weights import (
     ALWAYS,
-    AREA,
     NEVER,
+    OF_RIDGES,
     REJECTING,
-    RIDGES,
     all_with,
     interpreted_kernels,
     print_for,
@@ -43,6 +43,8 @@ from matching_weights import (
 from numpy.typing import NDArray
 
 from fpmatch.errors import MatcherError
+from fpmatch.matching._ridge_kernel import RidgeLens
+from fpmatch.matching._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.align import (
     Alignment,
     AlignmentParameters,
@@ -57,6 +59,7 @@ from fpmatch.matching.matchers.unit_circle import align
 from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
 from fpmatch.matching.relaxation import RelaxationParameters
+from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.matching.score import (
     AMOUNTS,
@@ -133,11 +136,13 @@ def with_itself(
     return overlay(print_, print_, pairs, weights=weights)
 
 
-def described(weights: ScoreWeights, /, *, shown: bool = True, **entries: float) -> list[float]:
+def described(
+    weights: ScoreWeights, /, *, shown: bool = True, small: bool = False, **entries: float
+) -> list[float]:
     """Return the features of evidence of which all that is not given is 0."""
     scorer = evidence_scorer(0, weights)
     np.asarray(scorer.evidence)[:] = [entries.get(name, 0.0) for name in ENTRIES]
-    scorer.choose_model(shown, shown)
+    scorer.choose_model(shown, shown, 0.0 if small else math.inf)
     scorer.describe()
     return np.asarray(scorer.feature).tolist()
 
@@ -146,7 +151,8 @@ def features_twin(impostor_mean: Floats, **entries: float) -> list[float]:
     """Return the features as the docstring of `score` defines them."""
     pairs, cells = entries["pairs"], entries["cells"]
     sums = [entries[name] for name in ("places", "weights", "fullness", "turned")]
-    compared = (entries["ridges"], math.log(cells + P.doubt_cells))
+    above = (entries["ridges"] - 0.2) * math.sqrt(cells)
+    compared = (entries["ridges"], math.log(cells + P.doubt_cells), above)
     return [
         math.log(0.01 + entries["relaxed"]),
         *(value / (1.0 + pairs) for value in sums),
@@ -155,7 +161,7 @@ def features_twin(impostor_mean: Floats, **entries: float) -> list[float]:
         math.sqrt(entries["unpaired"] / (pairs + P.doubt_pairs)),
         entries["overlap"],
         pairs / (entries["fewest"] + P.doubt_minutiae),
-        *(compared if cells else impostor_mean[[RIDGES, AREA]].tolist()),
+        *(compared if cells else impostor_mean[OF_RIDGES].tolist()),
     ]
 
 
@@ -322,7 +328,7 @@ def test_compiled_and_interpreted_agree(
     weights = some_weights(refine, apart=3.0)
     plain = interpreted_kernels(interpreted)
     room = max(len(a), len(b))
-    scorer = plain.evidence.EvidenceScorer(P, weights, room)
+    scorer = plain.evidence.EvidenceScorer(P, weights, room, RidgeSearchParameters())
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     aligner = plain.align.Aligner(
         len(a), len(b), AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
@@ -641,7 +647,7 @@ def test_the_same_sum_is_worth_less_where_less_was_compared() -> None:
     """By the weights of the package: less of both minutiae and area."""
     for model in load_weights().models:
         scorer = evidence_scorer(0, load_weights())
-        scorer.choose_model(*[model is load_weights().models[0]] * 2)
+        scorer.choose_model(*[model is load_weights().models[0]] * 2, math.inf)
 
         def worth(minutiae: int, area: float, scorer: Any = scorer) -> float:
             entries = {"fewest": minutiae, "common": 2 * minutiae, "area": area}
@@ -771,7 +777,7 @@ def test_the_model_is_that_of_the_pictures_that_both_prints_have(
     assert found.cells == (625 if compared else 0)
     if not compared:
         assert found.ridges == 0.0
-        assert found.features[[RIDGES, AREA]].tolist() == model.standard[3, [RIDGES, AREA]].tolist()
+        assert found.features[OF_RIDGES].tolist() == model.standard[3, OF_RIDGES].tolist()
 
 
 @pytest.mark.parametrize("fields", [(SHOWN, NOT_SHOWN), (NOT_SHOWN, SHOWN), (NOT_SHOWN, NOT_SHOWN)])
@@ -790,7 +796,7 @@ def test_ridges_like_the_mean_of_impostors_change_nothing() -> None:
     compared = overlay(a, b, EVERYONE)
     assert compared.cells > 0
     standard = some_model().standard.copy()
-    standard[3, [RIDGES, AREA]] = compared.features[[RIDGES, AREA]]
+    standard[3, OF_RIDGES] = compared.features[OF_RIDGES]
     weights = all_with(some_weights(NEVER), standard=standard)
     assert overlay(a, b, EVERYONE, weights=weights).total == pytest.approx(compared.total)
 
@@ -813,7 +819,7 @@ def test_the_sum_without_ridges_is_held_against_the_refine_threshold() -> None:
     """Ridges that disagree may take the sum back below it."""
     a, b = with_fields(SHOWN, striped_field(side=25, orientation=0.6 + math.pi / 2))
     standard = some_model().standard.copy()
-    standard[3, RIDGES] = 0.8  # so that any ridges agree less than those of impostors
+    standard[3, OF_RIDGES[0]] = 0.8  # so that any ridges agree less than those of impostors
 
     def weights(refine: float) -> ScoreWeights:
         return all_with(some_weights(refine), standard=standard)
@@ -828,7 +834,7 @@ def test_each_model_has_its_own_refine_threshold() -> None:
     shown, plain = with_fields(SHOWN, NOT_SHOWN)
     for first, second in ((ALWAYS, NEVER), (NEVER, ALWAYS)):
         alone = some_model(second, ridges=False)
-        weights = ScoreWeights((some_model(first), alone, alone), {})
+        weights = ScoreWeights((some_model(first), alone, alone, some_model(second)), {})
         assert (with_itself(shown, weights=weights).cells > 0) is (first == ALWAYS)
         assert with_itself(plain, weights=weights).cells == 0
 
@@ -847,9 +853,7 @@ finite = st.floats(-1e4, 1e4)
 
 
 @given(
-    st.tuples(finite, finite, finite),
-    st.tuples(finite, finite, finite),
-    st.tuples(finite, finite, finite),
+    *[st.tuples(finite, finite, finite)] * 4,
     st.tuples(finite, finite),
     st.integers(0, 4000),
     st.integers(3, 200),
@@ -858,6 +862,7 @@ def test_the_prefilter_shortfall_is_that_of_the_model(
     first: tuple[float, float, float],
     second: tuple[float, float, float],
     third: tuple[float, float, float],
+    fourth: tuple[float, float, float],
     refine: tuple[float, float],
     score: int,
     smaller: int,
@@ -867,13 +872,16 @@ def test_the_prefilter_shortfall_is_that_of_the_model(
             some_model(refine[0], prefilter=first),
             some_model(refine[1], prefilter=second, ridges=False),
             some_model(refine[1], prefilter=third, ridges=False),
+            some_model(refine[0], prefilter=fourth),
         ),
         {},
+        small_area=5000.0,
     )
     scorer = evidence_scorer(0, weights)
-    for ridges_a, ridges_b in ((True, True), (True, False), (False, True), (False, False)):
-        model = weights.models[(1, 2, 0)[ridges_a + ridges_b]]
-        assert scorer.choose_model(ridges_a, ridges_b) == weights.models.index(model)
+    sides = itertools.product((True, False), (True, False), (5000.0, 5000.1))
+    for ridges_a, ridges_b, area in sides:
+        model = weights.models[(1, 2, 0 if area > 5000.0 else 3)[ridges_a + ridges_b]]
+        assert scorer.choose_model(ridges_a, ridges_b, area) == weights.models.index(model)
         base, growth, limit = model.prefilter
         shortfall = scorer.prefilter_shortfall(score, smaller)
         assert shortfall == pytest.approx(min(base + growth * smaller, limit) - score)
@@ -885,7 +893,7 @@ def test_the_prefilter_shortfall_is_that_of_the_model(
 def test_all_prints_pass_without_a_prefilter() -> None:
     scorer = evidence_scorer(0, some_weights(prefilter=NO_PREFILTER))
     for ridges in (True, False):
-        scorer.choose_model(ridges, ridges)
+        scorer.choose_model(ridges, ridges, math.inf)
         for smaller in (0, 3, 200):
             assert scorer.prefilter_shortfall(0, smaller) <= 0
 
@@ -896,7 +904,7 @@ def doubled(seed: int) -> tuple[PreparedTemplate, PreparedTemplate]:
     points = spread_points(rng, 10, size=130.0)
     again = moved(points, rng.uniform(-1, 1), 200 + 10j)
     both = np.hstack([jittered(rng, points, 2.0, 0.1), jittered(rng, again, 2.0, 0.1)])
-    field = (None, SHOWN)[seed % 2]
+    field = (None, SHOWN, striped_field(side=10))[seed % 3]
     a, b = (
         prepare(template_of(np.ascontiguousarray(side), field=field)) for side in (points, both)
     )
@@ -928,21 +936,25 @@ def alignment_twin(
                 break
             if weak:
                 break
-    if not coarse:
-        return None
     passing = [k for k, (_, total) in coarse.items() if total > model.refine_threshold]
-    if not passing:
-        best, total = max(coarse.values(), key=lambda row: row[1])
-        return best, total, 0
     refined = []
     for k in passing:
         if aligner.refine(k):
             aligner.save_best()
             refined.append(best_alignment(aligner))
-    if not refined:
+    rows = [(one, sum_of(one, ALWAYS)) for one in refined]
+    if not passing:
+        rows = list(coarse.values())
+    sure = any(total > model.confident_threshold for _, total in coarse.values())
+    if model is weights.models[3] and not sure:
+        search = RidgeSearch(RidgeSearchParameters())
+        for k in range(search.search(a.for_kernels(), b.for_kernels(), RidgeLens(len(b)))):
+            if aligner.start_from(search.first[k], search.second[k]):
+                aligner.save_best()
+                rows.append((best_alignment(aligner), sum_of(best_alignment(aligner), ALWAYS)))
+    if not rows:
         return None
-    best = max(refined, key=lambda one: sum_of(one, ALWAYS))
-    return best, sum_of(best, ALWAYS), len(refined)
+    return *max(rows, key=lambda row: row[1]), len(refined)
 
 
 @given(
@@ -995,7 +1007,7 @@ def test_compiled_and_interpreted_align_the_same(
     weights = some_weights(refine, confident=confident)
     plain = interpreted_kernels(interpreted)
     room = max(len(a), len(b))
-    scorer = plain.evidence.EvidenceScorer(P, weights, room)
+    scorer = plain.evidence.EvidenceScorer(P, weights, room, RidgeSearchParameters())
     aligner = plain.align.Aligner(
         room, room, AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
     )
@@ -1035,9 +1047,9 @@ numbers = st.floats(-1e6, 1e6)
 
 
 @given(
-    arrays(np.float64, (3, 4, N), elements=numbers),
-    arrays(np.float64, (3, 7), elements=numbers),
-    arrays(np.float64, (3, len(RATES), len(AMOUNTS)), elements=numbers),
+    arrays(np.float64, (len(MODELS), 4, N), elements=numbers),
+    arrays(np.float64, (len(MODELS), 7), elements=numbers),
+    arrays(np.float64, (len(MODELS), len(RATES), len(AMOUNTS)), elements=numbers),
 )
 def test_weights_read_back_are_the_same(
     standard: Floats, limits: Floats, quantiles: Floats
@@ -1103,9 +1115,11 @@ def test_the_weights_of_the_package_are_as_they_were_written() -> None:
         assert model.confident_threshold > model.refine_threshold
         assert model.standard[2, FEATURES.index("unpaired")] < 0
         assert model.standard[2, FEATURES.index("relaxed similarity")] > 0
-    first, second, third = weights.models
-    assert first.standard[2, RIDGES] > 0
-    assert second.standard[2, [RIDGES, AREA]].tolist() == [0.0, 0.0]
+    first, second, third, small = weights.models
+    assert first.standard[2, FEATURES.index("ridges")] > 0
+    assert second.standard[2, OF_RIDGES].tolist() == [0.0, 0.0, 0.0]
+    assert first.standard[2, OF_RIDGES[-1]] == 0.0
+    assert small.standard[2, OF_RIDGES[-1]] > 0
     assert third.standard.tolist() == second.standard.tolist()
     assert third.quantiles.tolist() != second.quantiles.tolist()
 

@@ -1,0 +1,25 @@
+# What other kernels may use of this one.
+from fpmatch.matching._print_kernel cimport Print
+from fpmatch.matching._ridge_kernel cimport RidgeLens
+
+
+cdef class RidgeSearch:
+    cdef readonly int[::1] first, second
+    cdef readonly double[::1] value
+    cdef const double[::1] flow_c, flow_s
+    cdef double[:, ::1] sample, sample_flow, transform
+    cdef double[::1] best_flow
+    cdef int[::1] best_own, best_other
+    cdef Py_ssize_t samples, count, room, most
+    cdef double middle_x, middle_y, c, s, x, y
+    cdef double least_common, least_flow, usual_correlation, apart_px, apart_cosine
+
+    cpdef int search(self, Print a, Print b, RidgeLens lens) noexcept nogil
+    cdef int _take_samples(self, Print small) noexcept nogil
+    cdef int _lay(self, Print small, Py_ssize_t i, Print large, Py_ssize_t j) noexcept nogil
+    cdef double _flow_agreement(self, Print large) noexcept nogil
+    cdef int _select(self, Print small, Print large) noexcept nogil
+    cdef int _compare(self, Print small, Print large, RidgeLens lens) noexcept nogil
+    cdef int _enter(self, double value, int own, int other, int found) noexcept nogil
+    cdef int _move(self, Py_ssize_t start, Py_ssize_t to, Py_ssize_t count) noexcept nogil
+    cdef bint _alike(self, Py_ssize_t k) noexcept nogil

@@ -1,0 +1,311 @@
+"""Kernel: where one small print lies in another, found by the ridges.
+
+Of a small print few minutiae are left, and their neighbourhoods are cut off: the local matches say
+little. But each pair of minutiae, one of each print, is a transform: positions and directions laid
+on one another. The pairs under which the ridge orientation of the smaller print agrees best with
+that of the larger are kept; of these, those under which the ridges themselves correlate best, each
+with a transform of its own. Interpreted, the class runs as it stands.
+"""
+
+import cython
+import numpy as np
+
+if cython.compiled:
+    from cython.cimports.fpmatch.matching._print_kernel import Print
+    from cython.cimports.fpmatch.matching._ridge_kernel import RidgeLens
+    from cython.cimports.libc.math import sqrt
+else:
+    from math import sqrt
+
+    from fpmatch.matching._print_kernel import Print
+    from fpmatch.matching._ridge_kernel import RidgeLens
+
+COMPILED = cython.compiled
+
+CODES = cython.declare(cython.int, 256)  # of the orientation; 0 is none
+SAMPLES = cython.declare(cython.int, 24)  # cells whose orientation is compared, at most
+ROOM = cython.declare(cython.int, 128)  # pairs whose ridges are compared, at most
+FOUND = cython.declare(cython.int, 8)  # pairs found, at most
+UNUSED = cython.declare(cython.double, -1e9)  # the value of a place without a pair
+
+
+@cython.final
+@cython.cclass
+class RidgeSearch:
+    """The pairs of minutiae under which the ridges of a small print agree with those of another.
+
+    `parameters` are an `fpmatch.matching.ridge_search.RidgeSearchParameters`. After `search`, the
+    pairs are ``(first[k], second[k])`` of print A and print B, ``value[k]`` what their ridges
+    amount to, the best first.
+    """
+
+    def __init__(self, parameters) -> None:
+        p = parameters
+        angle = 2.0 * np.pi * (np.arange(CODES) - 1.0) / (CODES - 1)
+        self.flow_c = np.cos(angle)
+        self.flow_s = np.sin(angle)
+        self.sample = np.zeros((2, SAMPLES))
+        self.sample_flow = np.zeros((2, SAMPLES))
+        self.samples = 0
+        self.best_flow = np.zeros(ROOM)
+        self.best_own = np.zeros(ROOM, np.int32)
+        self.best_other = np.zeros(ROOM, np.int32)
+        self.count = 0
+        self.room = max(1, min(p.compared, ROOM))
+        self.most = max(1, min(p.found, FOUND))
+        self.first = np.zeros(FOUND, np.int32)
+        self.second = np.zeros(FOUND, np.int32)
+        self.value = np.zeros(FOUND)
+        self.transform = np.zeros((FOUND, 4))
+        self.middle_x = 0.0
+        self.middle_y = 0.0
+        self.c = 1.0
+        self.s = self.x = self.y = 0.0
+        self.least_common = p.least_common
+        self.least_flow = p.least_flow
+        self.usual_correlation = p.usual_correlation
+        self.apart_px = p.apart_px
+        self.apart_cosine = p.apart_cosine
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def search(self, a: Print, b: Print, lens: RidgeLens) -> cython.int:
+        """Find the pairs of two prints that show their ridges; return their number."""
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        found: cython.int
+        a_smaller: cython.bint = a.inside * (a.step * a.step) <= b.inside * (b.step * b.step)
+        if a_smaller:
+            self._select(a, b)
+            return self._compare(a, b, lens)
+        self._select(b, a)
+        found = self._compare(b, a, lens)
+        for k in range(found):
+            i = self.first[k]
+            self.first[k] = self.second[k]
+            self.second[k] = cython.cast(cython.int, i)
+        return found
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def _take_samples(self, small: Print) -> cython.int:
+        """Take cells of the smaller print, spread evenly over its rows; return their number."""
+        row: cython.int
+        column: cython.int
+        code: cython.int
+        passed: cython.Py_ssize_t = 0
+        place: cython.Py_ssize_t = small.cell_at
+        cells: cython.Py_ssize_t = small.inside
+        x: cython.double
+        y: cython.double
+        self.samples = 0
+        self.middle_x = 0.0
+        self.middle_y = 0.0
+        for row in range(small.rows):
+            for column in range(small.columns):
+                code = small.cell[place]
+                place += 1
+                if code == 0:
+                    continue
+                # of every stretch of cells / SAMPLES cells the first
+                if passed * SAMPLES >= self.samples * cells and self.samples < SAMPLES:
+                    x = (small.first_column + column + 0.5) * small.step
+                    y = -(small.first_row + row + 0.5) * small.step
+                    self.sample[0, self.samples] = x
+                    self.sample[1, self.samples] = y
+                    self.sample_flow[0, self.samples] = self.flow_c[code]
+                    self.sample_flow[1, self.samples] = self.flow_s[code]
+                    self.middle_x += x
+                    self.middle_y += y
+                    self.samples += 1
+                passed += 1
+        if self.samples > 0:
+            self.middle_x /= self.samples
+            self.middle_y /= self.samples
+        return self.samples
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _lay(
+        self, small: Print, i: cython.Py_ssize_t, large: Print, j: cython.Py_ssize_t
+    ) -> cython.int:
+        """Take the transform that maps minutia i of the smaller print to j of the larger."""
+        ac: cython.double = small.points[2, i]
+        as_: cython.double = small.points[3, i]
+        bc: cython.double = large.points[2, j]
+        bs: cython.double = large.points[3, j]
+        self.c = ac * bc + as_ * bs
+        self.s = ac * bs - as_ * bc
+        self.x = large.points[0, j] - self.c * small.points[0, i] + self.s * small.points[1, i]
+        self.y = large.points[1, j] - self.s * small.points[0, i] - self.c * small.points[1, i]
+        return 0
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def _flow_agreement(self, large: Print) -> cython.double:
+        """Return how well the orientation agrees under the transform at hand, -1 to 1."""
+        k: cython.Py_ssize_t
+        place: cython.Py_ssize_t
+        code: cython.int
+        common: cython.int = 0
+        x: cython.double
+        y: cython.double
+        turn_c: cython.double = self.c * self.c - self.s * self.s
+        turn_s: cython.double = 2.0 * self.c * self.s
+        total: cython.double = 0.0
+        for k in range(self.samples):
+            x = self.c * self.sample[0, k] - self.s * self.sample[1, k] + self.x
+            y = self.s * self.sample[0, k] + self.c * self.sample[1, k] + self.y
+            x = x * large.per_px - large.first_column
+            y = -y * large.per_px - large.first_row
+            if not (0.0 <= x < large.columns and 0.0 <= y < large.rows):
+                continue
+            place = large.cell_at + cython.cast(cython.Py_ssize_t, y) * large.columns
+            code = large.cell[place + cython.cast(cython.Py_ssize_t, x)]
+            if code == 0:
+                continue
+            common += 1
+            x = turn_c * self.sample_flow[0, k] - turn_s * self.sample_flow[1, k]
+            y = turn_s * self.sample_flow[0, k] + turn_c * self.sample_flow[1, k]
+            total += x * self.flow_c[code] + y * self.flow_s[code]
+        if common < self.least_common * self.samples:
+            return -1.0
+        return total / common if common > 0 else -1.0
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _select(self, small: Print, large: Print) -> cython.int:
+        """Keep the pairs under which the orientation agrees best; return their number."""
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        flow: cython.double
+        self.count = 0
+        self._take_samples(small)
+        for i in range(small.size):
+            for j in range(large.size):
+                self._lay(small, i, large, j)
+                flow = self._flow_agreement(large)
+                if flow < self.least_flow:
+                    continue
+                if self.count == self.room and flow <= self.best_flow[self.count - 1]:
+                    continue
+                if self.count < self.room:
+                    self.count += 1
+                k = self.count - 1
+                while k > 0 and self.best_flow[k - 1] < flow:
+                    self.best_flow[k] = self.best_flow[k - 1]
+                    self.best_own[k] = self.best_own[k - 1]
+                    self.best_other[k] = self.best_other[k - 1]
+                    k -= 1
+                self.best_flow[k] = flow
+                self.best_own[k] = cython.cast(cython.int, i)
+                self.best_other[k] = cython.cast(cython.int, j)
+        return cython.cast(cython.int, self.count)
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _compare(self, small: Print, large: Print, lens: RidgeLens) -> cython.int:
+        """Compare the ridges under the pairs kept; return how many pairs were found."""
+        k: cython.Py_ssize_t
+        value: cython.double
+        found: cython.int = 0
+        for k in range(self.count):
+            self._lay(small, self.best_own[k], large, self.best_other[k])
+            if lens.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
+                continue
+            value = (lens.correlation - self.usual_correlation) * sqrt(lens.cells)
+            if value > 0.0:
+                found = self._enter(value, self.best_own[k], self.best_other[k], found)
+        return found
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _enter(
+        self, value: cython.double, own: cython.int, other: cython.int, found: cython.int
+    ) -> cython.int:
+        """Enter a pair into those found, unless a better one is much alike; return their number."""
+        k: cython.Py_ssize_t
+        for k in range(found):
+            if self.value[k] >= value and self._alike(k):
+                return found
+        # take out those alike, which are worse
+        k = 0
+        while k < found:
+            if self._alike(k):
+                found -= 1
+                self._move(k + 1, k, found - k)
+            else:
+                k += 1
+        if found == self.most and value <= self.value[found - 1]:
+            return found
+        if found < self.most:
+            found += 1
+        k = found - 1
+        while k > 0 and self.value[k - 1] < value:
+            self._move(k - 1, k, 1)
+            k -= 1
+        self.value[k] = value
+        self.first[k] = own
+        self.second[k] = other
+        self.transform[k, 0] = self.c
+        self.transform[k, 1] = self.s
+        self.transform[k, 2] = self.x
+        self.transform[k, 3] = self.y
+        return found
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _move(
+        self, start: cython.Py_ssize_t, to: cython.Py_ssize_t, count: cython.Py_ssize_t
+    ) -> cython.int:
+        """Move so many of the pairs found, one after the other."""
+        k: cython.Py_ssize_t
+        e: cython.Py_ssize_t
+        for k in range(count):
+            self.value[to + k] = self.value[start + k]
+            self.first[to + k] = self.first[start + k]
+            self.second[to + k] = self.second[start + k]
+            for e in range(4):
+                self.transform[to + k, e] = self.transform[start + k, e]
+        return 0
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _alike(self, k: cython.Py_ssize_t) -> cython.bint:
+        """Return whether the transform at hand is about that of the pair found as number k."""
+        dc: cython.double = self.c - self.transform[k, 0]
+        ds: cython.double = self.s - self.transform[k, 1]
+        dx: cython.double = dc * self.middle_x - ds * self.middle_y + self.x - self.transform[k, 2]
+        dy: cython.double = ds * self.middle_x + dc * self.middle_y + self.y - self.transform[k, 3]
+        cosine: cython.double = self.c * self.transform[k, 0] + self.s * self.transform[k, 1]
+        return dx * dx + dy * dy < self.apart_px * self.apart_px and cosine > self.apart_cosine

@@ -1,0 +1,41 @@
+"""Ridge search: where a small print lies in another, when its few minutiae do not say."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class RidgeSearchParameters:
+    """Set how a small print is looked for by its ridges; lengths in px at 500 dpi.
+
+    Parameters
+    ----------
+    compared : int
+        Pairs of minutiae whose ridges are compared: at least 1, at most 128.
+    found : int
+        Pairs by which the prints are aligned: at least 1, at most 8.
+    least_common : float
+        Share of the smaller print that must lie in the larger.
+    least_flow : float
+        Least agreement of the orientation, -1 to 1: the mean cosine of twice the difference.
+    usual_correlation : float
+        Correlation of the ridges of different fingers.
+    apart_px, apart_deg : float
+        How far apart two transforms map the middle of the smaller print, or by how much they differ
+        in rotation, to be different.
+    """
+
+    compared: int = 64
+    found: int = 4
+    least_common: float = 0.25
+    least_flow: float = 0.8
+    usual_correlation: float = 0.2
+    apart_px: float = 12.0
+    apart_deg: float = 12.0
+
+    @property
+    def apart_cosine(self) -> float:
+        """Cosine of `apart_deg`."""
+        return math.cos(math.radians(self.apart_deg))

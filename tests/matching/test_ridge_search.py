@@ -1,0 +1,205 @@
+"""Small prints found by their ridges: against a slow twin, interpreted, and on prints cut out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import ModuleType
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from matching_prints import packed_pictures, seeds, spread_points, template_of
+from matching_weights import interpreted_kernels, print_for
+from numpy.typing import NDArray
+
+from fpmatch.evaluation.partial import window
+from fpmatch.image.extract import extract
+from fpmatch.matching._ridge_kernel import RidgeLens
+from fpmatch.matching._ridge_search_kernel import RidgeSearch
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.matching.rounding import flow_of
+from fpmatch.minutiae import RidgeField, Template
+
+SAMPLES = 24
+ROOM = 40
+
+Pairs = list[tuple[int, int, float]]
+
+
+def searched(
+    a: PreparedTemplate, b: PreparedTemplate, parameters: RidgeSearchParameters | None = None
+) -> Pairs:
+    """Return the pairs that the kernel finds, and their values."""
+    p = parameters or RidgeSearchParameters()
+    search = RidgeSearch(p)
+    found = search.search(a.for_kernels(), b.for_kernels(), RidgeLens(ROOM))
+    return [(search.first[k], search.second[k], search.value[k]) for k in range(found)]
+
+
+def laid(
+    small: PreparedTemplate, i: int, large: PreparedTemplate, j: int
+) -> tuple[complex, complex]:
+    """Return rotation and shift that lay minutia i on minutia j, direction on direction."""
+    own, other = small.points, large.points
+    turn = (other[2, j] + 1j * other[3, j]) * (own[2, i] - 1j * own[3, i])
+    return turn, other[0, j] + 1j * other[1, j] - turn * (own[0, i] + 1j * own[1, i])
+
+
+def twin(
+    a: PreparedTemplate, b: PreparedTemplate, parameters: RidgeSearchParameters | None = None
+) -> Pairs:
+    """Return the same, one pair of minutiae after the other, as the docstrings say it."""
+    p = parameters or RidgeSearchParameters()
+    swapped = b.region.area < a.region.area
+    small, large = (b, a) if swapped else (a, b)
+    cells = small.region.cells
+    taken: list[int] = []
+    for k in range(cells.shape[1]):
+        if k * SAMPLES >= len(taken) * cells.shape[1] and len(taken) < SAMPLES:
+            taken.append(k)
+    place = cells[0, taken] + 1j * cells[1, taken]
+    flow = cells[2, taken] + 1j * cells[3, taken]
+    middle = place.mean() if len(place) else 0j
+    kept = []
+    for i in range(len(small)):
+        for j in range(len(large)):
+            turn, shift = laid(small, i, large, j)
+            lies = turn * place + shift
+            inside = large.region.holds(lies.real, lies.imag)
+            if not inside.any() or inside.sum() < p.least_common * len(place):
+                continue
+            column = np.floor(lies.real / large.region.step).astype(int) - large.region.first_column
+            row = np.floor(-lies.imag / large.region.step).astype(int) - large.region.first_row
+            c, s = flow_of(large.region.code[row[inside], column[inside]])
+            agreement = float(np.mean((turn**2 * flow[inside] * (c - 1j * s)).real))
+            if agreement >= p.least_flow:
+                kept.append((agreement, i, j))
+    kept = sorted(kept, key=lambda row: -round(row[0], 9))[: p.compared]
+    lens = RidgeLens(ROOM)
+    sides = small.for_kernels(), large.for_kernels()
+    found: list[tuple[float, int, int, complex, complex]] = []
+    for _, i, j in kept:
+        turn, shift = laid(small, i, large, j)
+        if not lens.compare_rigid(*sides, turn.real, turn.imag, shift.real, shift.imag):
+            continue
+        value = (lens.correlation - p.usual_correlation) * np.sqrt(lens.cells)
+        if value <= 0:
+            continue
+        alike = [
+            abs((turn - row[3]) * middle + shift - row[4]) < p.apart_px
+            and (turn * np.conj(row[3])).real > p.apart_cosine
+            for row in found
+        ]
+        if any(like and row[0] >= value for like, row in zip(alike, found, strict=True)):
+            continue
+        found = [row for like, row in zip(alike, found, strict=True) if not like]
+        found.append((value, i, j, turn, shift))
+        found = sorted(found, key=lambda row: -row[0])[: p.found]
+    return [(j, i, value) if swapped else (i, j, value) for value, i, j, _, _ in found]
+
+
+def some_print(rng: np.random.Generator, size: int, side: int) -> PreparedTemplate:
+    """Return a print of stripes that run nearly one way, with minutiae anywhere on it."""
+    way = rng.uniform(0, np.pi)
+    row, column = np.mgrid[: 8 * side, : 8 * side] + 0.5
+    across = column * np.sin(way) + row * np.cos(way)
+    stripes = np.cos(2 * np.pi * across / 5.0) > 0
+    ridges = packed_pictures(stripes ^ (rng.random(stripes.shape) < 0.05))
+    orientation = (way + rng.normal(0, 0.2, (side, side))) % np.pi
+    mask = rng.random((side, side)) < 0.9
+    field = RidgeField(16.0, orientation.astype(np.float32), mask, ridges)
+    return prepare(template_of(spread_points(rng, size, 5.0, 16.0 * side), field=field))
+
+
+@pytest.fixture(scope="module")
+def whole(fingers: list[NDArray[np.uint8]]) -> Template:
+    return extract(fingers[0])
+
+
+@given(seeds)
+def test_search_agrees_with_its_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a = some_print(rng, int(rng.integers(0, 6)), int(rng.integers(2, 7)))
+    b = some_print(rng, int(rng.integers(0, 9)), int(rng.integers(4, 12)))
+    p = RidgeSearchParameters(
+        compared=int(rng.integers(1, 12)),
+        found=int(rng.integers(1, 4)),
+        least_flow=float(rng.choice([-1.0, 0.3, 0.8])),
+    )
+    found, expected = searched(a, b, p), twin(a, b, p)
+    assert [pair[:2] for pair in found] == [pair[:2] for pair in expected]
+    assert np.allclose([pair[2] for pair in found], [pair[2] for pair in expected])
+
+
+@given(seeds)
+@settings(max_examples=20)
+def test_interpreted_is_compiled(interpreted: Callable[[str], ModuleType], seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
+    kernels = interpreted_kernels(interpreted)
+    search = kernels.ridge_search.RidgeSearch(RidgeSearchParameters())
+    lens = kernels.ridge.RidgeLens(ROOM)
+    sides = (print_for(kernels.print, side) for side in (a, b))
+    count = search.search(*sides, lens)
+    found = [(search.first[k], search.second[k], search.value[k]) for k in range(count)]
+    assert found == searched(a, b)
+
+
+@given(seeds)
+def test_order_of_the_prints_changes_nothing_but_the_order_of_the_pairs(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
+    assert [(j, i, value) for i, j, value in searched(b, a)] == searched(a, b)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_part_is_found_where_it_was_cut_out(whole: Template, seed: int) -> None:
+    """The pair found first maps the part, turned and moved, to where it was."""
+    rng = np.random.default_rng(seed)
+    part = window(whole, 110.0, rng)
+    a, b = prepare(part), prepare(whole)
+    pairs = searched(a, b)
+    if not len(a):
+        assert pairs == []
+        return
+    turn, shift = laid(a, pairs[0][0], b, pairs[0][1])
+    assert abs(turn - 1) < 0.2
+    middle = a.points[0].mean() + 1j * a.points[1].mean()
+    assert abs(turn * middle + shift - middle) < 8
+
+
+def test_single_minutia_and_the_ridges_round_it_are_a_match(whole: Template) -> None:
+    """With ridges on 12 by 12 cells one minutia is enough to tell where they lie."""
+    inside = np.hypot(whole.minutiae.x - 140, whole.minutiae.y - 150).argmin()
+    part = replace(whole, minutiae=whole.minutiae.take(np.array([inside])))
+    rows, columns = np.indices(part.field.mask.shape) if part.field else (0, 0)
+    assert part.field is not None
+    near = (abs(rows - 9) < 5) & (abs(columns - 8) < 5)
+    part = replace(part, field=replace(part.field, mask=part.field.mask & near))
+    found = MATCHER.compare(MATCHER.prepare(part), MATCHER.prepare(whole))
+    assert found.transform is not None
+    assert len(found.pairs) == 1
+    assert abs(found.transform.tx) + abs(found.transform.ty) < 1e-6
+
+
+@pytest.mark.parametrize("size", [0, 1])
+def test_prints_of_hardly_anything(size: int) -> None:
+    rng = np.random.default_rng(3)
+    few = some_print(rng, size, 2)
+    assert searched(few, few)[: 1 - size] == []
+    empty = prepare(template_of(spread_points(rng, 0), field=None))
+    assert searched(few, empty) == searched(empty, few) == []
+
+
+def test_fewest_parameters_are_taken_for_one() -> None:
+    rng = np.random.default_rng(3)
+    a, b = some_print(rng, 5, 5), some_print(rng, 8, 8)
+    least = RidgeSearchParameters(compared=0, found=0, least_flow=-1.0)
+    assert len(searched(a, b, least)) <= 1
+
+
+def test_parameters_name_the_cosine_of_the_rotation() -> None:
+    assert RidgeSearchParameters(apart_deg=60.0).apart_cosine == pytest.approx(0.5)

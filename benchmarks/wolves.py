@@ -9,7 +9,7 @@ all other fingers, with their ridges and on their minutiae alone:
 - whole prints: the prints as they are;
 - fragments: 2 to 12 neighbouring minutiae of a print, with the ridges around them or without;
 - crops: squares of 48 to 200 pixels at 500 dpi at random places of the images, extracted anew, of
-  those that show three minutiae or more;
+  those that show a minutia;
 - random minutiae, 2 to 12 in a small square, and templates of 100 to 250 minutiae: grids, clusters
   of coincident or nearly coincident minutiae, fans of lines; without ridges, or with drawn stripes
   or arches of any period;

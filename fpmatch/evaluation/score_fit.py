@@ -60,7 +60,8 @@ if TYPE_CHECKING:
 
 
 SEED: Final = 18
-HYPOTHESES: Final = AlignmentParameters().hypotheses + RidgeSearchParameters().found
+LOCAL_HYPOTHESES: Final = AlignmentParameters().hypotheses
+HYPOTHESES: Final = LOCAL_HYPOTHESES + RidgeSearchParameters().found
 OF_RIDGES: Final = np.array([name in RIDGE_FEATURES for name in FEATURES])
 
 
@@ -264,18 +265,18 @@ def _features(
     for steps, scorer, rows in zip(
         (aligner.start_hypothesis, aligner.refine), scorers, found, strict=True
     ):
-        for k, row in enumerate(rows[: AlignmentParameters().hypotheses]):
+        for k, row in enumerate(rows[:LOCAL_HYPOTHESES]):
             if steps(k):
                 scorer.score_alignment(*sides, aligner, similarity)
                 row[:] = scorer.feature
-    scorer, first = scorers[1], AlignmentParameters().hypotheses
+    scorer = scorers[1]
     ridges = [side.region.ridges is not None for side in (a, b)]
     model = scorer.choose_model(*ridges, min(a.region.area, b.region.area))
     if model == MODELS.index(SMALL_WITH_RIDGES):
         for k in range(scorer.search.search(*sides, scorer.lens)):
             if aligner.start_from(scorer.search.first[k], scorer.search.second[k]):
                 scorer.score_alignment(*sides, aligner, similarity)
-                found[1, first + k] = scorer.feature
+                found[1, LOCAL_HYPOTHESES + k] = scorer.feature
     if np.isnan(found[1, :, 0]).all():
         return None
     return found, aligner.relaxation.strength
@@ -349,7 +350,7 @@ def fit_model(
     passed = np.quantile(coarse[~genuine], [1.0 - p.refined, 1.0 - p.confident])
     refine, confident = _rounded(passed, p.digits).tolist()
     descriptors = np.concatenate([one.descriptors for one in samples])
-    searched = ~np.isnan(refined[:, -RidgeSearchParameters().found :, 0]).all(axis=1)
+    searched = ~np.isnan(refined[:, LOCAL_HYPOTHESES:, 0]).all(axis=1)
     total = _chosen(refined, standard, bias)[1]
     stands_out = total > np.quantile(total[~genuine], 1.0 - p.window_passed)
     passing = genuine & ((coarse > refine) | (searched & stands_out))

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.evaluation.amount_fit import (
+    FORMS,
     AmountParameters,
     AmountSample,
     amount_samples,
@@ -18,7 +19,14 @@ from fpmatch.evaluation.amount_fit import (
 )
 from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.matching.score import AMOUNTS, MODELS, RATES, load_weights
+from fpmatch.matching.score import (
+    AMOUNTS,
+    MODELS,
+    RATES,
+    SMALL_WITH_RIDGES,
+    WITH_RIDGES,
+    load_weights,
+)
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 FEW = AmountParameters(fragments=(3, 6), windows_px=(96,), probes=6, references=5)
@@ -76,19 +84,25 @@ def test_the_fit_is_the_same_for_any_order() -> None:
 
 
 def test_parts_of_prints_are_compared(synthetic_set: ExtractedSet) -> None:
-    for ridges in ((True, True), (False, False), (True, False), (False, True)):
+    forms = [(name, ridges) for name, forms in FORMS.items() for ridges in forms]
+    for name, ridges in forms:
         found = amount_samples(
-            synthetic_set, 1, weights=load_weights(), ridges=ridges, parameters=FEW
+            synthetic_set, 1, weights=load_weights(), model=name, ridges=ridges, parameters=FEW
         )
-        assert len(found) == 6
         for one in found:
             assert 0 < len(one.sums) <= FEW.probes * FEW.references
             assert one.amounts.shape == (len(one.sums), len(AMOUNTS))
             assert (one.amounts[:, 0] == 1).all()
             assert np.isfinite(one.sums).all()
-        assert [one.weight for one in found] == [FEW.whole_weight, 1.0, 1.0, 0.5, 0.5, 1.0]
-        whole, three, six, *_ = (one.amounts[:, 1].mean() for one in found)
-        assert whole < six < three  # of 1 / (n + 1)
+        weights = [one.weight for one in found]
+        if name == SMALL_WITH_RIDGES:  # of parts
+            assert weights == [1.0, 1.0, 1.0]
+        elif name == WITH_RIDGES:  # of whole prints, thinned or not
+            assert weights == [FEW.whole_weight, 0.5, 0.5]
+        else:
+            assert weights == [FEW.whole_weight, 1.0, 1.0, 0.5, 0.5, 1.0]
+            whole, three, six, *_ = (one.amounts[:, 1].mean() for one in found)
+            assert whole < six < three  # of 1 / (n + 1)
 
 
 def test_quantiles_of_all_models_are_fitted(synthetic_set: ExtractedSet) -> None:

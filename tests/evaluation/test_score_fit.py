@@ -23,8 +23,10 @@ from fpmatch.evaluation.score_fit import (
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.codes import common
 from fpmatch.matching.matchers.unit_circle import MATCHER, align
+from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.score import (
     FEATURES,
+    MODELS,
     NO_PREFILTER,
     NO_QUANTILES,
     ScoreModel,
@@ -35,7 +37,7 @@ from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 N = len(FEATURES)
 RIDGES = FEATURES.index("ridges")
-HYPOTHESES = AlignmentParameters().hypotheses
+HYPOTHESES = AlignmentParameters().hypotheses + RidgeSearchParameters().found
 EVEN = FitParameters(impostor_weight=1.0, lost_share=0.0, ridge=1e-9)
 
 
@@ -98,11 +100,12 @@ def test_features_left_out_have_no_weight() -> None:
 
 def test_the_same_samples_give_the_same_weights() -> None:
     samples, alone = [sample(1), sample(2)], [sample(1, ridges=False), sample(2, ridges=False)]
-    assert fit_weights(samples, alone).as_json() == fit_weights(samples, alone).as_json()
+    first, second = (fit_weights(samples, alone, [sample(3)]) for _ in range(2))
+    assert first.as_json() == second.as_json()
 
 
 def test_rates_are_those_of_the_weighted_sums() -> None:
-    samples = [sample(3, apart=8.0), replace(sample(4, apart=8.0), nothing=(1000, 0))]
+    samples = [sample(3, apart=10.0), replace(sample(4, apart=10.0), nothing=(1000, 0))]
     rates = rates_of(samples, [fit_model(samples)] * 2)
     assert rates["sets"]["set 3"] == {"eer": 0.0, "fmr1000": 0.0}
     # a fifth of the genuine comparisons found nothing
@@ -192,21 +195,22 @@ def test_without_impostors_nothing_is_rejected() -> None:
 def test_the_provenance_is_that_of_the_samples_with_ridges() -> None:
     samples = [sample(1, count=300), sample(2, count=200, lost=50)]
     alone = [sample(1, count=100, ridges=False)]
-    weights = fit_weights(samples, alone, command="make weights")
+    weights = fit_weights(samples, alone, [sample(3)], command="make weights")
     found = weights.provenance
     assert found["sets"] == ["set 1", "set 2"]
     assert (found["genuine"], found["impostors"]) == (550, 500)
     assert found["command"] == "make weights"
-    assert ScoreWeights.from_json(weights.as_json()).standard.shape == (3, 4, N)
+    assert ScoreWeights.from_json(weights.as_json()).standard.shape == (len(MODELS), 4, N)
 
 
 def test_the_model_of_minutiae_alone_gives_ridges_no_weight() -> None:
     samples, alone = [sample(1)], [sample(1, ridges=False)]
-    first, second, third = fit_weights(samples, alone).models
+    first, second, third, small = fit_weights(samples, alone, [sample(3)]).models
     assert third is second
-    assert (first.standard[2, OF_RIDGES] != 0).all()
+    assert (first.standard[2, OF_RIDGES] != 0).tolist() == [True, True, False]
+    assert (small.standard[2, OF_RIDGES] != 0).all()
     assert not second.standard[2, OF_RIDGES].any()
-    assert second.standard[1, OF_RIDGES].tolist() == [1.0, 1.0]
+    assert second.standard[1, OF_RIDGES].tolist() == [1.0, 1.0, 1.0]
     assert (second.standard[2, ~OF_RIDGES] != 0).all()
 
 
@@ -257,8 +261,8 @@ def test_a_sample_of_nothing_has_no_features(tmp_path: Path) -> None:
     assert found.nothing == (2, 4)
 
 
-def test_prints_of_too_few_minutiae_are_like_nothing(tmp_path: Path) -> None:
-    bare = Extraction(Template(Minutiae([9.0, 30.0], [9.0, 40.0], [0.0, 1.0]), 99, 99), "", 0.0)
+def test_prints_without_minutiae_are_like_nothing(tmp_path: Path) -> None:
+    bare = Extraction(Template(Minutiae.empty(), 99, 99), "", 0.0)
     few = ExtractedSet(two_fingers(tmp_path).dataset, (bare,) * 4)
     assert sample_of(few, FitParameters(every_impostor=1)).nothing == (2, 4)
 

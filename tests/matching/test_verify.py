@@ -59,7 +59,7 @@ def test_a_match_needs_no_reason_and_a_no_has_one(matcher: str) -> None:
         assert "\n" not in other.reason
 
 
-@pytest.mark.parametrize("minutiae", [3, 4, 5])
+@pytest.mark.parametrize("minutiae", [2, 3, 4])
 def test_few_minutiae_are_too_little_to_decide(minutiae: int) -> None:
     found = verify(template_of(POINTS[:, :minutiae].copy()), IMPOSTOR)
     assert not found.match

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 UNLIKE: Final = "the neighbourhoods of the two prints' minutiae have too little in common"
 UNPAIRED: Final = "no minutiae of the two prints can be paired"
+FEW_MINUTIAE: Final = 3  # fewer match by the ridges round them, if at all
 MIN_PAIRS_FOR_SCALE: Final = 6
 MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
 MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
@@ -79,7 +80,7 @@ class UnitCircleMatcher:
             return _nothing(UNLIKE, as_similarity(total))
         total = workspace.align(a, b)
         if total is None:
-            return _nothing(UNPAIRED)
+            return _nothing(_too_few(probe, reference) or UNPAIRED)
         aligner, evidence = workspace.aligner, evidence_of(workspace.scorer, total)
         turn = -math.atan2(aligner.best_s, aligner.best_c)  # y points down
         partner, weight = aligner.best_partner, aligner.best_weight
@@ -305,12 +306,12 @@ def _nothing(reason: str, similarity: float = 0.0) -> Comparison:
 
 
 def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
-    """Say which side has too few minutiae to be compared."""
+    """Say which side has too few minutiae to expect anything of; "" if neither."""
     few = [
         f"the {name} has no ridges"
         if not len(side) and not side.region.inside
         else f"the {name} has too few minutiae ({len(side)})"
         for name, side in (("probe", probe), ("reference", reference))
-        if len(side) < MIN_MINUTIAE
+        if len(side) < FEW_MINUTIAE
     ]
     return "; ".join(few)

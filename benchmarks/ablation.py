@@ -170,6 +170,7 @@ REACH_OF_TRANSFORM: Final = (
     "            self.nearest[i] = 50.0\n",  # px: a reach of 16 px everywhere
 )
 
+RIDGE_FEATURES: Final = ("ridges", "area of the ridges", "ridges by area")
 MESH_FEATURES: Final = (
     "places on the circle",
     "weights in the ring",
@@ -208,7 +209,7 @@ VARIANTS: Final = (
         ((MESH, *PREDICTED), (MESH, *REACH_OF_TRANSFORM)),
         MESH_FEATURES,
     ),
-    Variant("no ridges", without=("ridges", "area of the ridges")),
+    Variant("no ridges", without=RIDGE_FEATURES),
     Variant("sums not conditioned on how much was compared", conditioned=False),
     Variant("no bound on what few pairs can say", ((EVIDENCE, *BOUND),)),
     Variant("poor minutiae by their quality alone", ((EVIDENCE, *RAISED),)),
@@ -273,17 +274,16 @@ def run_worker(work: Path, variant: int, base_weights: Path, into: Path) -> None
     """Learn and measure one variant in this process, whose package is the variant's."""
     from fpmatch.evaluation.all_pairs import compare_all_pairs  # noqa: PLC0415
     from fpmatch.evaluation.amount_fit import AmountParameters, fit_amounts  # noqa: PLC0415
-    from fpmatch.evaluation.score_fit import FitParameters, fit_weights, sample_of  # noqa: PLC0415
+    from fpmatch.evaluation.score_fit import FitParameters, fit_weights, samples_of  # noqa: PLC0415
     from fpmatch.matching import score  # noqa: PLC0415
     from fpmatch.minutiae import Minutiae, Template  # noqa: PLC0415
 
     given: Work = pickle.loads(work.read_bytes())
-    parameters = FitParameters(every_impostor=EVERY_IMPOSTOR)
+    parameters = FitParameters(
+        every_impostor=EVERY_IMPOSTOR, every_window_impostor=4 * EVERY_IMPOSTOR
+    )
     sets = [_as_extracted(name, rows) for name, rows in given.learned.items()]
-    samples = [
-        [sample_of(one, parameters, ridges=ridges) for one in sets] for ridges in (True, False)
-    ]
-    learned = fit_weights(*samples, without=VARIANTS[variant].without)
+    learned = fit_weights(*samples_of(sets, parameters), without=VARIANTS[variant].without)
     if VARIANTS[variant].conditioned:
         learned = fit_amounts(learned, sets, parameters=AmountParameters(probes=PROBES))
     if not base_weights.exists():

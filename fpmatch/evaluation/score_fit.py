@@ -21,7 +21,9 @@ It is solved by Newton's steps, the lost share by expectation and maximisation b
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -229,6 +231,42 @@ def sample_of(
         np.array(genuine, bool),
         (nothing[0], nothing[1]),
     )
+
+
+def samples_of(
+    sets: Sequence[ExtractedSet],
+    parameters: FitParameters | None = None,
+    *,
+    workers: int | None = None,
+) -> tuple[list[ScoreSample], list[ScoreSample], list[ScoreSample]]:
+    """Compare the impressions of databases, as `fit_weights` takes the comparisons.
+
+    Parameters
+    ----------
+    sets : sequence of ExtractedSet
+        The databases and their templates, which must show their ridges.
+    parameters : FitParameters, optional
+        What share of the impostors to take, and the windows.
+    workers : int, optional
+        Processes to use (default: one a core).
+
+    Returns
+    -------
+    tuple of lists of ScoreSample
+        With ridges, on minutiae alone, and of windows against whole prints.
+    """
+    p = parameters or FitParameters()
+    with ProcessPoolExecutor(workers) as pool:
+        with_ridges, alone = (
+            list(pool.map(partial(sample_of, parameters=p, ridges=ridges), sets))
+            for ridges in (True, False)
+        )
+        windows = [
+            sample
+            for side in p.windows_px
+            for sample in pool.map(partial(sample_of, parameters=p, window_px=side), sets)
+        ]
+    return with_ridges, alone, windows
 
 
 def _no_weights(refine: float) -> ScoreWeights:

@@ -39,7 +39,8 @@ FEWEST = cython.declare(cython.Py_ssize_t, 11)
 RIDGES = cython.declare(cython.Py_ssize_t, 12)
 CELLS = cython.declare(cython.Py_ssize_t, 13)
 AREA = cython.declare(cython.Py_ssize_t, 14)
-ENTRIES = cython.declare(cython.Py_ssize_t, 15)
+CHANCE = cython.declare(cython.Py_ssize_t, 15)
+ENTRIES = cython.declare(cython.Py_ssize_t, 16)
 
 # The result for prints that the prefilter rejects, below those of nearly all that are aligned, and
 # what a unit of their shortfall takes off.
@@ -56,6 +57,8 @@ UNIT_AREA = cython.declare(cython.double, 10000.0)
 LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a print's minutiae
 # The most that pairs and ridges can say, in tenfold falls of the FMR: see `_most_decades`.
 DECADES_PER_PAIR = cython.declare(cython.double, 1.2)
+PAIR_AREA = cython.declare(cython.double, 75.0)  # px²: within 12 px and 30° of a minutia
+USUAL_CHANCE = cython.declare(cython.double, 3.0)  # pairs that chance gives two usual prints
 CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
 LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
 LOG_10 = cython.declare(cython.double, 2.302585092994046)
@@ -381,8 +384,12 @@ class EvidenceScorer:
 
         Impostors are prints that were not made to match. The commonest arrangement of a few
         minutiae, which a search finds, matches far more prints than an arrangement drawn by chance.
+        Of very many minutiae some always fall on others: as many pairs as chance gives, beyond those
+        of usual prints, count for nothing.
         """
-        more_pairs: cython.double = max(self.evidence[PAIRS] - 1.0, 0.0)
+        more_pairs: cython.double = self.evidence[PAIRS] - 1.0
+        more_pairs -= max(self.evidence[CHANCE] - USUAL_CHANCE, 0.0)
+        more_pairs = max(more_pairs, 0.0)
         return DECADES_PER_PAIR * more_pairs + self.evidence[CELLS] / CELLS_PER_DECADE
 
     @cython.cfunc
@@ -419,6 +426,7 @@ class EvidenceScorer:
         j: cython.Py_ssize_t
         pairs: cython.double = 0.0
         common: cython.double = 0.0
+        common_b: cython.double = 0.0
         local: cython.double = 0.0
         unpaired: cython.double = 0.0
         unpaired_b: cython.double = 0.0
@@ -456,21 +464,21 @@ class EvidenceScorer:
         for j in range(b.size):
             squares_b += b.quality[j] * b.quality[j]
             if self.paired_b[j]:
-                common += 1.0
+                common_b += 1.0
                 continue
             qx = b.points[0, j] - x
             qy = b.points[1, j] - y
             px = (c * qx + s * qy) / scale
             py = (c * qy - s * qx) / scale
             if a.contains(px, py):
-                common += 1.0
+                common_b += 1.0
                 if a.contains_with_margin(px, py, margin_a):
                     unpaired_b += b.quality[j] * b.quality[j]
         self.evidence[PAIRS] = pairs
         self.evidence[LOCAL] = local
         unpaired *= raised(squares, a.size)
         self.evidence[UNPAIRED] = unpaired + unpaired_b * raised(squares_b, b.size)
-        self.evidence[COMMON] = common
+        self.evidence[COMMON] = common + common_b
         self.evidence[RELAXED] = aligner.relaxation.support_of(partner)
         self.evidence[PLACES] = aligner.mesh.places
         self.evidence[WEIGHTS] = aligner.mesh.weights
@@ -482,6 +490,7 @@ class EvidenceScorer:
         self.evidence[CELLS] = 0.0
         self.evidence[OVERLAP] = 0.0
         self.evidence[AREA] = 0.0
+        self.evidence[CHANCE] = 0.0
         smaller = smaller_area(a, b)
         if smaller > 0.0:
             area = common_cells(a, b, c, s, x, y) * (a.step * a.step)
@@ -489,6 +498,8 @@ class EvidenceScorer:
                 area = smaller
             self.evidence[OVERLAP] = area / smaller
             self.evidence[AREA] = area
+            if area > 0.0:
+                self.evidence[CHANCE] = common * common_b * PAIR_AREA / area
         return 0
 
 

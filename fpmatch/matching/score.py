@@ -35,7 +35,9 @@ Impostor prints are drawn by chance; a template may be made to match. Of the arr
 minutiae the commonest, which a search finds, matches far more prints than one drawn by chance. So
 the FMR falls at most tenfold for every 12 cells of ridges compared, and by 10^1.2 for every pair
 after the first: a place within 12 pixels and 30 degrees of a minutia has another, of the 40 of a
-usual print, about once in 20 times. Genuine whole prints do not come near this bound.
+usual print, about once in 20 times. Of very many minutiae a good many fall on others wherever they
+lie; pairs that chance is expected to give, beyond 3, do not count in this bound. Genuine whole
+prints do not come near it.
 
 What comes out is an estimate of -ln(FMR), the same for prints with ridges and without, and
 ``log(1 + e^that)``, which is positive, is the similarity. Prints that the prefilter rejects get an
@@ -170,6 +172,8 @@ class Evidence:
         Cells whose ridges were compared; 0 where they were not.
     area : float
         Area of the common region, in square pixels at 500 dpi.
+    chance : float
+        Pairs expected where the minutiae inside the common region lie there by chance.
     features : ndarray of float64, shape (13,)
         The features of `FEATURES`, before they are standardised.
     total : float
@@ -195,6 +199,7 @@ class Evidence:
     ridges: float
     cells: int
     area: float
+    chance: float
     features: NDArray[np.float64] = field(repr=False)
     total: float
     decade: float
@@ -479,7 +484,7 @@ def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence
     """Return the evidence that was scored last, and came to `minus_log_fmr`."""
     entries, features = scorer.last_evidence()
     pairs, local, unpaired, common, overlap, relaxed, places, weights = entries[:8]
-    fullness, turned, strain, fewest, correlation, cells, area = entries[8:]
+    fullness, turned, strain, fewest, correlation, cells, area, chance = entries[8:]
     return Evidence(
         pairs=int(pairs),
         local=local,
@@ -496,6 +501,7 @@ def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence
         ridges=correlation,
         cells=int(cells),
         area=float(area),
+        chance=float(chance),
         features=np.array(features),
         total=float(scorer.total),
         decade=float(scorer.decade),

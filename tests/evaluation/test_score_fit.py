@@ -19,6 +19,7 @@ from fpmatch.evaluation.score_fit import (
     fit_weights,
     rates_of,
     sample_of,
+    samples_of,
 )
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.codes import common
@@ -252,6 +253,31 @@ def test_of_so_many_impostors_one_is_taken(tmp_path: Path, every: int, taken: in
     assert found.genuine.sum() + found.nothing[0] == 6
     assert (~found.genuine).sum() + found.nothing[1] == taken
     assert found.features.shape == (len(found.genuine), HYPOTHESES, N)
+
+
+def test_windows_are_compared_with_whole_prints(tmp_path: Path) -> None:
+    """The same windows each time; where one shows less, it is scored by what it shows."""
+    extracted = two_fingers(tmp_path, 3, lost=False)
+    parameters = FitParameters(every_impostor=1, every_window_impostor=3, windows_px=(96, 140))
+    whole, alone, windows = samples_of([extracted], parameters, workers=1)
+    assert [len(part) for part in (whole, alone, windows)] == [1, 1, 2]
+    for one in windows:
+        assert one.genuine.sum() + one.nothing[0] == 6
+        assert (~one.genuine).sum() + one.nothing[1] == 3
+        assert (one.descriptors[:, 1] < 9).any()
+    again = sample_of(extracted, parameters, window_px=96)
+    np.testing.assert_array_equal(again.features, windows[0].features)
+
+
+def test_small_prints_are_looked_for_by_their_ridges_as_well(tmp_path: Path) -> None:
+    """So that they have more hypotheses than the local matches give."""
+    extracted = two_fingers(tmp_path, 3, lost=False)
+    parameters = FitParameters(every_impostor=1, every_window_impostor=1)
+    of_ridges = slice(AlignmentParameters().hypotheses, None)
+    small = sample_of(extracted, parameters, window_px=140).features[:, of_ridges, 0]
+    assert not np.isnan(small).all()
+    large = sample_of(extracted, parameters).features[:, of_ridges, 0]
+    assert np.isnan(large).all()
 
 
 def test_a_sample_of_nothing_has_no_features(tmp_path: Path) -> None:

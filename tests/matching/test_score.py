@@ -98,7 +98,9 @@ ENTRIES = (
     "ridges",
     "cells",
     "area",
+    "chance",
 )
+SUMS = ("total", "decade", "minus_log_fmr")
 N = len(FEATURES)
 FEW = 20 if COMPILED else 6
 FRAME = 8  # frame points of the mesh
@@ -187,7 +189,8 @@ def minus_log_fmr_twin(model: ScoreModel, evidence: Evidence) -> float:
 
 def most_decades_twin(evidence: Evidence) -> float:
     """Return the most that pairs and ridges can say, as the docstring of `score` defines it."""
-    return 1.2 * max(evidence.pairs - 1, 0) + evidence.cells / 12
+    pairs = evidence.pairs - 1 - max(evidence.chance - 3, 0)
+    return 1.2 * max(pairs, 0) + evidence.cells / 12
 
 
 def some_case(seed: int) -> tuple[PreparedTemplate, PreparedTemplate, Ints, Floats]:
@@ -302,6 +305,34 @@ def test_evidence_agrees_with_its_twin(seed: int) -> None:
     assert found[12:14] == [correlation if cells else 0.0, cells]
     smaller = min(side.region.inside * side.region.step**2 for side in (a, b))
     assert found[14] == pytest.approx(found[4] * smaller)
+
+
+@given(seeds)
+def test_expected_pairs_are_those_of_minutiae_that_lie_anywhere(seed: int) -> None:
+    """Of M minutiae each has so many of N others within 12 px and 30 degrees in the mean."""
+    a, b, partner, transform = some_case(seed)
+    found = overlay(a, b, partner, transform)
+    if not found.area:
+        assert found.chance == 0
+        return
+    most = found.common**2 / 4 * 75.0 / found.area
+    assert 0 <= found.chance <= most * (1 + 1e-12)
+    one_for_one = with_itself(a)
+    assert one_for_one.chance == pytest.approx(len(a) ** 2 * 75.0 / one_for_one.area)
+
+
+def test_pairs_that_chance_gives_count_for_nothing_in_the_bound() -> None:
+    """Of dense prints; up to 3 of them are as usual."""
+    few = Evidence(**dict.fromkeys(ENTRIES, 0), features=np.zeros(N), **dict.fromkeys(SUMS, 0.0))
+    scorer = evidence_scorer(0, some_weights())
+    scorer.choose_model(False, False, math.inf)
+    bounds = []
+    for chance in (0.0, 3.0, 5.0, 40.0):
+        entries = {"pairs": 10, "chance": chance}
+        np.asarray(scorer.evidence)[:] = [entries.get(name, 0.0) for name in ENTRIES]
+        bounds.append(scorer.condition(1e9) / math.log(10))
+        assert bounds[-1] == pytest.approx(most_decades_twin(replace(few, **entries)))
+    assert bounds == pytest.approx([10.8, 10.8, 8.4, 0.0])
 
 
 def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
@@ -702,7 +733,7 @@ LOWERING = ("unpaired", "turned", "strain", "fewest")
 
 
 @given(
-    st.sampled_from([name for name in ENTRIES if name not in {"pairs", "common", "area"}]),
+    st.sampled_from([name for name in ENTRIES if name not in {"pairs", "common", "area", "chance"}]),
     st.floats(0.01, 1),
     st.floats(0.01, 1),
 )

@@ -384,8 +384,8 @@ class EvidenceScorer:
 
         Impostors are prints that were not made to match. The commonest arrangement of a few
         minutiae, which a search finds, matches far more prints than an arrangement drawn by chance.
-        Of very many minutiae some always fall on others: as many pairs as chance gives, beyond those
-        of usual prints, count for nothing.
+        Of very many minutiae some always fall on others: as many pairs as chance gives, beyond
+        those of usual prints, count for nothing.
         """
         more_pairs: cython.double = self.evidence[PAIRS] - 1.0
         more_pairs -= max(self.evidence[CHANCE] - USUAL_CHANCE, 0.0)

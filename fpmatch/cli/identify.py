@@ -66,6 +66,7 @@ Examples:
   fpmatch identify prints.db probes -k 3 --threshold 40 --json
   fpmatch identify postgresql://me@host/prints probe.tif --transform
   fpmatch identify prints.db probe.tif --impressions
+  fpmatch identify touches.db probe.tif --consolidate
 
 Exit status: 0 when every probe was searched for, 1 when some could not be read, 2 when none could.
 """
@@ -96,6 +97,12 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     is_flag=True,
     help="List impressions, each by its own score, instead of fingers, by the score of all their "
     "impressions together.",
+)
+@click.option(
+    "--consolidate",
+    is_flag=True,
+    help="Compare each candidate also with the consolidated template of its impressions, and rank "
+    "the candidates anew.",
 )
 @click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
 @polarity_option
@@ -139,6 +146,7 @@ def identify(
     calibration: Path | None,
     shortlist: Shortlist,
     impressions: bool,
+    consolidate: bool,
     as_json: bool,
     workers: int | None,
 ) -> None:
@@ -149,11 +157,14 @@ def identify(
     """
     from fpmatch.engine.engine import cores
     from fpmatch.gallery import identify as work
+    from fpmatch.gallery.consolidated import ConsolidatedFingers
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
     from fpmatch.gallery.search import open_search
     from fpmatch.matching.calibration import load_calibration
 
+    if impressions and consolidate:
+        raise click.UsageError("--consolidate ranks fingers: not with --impressions")
     curve = load_calibration(matcher, calibration)
     files = find_prints(probes, dpi)
     reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=partial(read_print, raw=raw))
@@ -163,6 +174,7 @@ def identify(
     with open_gallery(gallery) as opened:
         with ProgressBars(_STAGES) as bars:
             search = open_search(opened, matcher, engine=cores(workers), progress=bars.show)
+        together = ConsolidatedFingers(opened, search, curve) if consolidate else None
         for file in files:
             try:
                 probe = extract_print(file, reader=reader)
@@ -181,6 +193,7 @@ def identify(
                 calibration=curve,
                 shortlist=shortlist,
                 impressions=impressions,
+                together=together,
             )
             seconds = time.perf_counter() - start
             entries = [opened.entry(candidate.number) for candidate in result.candidates]

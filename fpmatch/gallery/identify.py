@@ -14,6 +14,7 @@ from fpmatch.matching.finger import fused_scores
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.gallery.consolidated import ConsolidatedFingers
     from fpmatch.gallery.search import Search
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison
@@ -114,6 +115,7 @@ def identify(
     calibration: Calibration | None = None,
     shortlist: Shortlist = "auto",
     impressions: bool = False,
+    together: ConsolidatedFingers | None = None,
 ) -> Identification:
     """Find the enrolled fingers that a probe matches best.
 
@@ -139,6 +141,9 @@ def identify(
     impressions : bool
         Whether each impression is a candidate of its own, by its own score, rather than each
         finger by the score that its impressions have together (see `fpmatch.matching.finger`).
+    together : ConsolidatedFingers, optional
+        Compares each candidate also with the consolidated template of its impressions, and ranks
+        the candidates anew; which fingers are candidates stays (default: it is not done).
 
     Returns
     -------
@@ -148,8 +153,11 @@ def identify(
     Raises
     ------
     MatcherError
-        If the matcher has no calibration, `threshold`, `count` or `shortlist` is out of range, or
-        a number is asked of a matcher that has no shortlists.
+        If the matcher has no calibration, `threshold`, `count` or `shortlist` is out of range,
+        a number is asked of a matcher that has no shortlists, or single impressions are to be
+        compared together.
+    GalleryError
+        If `together` cannot read the gallery.
 
     Examples
     --------
@@ -172,6 +180,8 @@ def identify(
         raise MatcherError(f"the number of candidates must be at least 1, not {count}")
     if not 0 <= threshold <= MAX_SCORE:
         raise MatcherError(f"a threshold lies from 0 to {MAX_SCORE:g}, not {threshold:g}")
+    if impressions and together is not None:
+        raise MatcherError("single impressions are not compared with consolidated templates")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration
     size = shortlist_size(search, shortlist)
     prepared = search.matcher.prepare(probe)
@@ -189,12 +199,9 @@ def identify(
         _best(scores, similarities, search.numbers[places], finger[places], count).tolist(), start=1
     ):
         score = float(scores[k])
-        if score < threshold:
-            break
         fmr = score_to_fmr(score)
-        found = (
-            search.matcher.compare(prepared, search.references[places[k]]) if transforms else None
-        )
+        wanted = transforms and (score >= threshold or together is not None)
+        found = search.matcher.compare(prepared, search.references[places[k]]) if wanted else None
         candidates.append(
             Candidate(
                 rank=rank,
@@ -208,6 +215,9 @@ def identify(
                 impression_score=float(singles[k]),
             )
         )
+    if together is not None:
+        candidates = together.ranked(prepared, candidates)
+    candidates = [one for one in candidates if one.score >= threshold]
     return Identification(
         enrolled=len(search),
         compared=len(similarities),

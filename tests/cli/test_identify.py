@@ -65,6 +65,21 @@ def test_candidates_as_json(run, place, prints, tmp_path):
     assert {c["subject"] for c in probe["candidates"]} == {"1"}
 
 
+def test_consolidated_templates_change_scores_of_fingers_alone(run, place, prints):
+    words = ("identify", place, prints / "1_1.png", "--workers", 1, "--json")
+    plain, together = (
+        json.loads(run(*words, *more).stdout)["probes"][0]["candidates"]
+        for more in ((), ("--consolidate",))
+    )
+    assert {c["subject"]: c["impressions"] for c in together} == {"1": 2, "2": 1}
+    scores = [{c["subject"]: c["score"] for c in found} for found in (plain, together)]
+    assert scores[0]["2"] == scores[1]["2"]
+    assert scores[0]["1"] != scores[1]["1"]
+    refused = run(*words, "--consolidate", "--impressions")
+    assert refused.exit_code == 2
+    assert "not with --impressions" in refused.stderr
+
+
 def test_a_shortlist_is_said(run, place, prints):
     words = ("identify", place, prints / "1_1.png", "-k", 1, "--shortlist", 2, "--workers", 1)
     result = run(*words)

@@ -9,13 +9,15 @@ import pytest
 
 from fpmatch.engine.engine import here
 from fpmatch.errors import GalleryError, MatcherError
+from fpmatch.gallery import consolidated
 from fpmatch.gallery import identify as identify_module
+from fpmatch.gallery.consolidated import ConsolidatedFingers
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import LEAST_SHORTLIST, identify, shortlist_size
 from fpmatch.gallery.search import open_search
-from fpmatch.matching.calibration import Calibration
-from fpmatch.matching.finger import fused_score
+from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
+from fpmatch.matching.finger import fused_score, verify_finger
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
 
@@ -229,3 +231,95 @@ def test_impressions_outside_the_shortlist_count_as_no_match(tmp_path):
     (found,) = identify(search, scattered(3), count=1, shortlist=1).candidates
     assert (found.number, found.impressions) == (3, 4)
     assert found.score == pytest.approx(fused_score([found.impression_score, 0.0, 0.0, 0.0]))
+
+
+@pytest.fixture
+def touches(tmp_path, fingers_of_touches):
+    """Return an open gallery of three fingers of four touches each, and the touch left over."""
+    with open_gallery(tmp_path / "touches.db", create=True) as gallery:
+        new = [
+            NewEntry(Label(f"{k}", "", f"{n}"), f"{k}_{n}", bytes([k, n, *[0] * 30]), one)
+            for k, finger in enumerate(fingers_of_touches)
+            for n, one in enumerate(finger[1:])
+        ]
+        assert gallery.add(new) == [None] * 12
+        yield gallery
+
+
+@pytest.fixture
+def fingers_of_touches():
+    """Return windows of three prints: five of each, which share a part of their minutiae."""
+    made = []
+    for k in range(3):
+        whole = scattered(40 + k)
+        m = whole.minutiae
+        windows = [(abs(m.x - 150 - 18 * n) < 90) for n in (0, -2, -1, 1, 2)]
+        made.append([Template(m.take(np.flatnonzero(one)), 300, 300) for one in windows])
+    return made
+
+
+def test_candidates_are_compared_with_what_their_impressions_show_together(
+    touches, fingers_of_touches
+):
+    search = open_search(touches, engine=here())
+    together = ConsolidatedFingers(touches, search)
+    curve = load_calibration(search.matcher.name)
+    for k, finger in enumerate(fingers_of_touches):
+        probe = finger[0]
+        plain = identify(search, probe)
+        found = identify(search, probe, together=together)
+        assert {c.number for c in found.candidates} == {c.number for c in plain.candidates}
+        assert [c.rank for c in found.candidates] == [1, 2, 3]
+        assert [c.score for c in found.candidates] == sorted(
+            (c.score for c in found.candidates), reverse=True
+        )
+        best = found.candidates[0]
+        assert touches.entry(best.number).label.subject == f"{k}"
+        stored = [touches.template(4 * k + n) for n in range(1, 5)]
+        expected = verify_finger(probe, stored, calibration=curve).verification.score
+        assert best.score == expected
+        assert best.expected_false == 3 * best.fmr == 3 * score_to_fmr(best.score)
+
+
+def test_a_threshold_holds_for_the_score_with_the_consolidated_template(
+    touches, fingers_of_touches
+):
+    search = open_search(touches, engine=here())
+    together = ConsolidatedFingers(touches, search)
+    probe = fingers_of_touches[1][0]
+    best, *_ = identify(search, probe, together=together).candidates
+    for threshold, left in ((best.score, 1), (min(best.score + 0.01, 100), best.score == 100)):
+        found = identify(search, probe, together=together, threshold=threshold)
+        assert len(found.candidates) == left
+
+
+def test_a_finger_of_one_impression_keeps_its_score(fingers, fake, tmp_path):
+    together = ConsolidatedFingers(open_gallery(tmp_path / "fingers.db"), fingers, TEN_PER_TEN)
+    probe = fake.template_at(52)
+    plain = identify(fingers, probe, calibration=TEN_PER_TEN)
+    single = [c for c in plain.candidates if c.impressions == 1]
+    assert [(c.number, c.score) for c in together.ranked(52.0, single)] == [
+        (c.number, c.score) for c in single
+    ]
+
+
+def test_only_so_many_fingers_are_kept(touches, fingers_of_touches, monkeypatch):
+    monkeypatch.setattr(consolidated, "FINGERS_KEPT", 1)
+    search = open_search(touches, engine=here())
+    together = ConsolidatedFingers(touches, search)
+    first, second = (
+        identify(search, fingers_of_touches[2][0], together=together) for _ in range(2)
+    )
+    assert [c.score for c in first.candidates] == [c.score for c in second.candidates]
+    assert len(together._fingers) == 1
+
+
+def test_single_impressions_are_not_consolidated(touches, fingers_of_touches):
+    search = open_search(touches, engine=here())
+    with pytest.raises(MatcherError, match="single impressions"):
+        identify(
+            search,
+            fingers_of_touches[0][0],
+            impressions=True,
+            together=ConsolidatedFingers(touches, search),
+        )

@@ -54,8 +54,8 @@ def as_rows(
     rows += [
         (
             "Minutiae",
-            f"{len(v.pairs)} pairs among {len(v.probe.minutiae)} of the probe "
-            f"and {len(v.reference.minutiae)} of the reference",
+            f"{len(v.pairs)} pair{'s' * (len(v.pairs) != 1)} among {len(v.probe.minutiae)} of the "
+            f"probe and {len(v.reference.minutiae)} of the reference",
         ),
     ]
     if v.transform is not None:

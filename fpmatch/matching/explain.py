@@ -125,7 +125,8 @@ def _mapped(points: NDArray[np.float64], transform: NDArray[np.float64]) -> NDAr
 def main_reason(evidence: Evidence, parameters: ExplanationParameters | None = None) -> str:
     """Say in words what speaks most against one finger, by what the score weighs alone."""
     p = parameters or ExplanationParameters()
-    share = f"{evidence.pairs} pairs among {evidence.common} minutiae in the common region"
+    pairs = "1 pair" if evidence.pairs == 1 else f"{evidence.pairs} pairs"
+    share = f"{pairs} among {evidence.common} minutiae in the common region"
     if evidence.overlap < p.small_overlap:
         return f"the common region is small ({evidence.overlap:.0%} of the smaller print): {share}"
     if evidence.cells and evidence.ridges < p.poor_ridges:

@@ -514,7 +514,7 @@ def test_too_few_minutiae_that_agree_are_named(field: RidgeField | None) -> None
     found = verify(template_of(a, field=field), template_of(b, field=field), threshold=99.9)
     assert not found.match
     assert "too few minutiae agree under the best transform: " in found.reason
-    assert f"{len(found.pairs)} pairs among" in found.reason
+    assert f"{len(found.pairs)} pair" in found.reason
 
 
 def test_impostors_do_not_match() -> None:

@@ -46,6 +46,7 @@ from fpmatch.matching.score import (
     RIDGE_FEATURES,
     SMALL_FEATURES,
     SMALL_WITH_RIDGES,
+    WITH_RIDGES,
     ScoreModel,
     ScoreWeights,
     evidence_scorer,
@@ -307,14 +308,18 @@ def _features(
             if steps(k):
                 scorer.score_alignment(*sides, aligner, similarity)
                 row[:] = scorer.feature
-    scorer = scorers[1]
+    scorer, search = scorers[1], scorers[1].search
     ridges = [side.region.ridges is not None for side in (a, b)]
     model = scorer.choose_model(*ridges, min(a.region.area, b.region.area))
+    by_ridges = 0
     if model == MODELS.index(SMALL_WITH_RIDGES):
-        for k in range(scorer.search.search(*sides, scorer.lens)):
-            if aligner.start_from(scorer.search.first[k], scorer.search.second[k]):
-                scorer.score_alignment(*sides, aligner, similarity)
-                found[1, LOCAL_HYPOTHESES + k] = scorer.feature
+        by_ridges = search.search(*sides, scorer.lens)
+    elif model == MODELS.index(WITH_RIDGES):
+        by_ridges = search.search_candidates(*sides, aligner.relaxation, scorer.lens)
+    for k in range(by_ridges):
+        if aligner.start_from(search.first[k], search.second[k]):
+            scorer.score_alignment(*sides, aligner, similarity)
+            found[1, LOCAL_HYPOTHESES + k] = scorer.feature
     if np.isnan(found[1, :, 0]).all():
         return None
     return found, aligner.relaxation.strength

@@ -46,6 +46,7 @@ cdef class EvidenceScorer:
 cpdef double smaller_area(Print a, Print b) noexcept nogil
 cdef double common_cells(Print a, Print b, double c, double s, double x, double y) noexcept nogil
 cpdef int describe_amount(double minutiae, double area, double[::1] term) noexcept nogil
+cdef double poisson_decades(double count, double mean) noexcept nogil
 cdef double raised(double squares, double minutiae) noexcept nogil
 cdef double saturated(double amount, double enough) noexcept nogil
 cpdef double as_similarity(double total) noexcept nogil

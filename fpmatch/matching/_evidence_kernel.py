@@ -59,6 +59,8 @@ LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a
 DECADES_PER_PAIR = cython.declare(cython.double, 1.2)
 PAIR_AREA = cython.declare(cython.double, 75.0)  # px²: within 12 px and 30° of a minutia
 USUAL_CHANCE = cython.declare(cython.double, 3.0)  # pairs that chance gives two usual prints
+DENSER = cython.declare(cython.double, 2.0)  # so many more, and prints are dense
+FULL_AGREEMENT = cython.declare(cython.double, 0.2)  # above the usual: counts wholly
 CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
 LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
 LOG_10 = cython.declare(cython.double, 2.302585092994046)
@@ -210,7 +212,8 @@ class EvidenceScorer:
         alone is refined. Where relaxation leaves the local matches weak, only the first hypothesis
         that pairs anything is tried. Where the best of all does not pass the refine threshold, as
         with most prints of different fingers, it stands as it is. Else those that pass are refined,
-        their ridges are compared, and the aligner saves the one of the greatest sum.
+        their ridges are compared, and the aligner saves the one of the greatest sum. Where a doubt
+        is left of prints that show their ridges, these are looked for by them, too.
 
         Where nothing is paired by any, the aligner's `best_pairs` are 0, and so is the result.
         """
@@ -221,7 +224,7 @@ class EvidenceScorer:
         refine: cython.double
         confident: cython.double
         weak: cython.bint
-        small: cython.bint
+        ridges: cython.bint
         self.most = UNPAIRED_SUM
         self.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
         self.found = 0
@@ -241,8 +244,8 @@ class EvidenceScorer:
                     first = k
                 if self.last > confident or weak:
                     break
-        small = self.model == SMALL_WITH_RIDGES and not self.most > confident
-        if self.found == 0 and not small:
+        ridges = a.has_ridges and b.has_ridges and not self.most > confident
+        if self.found == 0 and not ridges:
             return 0.0
         if self.most > refine:
             self.found = 0
@@ -250,8 +253,11 @@ class EvidenceScorer:
                 if self.coarse[k] > refine:
                     aligner.refine(k)
                     self._save_better(a, b, aligner, similarity, True)
-        if small:
-            hypotheses = self.search.search(a, b, self.lens)
+        if ridges and (self.found == 0 or not self.most > confident):
+            if self.model == SMALL_WITH_RIDGES:
+                hypotheses = self.search.search(a, b, self.lens)
+            else:
+                hypotheses = self.search.search_candidates(a, b, aligner.relaxation, self.lens)
             for k in range(hypotheses):
                 if aligner.start_from(self.search.first[k], self.search.second[k]) > 0:
                     self._save_better(a, b, aligner, similarity, True)
@@ -384,13 +390,18 @@ class EvidenceScorer:
 
         Impostors are prints that were not made to match. The commonest arrangement of a few
         minutiae, which a search finds, matches far more prints than an arrangement drawn by chance.
-        Of very many minutiae some always fall on others: as many pairs as chance gives, beyond
-        those of usual prints, count for nothing.
+        Of very many minutiae a good many fall on others wherever they lie: there, a Poisson
+        distribution says how rare so many pairs are. Ridges count by how well they agree.
         """
-        more_pairs: cython.double = self.evidence[PAIRS] - 1.0
-        more_pairs -= max(self.evidence[CHANCE] - USUAL_CHANCE, 0.0)
-        more_pairs = max(more_pairs, 0.0)
-        return DECADES_PER_PAIR * more_pairs + self.evidence[CELLS] / CELLS_PER_DECADE
+        pairs: cython.double = self.evidence[PAIRS]
+        chance: cython.double = self.evidence[CHANCE]
+        ridges: cython.double = self.evidence[RIDGES] - self.usual_correlation
+        decades: cython.double = DECADES_PER_PAIR * max(pairs - 1.0, 0.0)
+        if chance > USUAL_CHANCE:
+            chance *= min((chance - USUAL_CHANCE) / DENSER, 1.0)
+            decades = min(decades, poisson_decades(pairs, chance))
+        ridges = min(max(ridges / FULL_AGREEMENT, 0.0), 1.0)
+        return decades + ridges * self.evidence[CELLS] / CELLS_PER_DECADE
 
     @cython.cfunc
     @cython.nogil
@@ -578,6 +589,22 @@ def describe_amount(
     term[3] = y
     term[4] = x * y
     return 0
+
+
+@cython.cfunc
+@cython.nogil
+@cython.cdivision(True)
+@cython.exceptval(check=False)
+def poisson_decades(count: cython.double, mean: cython.double) -> cython.double:
+    """Return how rare so many or more are, of a Poisson distribution: a bound of -log10 of it.
+
+    It is Chernoff's.
+    """
+    if mean <= 0.0:
+        return 1e9
+    if count <= mean:
+        return 0.0
+    return (count * log(count / mean) - count + mean) / LOG_10
 
 
 @cython.cfunc

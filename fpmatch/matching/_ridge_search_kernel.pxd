@@ -1,5 +1,6 @@
 # What other kernels may use of this one.
 from fpmatch.matching._print_kernel cimport Print
+from fpmatch.matching._relaxation_kernel cimport Relaxation
 from fpmatch.matching._ridge_kernel cimport RidgeLens
 
 
@@ -11,15 +12,28 @@ cdef class RidgeSearch:
     cdef double[::1] best_flow
     cdef int[::1] best_own, best_other
     cdef Py_ssize_t samples, count, room, most
+    cdef Py_ssize_t most_compared, most_found, most_candidates
     cdef double middle_x, middle_y, c, s, x, y
+    cdef double flow_asked, value_asked
     cdef double least_common, least_flow, usual_correlation, apart_px, apart_cosine
+    cdef double candidate_flow, candidate_value
 
     cpdef int search(self, Print a, Print b, RidgeLens lens) noexcept nogil
+    cpdef int search_candidates(
+        self, Print a, Print b, Relaxation relaxation, RidgeLens lens
+    ) noexcept nogil
+    cdef int _swapped(self, int found) noexcept nogil
     cdef int _take_samples(self, Print small) noexcept nogil
     cdef int _lay(self, Print small, Py_ssize_t i, Print large, Py_ssize_t j) noexcept nogil
     cdef double _flow_agreement(self, Print large) noexcept nogil
     cdef int _select(self, Print small, Print large) noexcept nogil
+    cdef bint _offer(
+        self, Print small, Py_ssize_t i, Print large, Py_ssize_t j
+    ) noexcept nogil
     cdef int _compare(self, Print small, Print large, RidgeLens lens) noexcept nogil
     cdef int _enter(self, double value, int own, int other, int found) noexcept nogil
     cdef int _move(self, Py_ssize_t start, Py_ssize_t to, Py_ssize_t count) noexcept nogil
     cdef bint _alike(self, Py_ssize_t k) noexcept nogil
+
+
+cdef bint _is_smaller(Print a, Print b) noexcept nogil

@@ -1,10 +1,13 @@
-"""Kernel: where one small print lies in another, found by the ridges.
+"""Kernel: where one print lies in another, found by the ridges.
 
-Of a small print few minutiae are left, and their neighbourhoods are cut off: the local matches say
-little. But each pair of minutiae, one of each print, is a transform: positions and directions laid
-on one another. The pairs under which the ridge orientation of the smaller print agrees best with
-that of the larger are kept; of these, those under which the ridges themselves correlate best, each
-with a transform of its own. Interpreted, the class runs as it stands.
+Each pair of minutiae, one of each print, is a transform: positions and directions laid on one
+another. The pairs under which the ridge orientation of the smaller print agrees best with that of
+the larger are kept; of these, those under which the ridges themselves correlate best, each with a
+transform of its own.
+
+Of a small print few minutiae are left, and their neighbourhoods are cut off, so that the local
+matches say little: all pairs are tried. Of larger prints it is the candidates of the relaxed local
+matches alone. Interpreted, the class runs as it stands.
 """
 
 import cython
@@ -12,12 +15,14 @@ import numpy as np
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._print_kernel import Print
+    from cython.cimports.fpmatch.matching._relaxation_kernel import Relaxation
     from cython.cimports.fpmatch.matching._ridge_kernel import RidgeLens
     from cython.cimports.libc.math import sqrt
 else:
     from math import sqrt
 
     from fpmatch.matching._print_kernel import Print
+    from fpmatch.matching._relaxation_kernel import Relaxation
     from fpmatch.matching._ridge_kernel import RidgeLens
 
 COMPILED = cython.compiled
@@ -32,9 +37,9 @@ UNUSED = cython.declare(cython.double, -1e9)  # the value of a place without a p
 @cython.final
 @cython.cclass
 class RidgeSearch:
-    """The pairs of minutiae under which the ridges of a small print agree with those of another.
+    """The pairs of minutiae under which the ridges of one print agree with those of another.
 
-    `parameters` are an `fpmatch.matching.ridge_search.RidgeSearchParameters`. After `search`, the
+    `parameters` are an `fpmatch.matching.ridge_search.RidgeSearchParameters`. After a search, the
     pairs are ``(first[k], second[k])`` of print A and print B, ``value[k]`` what their ridges
     amount to, the best first.
     """
@@ -51,8 +56,13 @@ class RidgeSearch:
         self.best_own = np.zeros(ROOM, np.int32)
         self.best_other = np.zeros(ROOM, np.int32)
         self.count = 0
-        self.room = max(1, min(p.compared, ROOM))
-        self.most = max(1, min(p.found, FOUND))
+        self.most_compared = max(1, min(p.compared, ROOM))
+        self.most_found = max(1, min(p.found, FOUND))
+        self.most_candidates = max(1, min(p.candidates, ROOM))
+        self.room = self.most_compared
+        self.most = self.most_found
+        self.flow_asked = p.least_flow
+        self.value_asked = 0.0
         self.first = np.zeros(FOUND, np.int32)
         self.second = np.zeros(FOUND, np.int32)
         self.value = np.zeros(FOUND)
@@ -63,6 +73,8 @@ class RidgeSearch:
         self.s = self.x = self.y = 0.0
         self.least_common = p.least_common
         self.least_flow = p.least_flow
+        self.candidate_flow = p.candidate_flow
+        self.candidate_value = p.candidate_value
         self.usual_correlation = p.usual_correlation
         self.apart_px = p.apart_px
         self.apart_cosine = p.apart_cosine
@@ -73,20 +85,60 @@ class RidgeSearch:
     @cython.wraparound(False)
     @cython.exceptval(check=False)
     def search(self, a: Print, b: Print, lens: RidgeLens) -> cython.int:
-        """Find the pairs of two prints that show their ridges; return their number."""
-        i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        found: cython.int
-        a_smaller: cython.bint = a.inside * (a.step * a.step) <= b.inside * (b.step * b.step)
-        if a_smaller:
+        """Find pairs among all of two prints that show their ridges; return their number."""
+        self.room = self.most_compared
+        self.most = self.most_found
+        self.flow_asked = self.least_flow
+        self.value_asked = 0.0
+        self.count = 0
+        if _is_smaller(a, b):
             self._select(a, b)
             return self._compare(a, b, lens)
         self._select(b, a)
-        found = self._compare(b, a, lens)
+        return self._swapped(self._compare(b, a, lens))
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def search_candidates(
+        self, a: Print, b: Print, relaxation: Relaxation, lens: RidgeLens
+    ) -> cython.int:
+        """Find a pair among the candidates of two prints; return whether there is one."""
+        k: cython.Py_ssize_t
+        smaller: cython.bint = _is_smaller(a, b)
+        self.room = self.most_candidates
+        self.most = 1
+        self.flow_asked = self.candidate_flow
+        self.value_asked = self.candidate_value
+        self.count = 0
+        if smaller:
+            self._take_samples(a)
+        else:
+            self._take_samples(b)
+        for k in range(relaxation.count):
+            if smaller:
+                self._offer(a, relaxation.first[k], b, relaxation.second[k])
+            else:
+                self._offer(b, relaxation.second[k], a, relaxation.first[k])
+        if smaller:
+            return self._compare(a, b, lens)
+        return self._swapped(self._compare(b, a, lens))
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _swapped(self, found: cython.int) -> cython.int:
+        """Exchange the minutiae of the pairs found; return how many there are."""
+        k: cython.Py_ssize_t
+        i: cython.int
         for k in range(found):
             i = self.first[k]
             self.first[k] = self.second[k]
-            self.second[k] = cython.cast(cython.int, i)
+            self.second[k] = i
         return found
 
     @cython.cfunc
@@ -195,30 +247,41 @@ class RidgeSearch:
         """Keep the pairs under which the orientation agrees best; return their number."""
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        flow: cython.double
-        self.count = 0
         self._take_samples(small)
         for i in range(small.size):
             for j in range(large.size):
-                self._lay(small, i, large, j)
-                flow = self._flow_agreement(large)
-                if flow < self.least_flow:
-                    continue
-                if self.count == self.room and flow <= self.best_flow[self.count - 1]:
-                    continue
-                if self.count < self.room:
-                    self.count += 1
-                k = self.count - 1
-                while k > 0 and self.best_flow[k - 1] < flow:
-                    self.best_flow[k] = self.best_flow[k - 1]
-                    self.best_own[k] = self.best_own[k - 1]
-                    self.best_other[k] = self.best_other[k - 1]
-                    k -= 1
-                self.best_flow[k] = flow
-                self.best_own[k] = cython.cast(cython.int, i)
-                self.best_other[k] = cython.cast(cython.int, j)
+                self._offer(small, i, large, j)
         return cython.cast(cython.int, self.count)
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.exceptval(check=False)
+    def _offer(
+        self, small: Print, i: cython.Py_ssize_t, large: Print, j: cython.Py_ssize_t
+    ) -> cython.bint:
+        """Keep a pair if the orientation agrees better than under others; return whether."""
+        k: cython.Py_ssize_t
+        flow: cython.double
+        self._lay(small, i, large, j)
+        flow = self._flow_agreement(large)
+        if flow < self.flow_asked:
+            return False
+        if self.count == self.room and flow <= self.best_flow[self.count - 1]:
+            return False
+        if self.count < self.room:
+            self.count += 1
+        k = self.count - 1
+        while k > 0 and self.best_flow[k - 1] < flow:
+            self.best_flow[k] = self.best_flow[k - 1]
+            self.best_own[k] = self.best_own[k - 1]
+            self.best_other[k] = self.best_other[k - 1]
+            k -= 1
+        self.best_flow[k] = flow
+        self.best_own[k] = cython.cast(cython.int, i)
+        self.best_other[k] = cython.cast(cython.int, j)
+        return True
 
     @cython.cfunc
     @cython.nogil
@@ -235,7 +298,7 @@ class RidgeSearch:
             if lens.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
                 continue
             value = (lens.correlation - self.usual_correlation) * sqrt(lens.cells)
-            if value > 0.0:
+            if value > self.value_asked:
                 found = self._enter(value, self.best_own[k], self.best_other[k], found)
         return found
 
@@ -309,3 +372,11 @@ class RidgeSearch:
         dy: cython.double = ds * self.middle_x + dc * self.middle_y + self.y - self.transform[k, 3]
         cosine: cython.double = self.c * self.transform[k, 0] + self.s * self.transform[k, 1]
         return dx * dx + dy * dy < self.apart_px * self.apart_px and cosine > self.apart_cosine
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _is_smaller(a: Print, b: Print) -> cython.bint:
+    """Return whether print A is the smaller of two."""
+    return a.inside * (a.step * a.step) <= b.inside * (b.step * b.step)

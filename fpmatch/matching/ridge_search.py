@@ -1,4 +1,4 @@
-"""Ridge search: where a small print lies in another, when its few minutiae do not say."""
+"""Ridge search: where one print lies in another, when its minutiae do not say."""
 
 from __future__ import annotations
 
@@ -8,14 +8,20 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class RidgeSearchParameters:
-    """Set how a small print is looked for by its ridges; lengths in px at 500 dpi.
+    """Set how a print is looked for by its ridges; lengths in px at 500 dpi.
 
     Parameters
     ----------
     compared : int
-        Pairs of minutiae whose ridges are compared: at least 1, at most 128.
+        Pairs of minutiae under which the ridges of a small print are compared: 1 to 128.
     found : int
-        Pairs by which the prints are aligned: at least 1, at most 8.
+        Pairs by which a small print is aligned: 1 to 8.
+    candidates : int
+        Candidates of the relaxed local matches under which the ridges of larger prints are
+        compared: 1 to 128. By the best of them these are aligned.
+    candidate_flow, candidate_value : float
+        Least agreement of the orientation of these candidates, see `least_flow`; and by how much,
+        times the square root of the number of cells, their correlation must be above the usual.
     least_common : float
         Share of the smaller print that must lie in the larger.
     least_flow : float
@@ -29,6 +35,9 @@ class RidgeSearchParameters:
 
     compared: int = 64
     found: int = 4
+    candidates: int = 3
+    candidate_flow: float = 0.9
+    candidate_value: float = 3.0
     least_common: float = 0.25
     least_flow: float = 0.8
     usual_correlation: float = 0.2

@@ -41,6 +41,7 @@ from matching_weights import (
     weights_of,
 )
 from numpy.typing import NDArray
+from scipy.stats import poisson
 
 from fpmatch.errors import MatcherError
 from fpmatch.matching._ridge_kernel import RidgeLens
@@ -189,8 +190,13 @@ def minus_log_fmr_twin(model: ScoreModel, evidence: Evidence) -> float:
 
 def most_decades_twin(evidence: Evidence) -> float:
     """Return the most that pairs and ridges can say, as the docstring of `score` defines it."""
-    pairs = evidence.pairs - 1 - max(evidence.chance - 3, 0)
-    return 1.2 * max(pairs, 0) + evidence.cells / 12
+    decades = 1.2 * max(evidence.pairs - 1, 0)
+    mean = evidence.chance * float(np.clip((evidence.chance - 3) / 2, 0, 1))
+    if mean > 0:
+        n = max(evidence.pairs, mean)
+        decades = min(decades, (n * math.log(n / mean) - n + mean) / math.log(10))
+    agreeing = float(np.clip((evidence.ridges - 0.2) / 0.2, 0, 1))
+    return decades + agreeing * evidence.cells / 12
 
 
 def some_case(seed: int) -> tuple[PreparedTemplate, PreparedTemplate, Ints, Floats]:
@@ -321,18 +327,22 @@ def test_expected_pairs_are_those_of_minutiae_that_lie_anywhere(seed: int) -> No
     assert one_for_one.chance == pytest.approx(len(a) ** 2 * 75.0 / one_for_one.area)
 
 
-def test_pairs_that_chance_gives_count_for_nothing_in_the_bound() -> None:
-    """Of dense prints; up to 3 of them are as usual."""
+def test_pairs_of_dense_prints_are_bounded_by_what_chance_gives() -> None:
+    """Up to 3 of them are as usual."""
     few = Evidence(**dict.fromkeys(ENTRIES, 0), features=np.zeros(N), **dict.fromkeys(SUMS, 0.0))
     scorer = evidence_scorer(0, some_weights())
     scorer.choose_model(False, False, math.inf)
     bounds = []
-    for chance in (0.0, 3.0, 5.0, 40.0):
-        entries = {"pairs": 10, "chance": chance}
+    for chance, cells in ((0.0, 0), (3.0, 0), (5.0, 0), (8.0, 0), (40.0, 0), (40.0, 24)):
+        entries = {"pairs": 10, "chance": chance, "cells": cells, "ridges": 0.3}
         np.asarray(scorer.evidence)[:] = [entries.get(name, 0.0) for name in ENTRIES]
         bounds.append(scorer.condition(1e9) / math.log(10))
         assert bounds[-1] == pytest.approx(most_decades_twin(replace(few, **entries)))
-    assert bounds == pytest.approx([10.8, 10.8, 8.4, 0.0])
+        chances = np.exp([poisson.logsf(9, chance)])[0] if chance > 4 and not cells else 0.0
+        assert chances <= 10 ** -bounds[-1] * (1 + 1e-9)
+    assert bounds[:2] == pytest.approx([10.8, 10.8])
+    assert bounds[2] > bounds[3] > 0
+    assert bounds[-2:] == pytest.approx([0.0, 1.0])
 
 
 def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
@@ -977,9 +987,16 @@ def alignment_twin(
     if not passing:
         rows = list(coarse.values())
     sure = any(total > model.confident_threshold for _, total in coarse.values())
-    if model is weights.models[3] and not sure:
-        search = RidgeSearch(RidgeSearchParameters())
-        for k in range(search.search(a.for_kernels(), b.for_kernels(), RidgeLens(len(b)))):
+    best = max((total for _, total in rows), default=-math.inf)
+    shown = a.region.ridges is not None and b.region.ridges is not None
+    if shown and not sure and not best > model.confident_threshold:
+        search, lens = RidgeSearch(RidgeSearchParameters()), RidgeLens(len(b))
+        sides = a.for_kernels(), b.for_kernels()
+        if model is weights.models[3]:
+            found_by_ridges = search.search(*sides, lens)
+        else:
+            found_by_ridges = search.search_candidates(*sides, aligner.relaxation, lens)
+        for k in range(found_by_ridges):
             if aligner.start_from(search.first[k], search.second[k]):
                 aligner.save_best()
                 rows.append((best_alignment(aligner), sum_of(best_alignment(aligner), ALWAYS)))

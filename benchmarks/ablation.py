@@ -64,6 +64,7 @@ BOUND: Final = (
     "min(2.0 + (total - low) / high, self._most_decades())",
     "(2.0 + (total - low) / high)",
 )
+SEARCH: Final = ("if ridges and (self.found == 0 or not self.most > confident):", "if False:")
 RAISED: Final = ("least / squares if 0.0 < squares < least else 1.0", "1.0")
 NOISE_OF_PLACES: Final = (
     "            self.place[k] = self.place[k] / around_a - self.other_place[k] / around_b\n",
@@ -210,6 +211,7 @@ VARIANTS: Final = (
         MESH_FEATURES,
     ),
     Variant("no ridges", without=RIDGE_FEATURES),
+    Variant("no search by the ridges", ((EVIDENCE, *SEARCH),)),
     Variant("sums not conditioned on how much was compared", conditioned=False),
     Variant("no bound on what few pairs can say", ((EVIDENCE, *BOUND),)),
     Variant("poor minutiae by their quality alone", ((EVIDENCE, *RAISED),)),

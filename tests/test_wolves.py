@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from fpmatch.evaluation.wolf_table import format_wolves, wolf_cells
 from fpmatch.formats.files import load_template
+from fpmatch.matching.one_to_many import MIN_MINUTIAE
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -101,7 +102,7 @@ def test_changes_keep_a_template_within_its_limits(seed, ridges, size) -> None:
     for _ in range(10):
         candidate = space.change(candidate, rng)
         template = candidate.template()
-        assert 3 <= len(template.minutiae) <= size
+        assert MIN_MINUTIAE <= len(template.minutiae) <= size
         assert 0 <= template.minutiae.xy.min() <= template.minutiae.xy.max() < 400
         assert (template.field is not None) == ridges
 

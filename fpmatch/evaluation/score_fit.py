@@ -466,6 +466,15 @@ def _chosen(
     return every[rows, best], total[rows, best]
 
 
+def _greatest(
+    every: NDArray[np.float64], model: ScoreModel, *, coarse: bool = False
+) -> NDArray[np.float64]:
+    """Return the greatest sum of each comparison; minus infinity where there is no hypothesis."""
+    if not every.shape[1]:
+        return np.full(len(every), -np.inf)
+    return _chosen(every, model.standard, model.bias, coarse=coarse)[1]
+
+
 def rates_of(samples: Sequence[ScoreSample], models: Sequence[ScoreModel]) -> dict[str, Any]:
     """Return the error rates of databases, each scored by its own model, in percent.
 
@@ -533,9 +542,14 @@ def _sums(
 
     They are in the order of the similarities, which are those of ``log(1 + e^sum)``.
     """
-    _, total = _chosen(sample.features, model.standard, model.bias)
-    _, coarse = _chosen(sample.coarse, model.standard, model.bias, coarse=True)
+    local, by_ridges = np.split(sample.features, [LOCAL_HYPOTHESES], axis=1)
+    total = _greatest(local, model)
+    coarse = _greatest(sample.coarse, model, coarse=True)
     total = np.where(coarse > model.refine_threshold, total, coarse)
+    total = np.maximum(total, _greatest(by_ridges, model))
+    total = np.where(
+        np.isfinite(total), total, np.min(total, where=np.isfinite(total), initial=0.0)
+    )
     least = float(total.min(initial=0.0)) - 1.0
     kinds = (total[sample.genuine], total[~sample.genuine])
     genuine, impostor = (

@@ -114,6 +114,23 @@ def test_rates_are_those_of_the_weighted_sums() -> None:
     assert rates["pooled"]["fmr1000"] == pytest.approx(100 * 1000 / 9000, abs=0.01)
 
 
+def test_rates_count_what_was_found_by_the_ridges_alone() -> None:
+    """Where no local match led to an alignment, and whatever the refine threshold is."""
+    plain = sample(3, count=2000, apart=10.0)
+    model = replace(fit_model([plain]), refine_threshold=1e9)
+    first = AlignmentParameters().hypotheses
+    nothing = np.full((len(plain.features), first, N), np.nan)
+    by_ridges = replace(
+        plain, features=np.concatenate([nothing, plain.features], axis=1), coarse=nothing
+    )
+    assert rates_of([by_ridges], [model])["mean"] == {"eer": 0.0, "fmr1000": 0.0}
+    lost = by_ridges.features.copy()
+    lost[-200:] = np.nan  # a tenth of the genuine ones
+    rates = rates_of([replace(by_ridges, features=lost)], [model])
+
+    assert rates["mean"]["fmr1000"] == pytest.approx(10.0)
+
+
 def test_impostor_means_are_the_means_of_impostors() -> None:
     """Every database counts as much, however many its comparisons."""
     small, large = sample(1, count=200), sample(2, count=4000)

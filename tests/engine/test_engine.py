@@ -99,10 +99,11 @@ def test_processes_go_on_to_the_next_work_while_the_engine_is_held():
     with cores(2) as engine:
         first = set(engine.map(chunk_work.process, None, range(8)))
         again = set(engine.map(chunk_work.process, None, range(8)))
-        assert first == again
-        assert len(first) == 2
-    assert not any(_is_there(process) for process in first)
-    assert first.isdisjoint(engine.map(chunk_work.process, None, range(8)))
+        # how many of the two get work is a matter of time
+        assert 1 <= len(first | again) <= 2
+        assert all(_is_there(process) for process in first)
+    assert not any(_is_there(process) for process in first | again)
+    assert (first | again).isdisjoint(engine.map(chunk_work.process, None, range(8)))
 
 
 @pytest.mark.usefixtures("workers_find_the_work")

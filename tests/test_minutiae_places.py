@@ -28,8 +28,8 @@ def test_own_minutiae_are_all_found_and_a_missing_file_is_an_error(tmp_path: Pat
         [sys.executable, "-m", "fpmatch", *map(str, extract)], capture_output=True, check=True
     )
     figures = tmp_path / "places.json"
-    told = run("--against", images, minutiae, "itself", "--json", figures)
-    assert told.returncode == 0, told.stderr
+    completed = run("--against", images, minutiae, "itself", "--json", figures)
+    assert completed.returncode == 0, completed.stderr
     (row,) = json.loads(figures.read_text())["rows"].values()
     assert list(row) == list(PLACES)
     for counts in row.values():

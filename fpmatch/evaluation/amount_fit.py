@@ -29,7 +29,17 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
 from fpmatch.matching.one_to_one import Workspace
 from fpmatch.matching.prepare import available
-from fpmatch.matching.score import AMOUNTS, MODELS, RATES, amount_terms, evidence_scorer
+from fpmatch.matching.score import (
+    AMOUNTS,
+    MINUTIAE_ALONE,
+    MODELS,
+    ONE_WITH_RIDGES,
+    RATES,
+    SMALL_WITH_RIDGES,
+    WITH_RIDGES,
+    amount_terms,
+    evidence_scorer,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -43,10 +53,10 @@ if TYPE_CHECKING:
 
 SEED: Final = 17
 FORMS: Final = {
-    MODELS[0]: ((True, True),),
-    MODELS[1]: ((False, False),),
-    MODELS[2]: ((True, False), (False, True)),
-    MODELS[3]: ((True, True),),
+    WITH_RIDGES: ((True, True),),
+    MINUTIAE_ALONE: ((False, False),),
+    ONE_WITH_RIDGES: ((True, False), (False, True)),
+    SMALL_WITH_RIDGES: ((True, True),),
 }
 """Whether the prints or parts, and the whole prints, have ridges, by model."""
 

@@ -13,8 +13,9 @@ It is logistic regression with five particulars.
 - Of the hypotheses of a comparison the one of the greatest sum counts. Which one that is depends on
   the weights, so that choosing and fitting take turns.
 
-Two models are learned, of the same prints: one with their ridges, one on their minutiae alone. What
-their sums are worth, given how much was compared, is measured by `fpmatch.evaluation.amount_fit`.
+Three models are learned, of the same prints: one with their ridges, one on their minutiae alone,
+and one, with their ridges, of windows of the prints as well, for small prints. What their sums are
+worth, given how much was compared, is measured by `fpmatch.evaluation.amount_fit`.
 
 It is solved by Newton's steps, the lost share by expectation and maximisation between them.
 """

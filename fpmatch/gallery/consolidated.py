@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
 
 FINGERS_KEPT: Final = 200
-"""Fingers whose impressions are kept prepared and consolidated: those asked for last."""
+"""The number of fingers that stay prepared in memory: those compared most recently."""
 
 
 class ConsolidatedFingers:
@@ -43,7 +43,7 @@ class ConsolidatedFingers:
         self._search = search
         name = search.matcher.name
         self._calibration = load_calibration(name) if calibration is None else calibration
-        self._fingers: OrderedDict[int, Finger] = OrderedDict()
+        self._finger = lru_cache(maxsize=FINGERS_KEPT)(self._prepared)
 
     def ranked(self, probe: Any, candidates: Sequence[Candidate]) -> list[Candidate]:
         """Score candidates by `fpmatch.matching.finger.Finger`, and rank them anew.
@@ -72,20 +72,16 @@ class ConsolidatedFingers:
     def _scored(self, probe: Any, candidate: Candidate) -> Candidate:
         if candidate.impressions == 1:
             return candidate
-        score = self._finger(candidate.number).compare(probe).score
-        fmr = score_to_fmr(score)
-        fingers = len(self._search.finger_sizes)
-        return replace(candidate, score=score, fmr=fmr, expected_false=fmr * fingers)
-
-    def _finger(self, number: int) -> Finger:
-        """Return the finger of an entry, with what its impressions show together."""
         search = self._search
-        of = int(search.finger_of[np.flatnonzero(search.numbers == number)[0]])
-        if of not in self._fingers:
-            numbers = search.numbers[search.finger_of == of].tolist()
-            templates = [self._gallery.template(one) for one in numbers]
-            self._fingers[of] = Finger.of(templates, search.matcher, self._calibration)
-            if len(self._fingers) > FINGERS_KEPT:
-                self._fingers.popitem(last=False)
-        self._fingers.move_to_end(of)
-        return self._fingers[of]
+        of = search.finger_of[np.flatnonzero(search.numbers == candidate.number)[0]]
+        score = self._finger(int(of)).compare(probe).score
+        fmr = score_to_fmr(score)
+        expected = fmr * len(search.finger_sizes)
+        return replace(candidate, score=score, fmr=fmr, expected_false=expected)
+
+    def _prepared(self, finger: int) -> Finger:
+        """Return a finger, numbered as `Search.finger_of` does, with its consolidated templates."""
+        search = self._search
+        numbers = search.numbers[search.finger_of == finger].tolist()
+        templates = [self._gallery.template(number) for number in numbers]
+        return Finger.of(templates, search.matcher, self._calibration)

@@ -24,7 +24,7 @@ cdef class RidgeSearch:
     ) noexcept nogil
     cdef int _swapped(self, int found) noexcept nogil
     cdef int _take_samples(self, Print small) noexcept nogil
-    cdef int _lay(self, Print small, Py_ssize_t i, Print large, Py_ssize_t j) noexcept nogil
+    cdef int _fit_pair(self, Print small, Py_ssize_t i, Print large, Py_ssize_t j) noexcept nogil
     cdef double _flow_agreement(self, Print large) noexcept nogil
     cdef int _select(self, Print small, Print large) noexcept nogil
     cdef bint _offer(

@@ -1,9 +1,9 @@
 """Kernel: where one print lies in another, found by the ridges.
 
-Each pair of minutiae, one of each print, is a transform: positions and directions laid on one
-another. The pairs under which the ridge orientation of the smaller print agrees best with that of
-the larger are kept; of these, those under which the ridges themselves correlate best, each with a
-transform of its own.
+Each pair of minutiae, one of each print, fixes a transform: the one that maps position and
+direction of the first to those of the second. The pairs under which the ridge orientation of the
+smaller print agrees best with that of the larger are kept; of these, those under which the ridges
+themselves correlate best, each with a transform of its own.
 
 Of a small print few minutiae are left, and their neighbourhoods are cut off, so that the local
 matches say little: all pairs are tried. Of larger prints it is the candidates of the relaxed local
@@ -188,7 +188,7 @@ class RidgeSearch:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def _lay(
+    def _fit_pair(
         self, small: Print, i: cython.Py_ssize_t, large: Print, j: cython.Py_ssize_t
     ) -> cython.int:
         """Take the transform that maps minutia i of the smaller print to j of the larger."""
@@ -264,7 +264,7 @@ class RidgeSearch:
         """Keep a pair if the orientation agrees better than under others; return whether."""
         k: cython.Py_ssize_t
         flow: cython.double
-        self._lay(small, i, large, j)
+        self._fit_pair(small, i, large, j)
         flow = self._flow_agreement(large)
         if flow < self.flow_asked:
             return False
@@ -294,7 +294,7 @@ class RidgeSearch:
         value: cython.double
         found: cython.int = 0
         for k in range(self.count):
-            self._lay(small, self.best_own[k], large, self.best_other[k])
+            self._fit_pair(small, self.best_own[k], large, self.best_other[k])
             if lens.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
                 continue
             value = (lens.correlation - self.usual_correlation) * sqrt(lens.cells)

@@ -16,10 +16,11 @@ its features are
 - the correlation of the ridges, the logarithm of the area where they could be compared, and by how
   many standard errors, nearly, the correlation is above that of different fingers.
 
-There are two sets of weights: one for two prints that have pictures of their ridges, one for
-minutiae alone, in which those of the ridges are 0. Where one of the prints has ridges the second
-serves, with quantiles (see below) of its own: the area of such a print is that of its mask, not of
-the convex hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine
+There are three sets of weights: one for two prints that have pictures of their ridges, one for
+minutiae alone, in which those of the ridges are 0, and one for two prints with ridges of which the
+smaller has an area of at most 77 mm2. Where one of the prints has ridges the second serves, with
+quantiles (see below) of its own: the area of such a print is that of its mask, not of the convex
+hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine
 and impostor prints, then weighted. Where the ridges were not compared, because the minutiae leave
 no doubt in coarse alignment, their features are the mean of impostor prints.
 

@@ -311,7 +311,7 @@ def test_only_so_many_fingers_are_kept(touches, fingers_of_touches, monkeypatch)
         identify(search, fingers_of_touches[2][0], together=together) for _ in range(2)
     )
     assert [c.score for c in first.candidates] == [c.score for c in second.candidates]
-    assert len(together._fingers) == 1
+    assert together._finger.cache_info().currsize == 1
 
 
 def test_single_impressions_are_not_consolidated(touches, fingers_of_touches):

@@ -42,10 +42,10 @@ def searched(
     return [(search.first[k], search.second[k], search.value[k]) for k in range(found)]
 
 
-def laid(
+def pair_transform(
     small: PreparedTemplate, i: int, large: PreparedTemplate, j: int
 ) -> tuple[complex, complex]:
-    """Return rotation and shift that lay minutia i on minutia j, direction on direction."""
+    """Return rotation and shift of the transform that maps minutia i to minutia j."""
     own, other = small.points, large.points
     turn = (other[2, j] + 1j * other[3, j]) * (own[2, i] - 1j * own[3, i])
     return turn, other[0, j] + 1j * other[1, j] - turn * (own[0, i] + 1j * own[1, i])
@@ -74,7 +74,7 @@ def twin(
     if among is not None:
         offered = [(j, i) for i, j in among] if swapped else among
     for i, j in offered:
-        turn, shift = laid(small, i, large, j)
+        turn, shift = pair_transform(small, i, large, j)
         lies = turn * place + shift
         inside = large.region.holds(lies.real, lies.imag)
         if not inside.any() or inside.sum() < p.least_common * len(place):
@@ -90,7 +90,7 @@ def twin(
     sides = small.for_kernels(), large.for_kernels()
     found: list[tuple[float, int, int, complex, complex]] = []
     for _, i, j in kept:
-        turn, shift = laid(small, i, large, j)
+        turn, shift = pair_transform(small, i, large, j)
         if not lens.compare_rigid(*sides, turn.real, turn.imag, shift.real, shift.imag):
             continue
         value = (lens.correlation - p.usual_correlation) * np.sqrt(lens.cells)
@@ -173,7 +173,7 @@ def test_part_is_found_where_it_was_cut_out(whole: Template, seed: int) -> None:
     if not len(a):
         assert pairs == []
         return
-    turn, shift = laid(a, pairs[0][0], b, pairs[0][1])
+    turn, shift = pair_transform(a, pairs[0][0], b, pairs[0][1])
     assert abs(turn - 1) < 0.2
     middle = a.points[0].mean() + 1j * a.points[1].mean()
     assert abs(turn * middle + shift - middle) < 8

@@ -58,7 +58,7 @@ class Variant:
 
 
 MESH: Final = "fpmatch/matching/_pair_mesh_kernel.py"
-RING: Final = "fpmatch/pointset/_one_ring_kernel.py"
+RING: Final = "fpmatch/pointset/unit_circle/_one_ring_kernel.py"
 EVIDENCE: Final = "fpmatch/matching/_evidence_kernel.py"
 BOUND: Final = (
     "min(2.0 + (total - low) / high, self._most_decades())",
@@ -242,7 +242,7 @@ def extracted(folders: Sequence[Path], workers: int | None) -> dict[str, list[tu
 
 def synthetic_templates(folder: Path, workers: int | None) -> dict[str, list[tuple[int, Any]]]:
     """Return the templates of the synthetic prints, made where they are not kept from before."""
-    from fpmatch.evaluation.synthetic_sets import make_synthetic_sets  # noqa: PLC0415
+    from research.synthetic_sets import make_synthetic_sets  # noqa: PLC0415
 
     kept = folder / "templates.pickle"
     if not kept.exists():
@@ -275,10 +275,10 @@ def make_copy(variant: Variant, into: Path) -> None:
 def run_worker(work: Path, variant: int, base_weights: Path, into: Path) -> None:
     """Learn and measure one variant in this process, whose package is the variant's."""
     from fpmatch.evaluation.all_pairs import compare_all_pairs  # noqa: PLC0415
-    from fpmatch.evaluation.amount_fit import AmountParameters, fit_amounts  # noqa: PLC0415
-    from fpmatch.evaluation.score_fit import FitParameters, fit_weights, samples_of  # noqa: PLC0415
     from fpmatch.matching import score  # noqa: PLC0415
     from fpmatch.minutiae import Minutiae, Template  # noqa: PLC0415
+    from research.amount_fit import AmountParameters, fit_amounts  # noqa: PLC0415
+    from research.score_fit import FitParameters, fit_weights, samples_of  # noqa: PLC0415
 
     given: Work = pickle.loads(work.read_bytes())
     parameters = FitParameters(
@@ -345,9 +345,9 @@ def measure(variants: Sequence[int], work: Work) -> dict[int, dict[Any, np.ndarr
 
 def rows_of(found: dict[int, dict[Any, np.ndarray]], work: Work) -> list[dict[str, Any]]:
     """Return what the table shows of each variant."""
+    from fpmatch.evaluation.bootstrap import RESAMPLED, Trials, resample_rates  # noqa: PLC0415
     from fpmatch.evaluation.intervals import interval_of  # noqa: PLC0415
     from fpmatch.evaluation.rates import error_rates  # noqa: PLC0415
-    from fpmatch.evaluation.resampling import RESAMPLED, Trials, resample_rates  # noqa: PLC0415
 
     names = list(work.measured)
     sides = {}
@@ -426,8 +426,8 @@ def main() -> int:
     )
     options = parser.parse_args()
     from fpmatch.errors import FpmatchError  # noqa: PLC0415
-    from fpmatch.evaluation.ablation_table import format_ablation  # noqa: PLC0415
-    from fpmatch.output import check_writable, write_whole  # noqa: PLC0415
+    from fpmatch.output import atomic_write_bytes, check_writable  # noqa: PLC0415
+    from research.ablation_table import format_ablation  # noqa: PLC0415
 
     try:
         if options.json:
@@ -447,7 +447,7 @@ def main() -> int:
             rows = rows_of(measure(chosen, work), work)
         print(format_ablation(rows))
         if options.json:
-            write_whole(options.json, f"{json.dumps(rows, indent=1)}\n".encode())
+            atomic_write_bytes(options.json, f"{json.dumps(rows, indent=1)}\n".encode())
     except FpmatchError as error:
         print(f"ablation: {error}", file=sys.stderr)
         return 2

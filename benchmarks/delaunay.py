@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import Delaunay
 
-from fpmatch.pointset._delaunay_kernel import COMPILED
-from fpmatch.pointset.delaunay import triangulate
+from fpmatch.pointset.delaunay._delaunay_kernel import COMPILED
+from fpmatch.pointset.delaunay.triangulate import triangulate
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -24,14 +24,14 @@ import sys
 from pathlib import Path
 
 from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.distortion import (
+from fpmatch.evaluation.table import lined_up
+from fpmatch.output import atomic_write_bytes, check_writable
+from research.distortion import (
     KINDS,
     DistortionParameters,
     distortion_rows,
     measure_distortion,
 )
-from fpmatch.evaluation.table import lined_up
-from fpmatch.output import check_writable, write_whole
 
 
 def main() -> int:
@@ -59,7 +59,7 @@ def main() -> int:
                 print(f"\n{title}\n{lined_up(distortion_rows([condition], kind))}")
             print()
         if options.json:
-            write_whole(options.json, f"{json.dumps(result, indent=1)}\n".encode())
+            atomic_write_bytes(options.json, f"{json.dumps(result, indent=1)}\n".encode())
     except FpmatchError as error:
         print(f"distortion: {error}", file=sys.stderr)
         return 2

@@ -42,12 +42,12 @@ from fpmatch.evaluation.rates import Rates, error_rates
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.evaluation.table import RATE_TITLES, lined_up, percent
 from fpmatch.formats.files import decode_record
-from fpmatch.formats.record import Reading, TemplateRecord, View
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, written_formats
-from fpmatch.image.print_folder import describe_folder
+from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI, Template
-from fpmatch.output import check_writable, write_whole
+from fpmatch.output import atomic_write_bytes, check_writable
 
 PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 SHOWN: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
@@ -96,7 +96,7 @@ def read_minutiae(path: Path, dpi: float) -> Template:
         data = path.read_bytes()
     except OSError as error:
         raise TemplateError(f"{path}: cannot be read: {error}") from error
-    how = Reading(dpi=dpi)
+    how = ReadingOptions(dpi=dpi)
     return decode_record(data, str(path), file_format="minutiae-csv", how=how).single().template
 
 
@@ -109,7 +109,7 @@ def read_folder(folder: Path, dpi: float | None) -> PrintSet:
             found[int(named[1]), int(named[2])] = path
     if not found:
         raise DatasetError(f"{folder}: contains no minutiae named FFF_M.csv")
-    resolution = dpi or describe_folder(folder).dpi or STANDARD_DPI
+    resolution = dpi or read_dataset_info(folder).dpi or STANDARD_DPI
     order = sorted(found)
     templates = [read_minutiae(found[key], resolution) for key in order]
     return PrintSet(str(folder), resolution, [finger for finger, _ in order], templates)
@@ -213,7 +213,7 @@ def main() -> int:
                 "mean": asdict(mean),
                 "pooled": asdict(pooled),
             }
-            write_whole(options.json, f"{json.dumps(document, indent=1)}\n".encode())
+            atomic_write_bytes(options.json, f"{json.dumps(document, indent=1)}\n".encode())
     except FpmatchError as error:
         print(f"foreign_minutiae: {error}", file=sys.stderr)
         return 2

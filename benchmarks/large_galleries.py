@@ -35,10 +35,10 @@ from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.gallery.identify import SHORTLIST_SHARE
 from fpmatch.gallery.search import Search
-from fpmatch.matching.codes import Codes, code
+from fpmatch.matching.bit_descriptors import BitDescriptors, code
+from fpmatch.matching.candidate_list import normalized_prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepared_many import PreparedMany
-from fpmatch.matching.shortlist import standings
+from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -118,12 +118,12 @@ def seconds(function: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
-def coded(print_: PreparedTemplate) -> Codes:
+def coded(print_: PreparedTemplate) -> BitDescriptors:
     """Return the codes of a print, made anew."""
     return code(print_.points, print_.quality, print_.neighbourhoods, print_.region)
 
 
-def times(few: PreparedMany, count: int) -> dict[str, float]:
+def times(few: PackedTemplates, count: int) -> dict[str, float]:
     """Return processor time, in microseconds a print, of a search of so many prints."""
     coding = seconds(lambda: [coded(few[k]) for k in range(COMPARED)])
     coding = (coding - seconds(lambda: [few[k] for k in range(COMPARED)])) / COMPARED
@@ -140,7 +140,7 @@ def times(few: PreparedMany, count: int) -> dict[str, float]:
         spent = 0.0
         for begin in range(0, count, len(few)):  # the same prints stand for all
             start = time.process_time()
-            standing[begin : begin + len(few)] = standings(probe, few)
+            standing[begin : begin + len(few)] = normalized_prefilter_scores(probe, few)
             spent += time.process_time() - start
         weighing.append(spent / count)
         start = time.process_time()
@@ -162,16 +162,16 @@ def times(few: PreparedMany, count: int) -> dict[str, float]:
     }
 
 
-def found(kind: Kind, more: PreparedMany) -> dict[str, float | str]:
+def found(kind: Kind, more: PackedTemplates) -> dict[str, float | str]:
     """Return how many of the mates that comparing all finds are in the shortlist."""
-    own = PreparedMany.of(MATCHER.prepare(template) for template in kind.templates)
-    many = PreparedMany.joined([own, more])
+    own = PackedTemplates.of(MATCHER.prepare(template) for template in kind.templates)
+    many = PackedTemplates.joined([own, more])
     search = Search(MATCHER, np.arange(len(many)), many)
     finger = np.array([hash(f) for f in kind.finger])
     right, ranks = 0, []
     for k in range(len(own)):
         probe = own[k]
-        standing = standings(probe, many)
+        standing = normalized_prefilter_scores(probe, many)
         others = np.flatnonzero(np.concatenate([finger != finger[k], np.ones(len(more), bool)]))
         mates = np.flatnonzero(finger == finger[k])
         mates = mates[mates != k]
@@ -214,7 +214,7 @@ def main() -> int:
     rng = np.random.default_rng(40)
     given = kinds(options.folders)
     templates = [mirrored(t) for kind in given for t in kind.templates]
-    few = PreparedMany.of(MATCHER.prepare(recombined(templates, rng)) for _ in range(DIFFERENT))
+    few = PackedTemplates.of(MATCHER.prepare(recombined(templates, rng)) for _ in range(DIFFERENT))
     print(
         f"{'prints':>9}{'code us':>9}{'weigh us':>10}{'search us':>11}{'all us':>8}{'laid us':>9}"
         f"{'share':>8}{'code bytes':>12}{'print bytes':>13}"

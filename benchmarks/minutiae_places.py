@@ -9,7 +9,7 @@ FVC-style database, MINUTIAE a folder of files FFF_M.csv with the columns x, y, 
 quality. Printed are, for the border, the core, faint, smeared and other places and for all
 together, how many minutiae are known, the share of them that is found (recall), and the share of
 the extracted ones that is known (precision), within 12 px and 22.5 degrees. Which places are which,
-`fpmatch.evaluation.minutiae_places` says; cores are known of synthetic prints alone.
+`research.minutiae_places` says; cores are known of synthetic prints alone.
 
 ``--json`` writes what `scripts/make_accuracy_tables --places` reads.
 """
@@ -29,19 +29,19 @@ import numpy as np
 
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.minutiae_places import (
+from fpmatch.evaluation.ground_truth.truth import TRUTH_FOLDER, load_truth
+from fpmatch.evaluation.run import load_datasets
+from fpmatch.formats.files import load_record
+from fpmatch.image.io.read import read_image
+from fpmatch.output import atomic_write_bytes, check_writable
+from research.minutiae_places import (
     PLACES,
     PlaceCounts,
     count_by_place,
     format_places,
     places_of,
 )
-from fpmatch.evaluation.minutiae_truth import TRUTH_FOLDER, load_truth
-from fpmatch.evaluation.run import load_datasets
-from fpmatch.evaluation.synthetic_sets import make_synthetic_sets
-from fpmatch.formats.files import load_record
-from fpmatch.image.read import read_image
-from fpmatch.output import check_writable, write_whole
+from research.synthetic_sets import make_synthetic_sets
 
 if TYPE_CHECKING:
     from fpmatch.evaluation.extraction import ExtractedSet
@@ -152,7 +152,7 @@ def main() -> int:
         rows = measure(options)
         print(format_places(rows))
         if options.json:
-            write_whole(options.json, f"{json.dumps({'rows': rows}, indent=1)}\n".encode())
+            atomic_write_bytes(options.json, f"{json.dumps({'rows': rows}, indent=1)}\n".encode())
     except FpmatchError as error:
         print(f"minutiae_places: {error}", file=sys.stderr)
         return 2

@@ -30,7 +30,7 @@ from scipy.spatial import Delaunay
 from fpmatch.matching import score
 from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -115,19 +115,19 @@ def seconds(function: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
-def repeated(few: PreparedMany, count: int) -> PreparedMany:
+def repeated(few: PackedTemplates, count: int) -> PackedTemplates:
     """Return so many prints, those of `few` again and again."""
-    return PreparedMany.joined([few] * (count // len(few)))
+    return PackedTemplates.joined([few] * (count // len(few)))
 
 
-def file_seconds(many: PreparedMany) -> tuple[float, float]:
+def file_seconds(many: PackedTemplates) -> tuple[float, float]:
     """Return the seconds that it takes to save prints, and to map and check them."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "prints")
         start = time.perf_counter()
         many.save(path)
         saved = time.perf_counter()
-        PreparedMany.load(path)
+        PackedTemplates.load(path)
         return saved - start, time.perf_counter() - saved
 
 
@@ -139,7 +139,7 @@ def main() -> int:
     rng = np.random.default_rng(40)
     print(f"kernels {'compiled' if COMPILED else 'interpreted'}")
     made = prints(rng, PREPARED)
-    few = PreparedMany.of(made)
+    few = PackedTemplates.of(made)
     probes = made[:: PREPARED // PROBES]
     clouds = [rng.random((POINTS, 2)) for _ in range(200)]
     print(

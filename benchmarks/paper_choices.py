@@ -21,11 +21,11 @@ import numpy as np
 from fpmatch.engine.engine import cores
 from fpmatch.evaluation.dataset_names import named_apart
 from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.paper_page import count_accepted
-from fpmatch.evaluation.points.open_choices import AREA_TOLERANCES, measure_points
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.matchers.paper import matcher_with
-from fpmatch.output import write_whole
+from fpmatch.output import atomic_write_bytes
+from research.point_choices import AREA_TOLERANCES, measure_points
+from research.point_sets_page import count_accepted
 
 
 @click.command(help=__doc__.splitlines()[0])
@@ -36,7 +36,7 @@ def main(folders: tuple[Path, ...], output: Path, trials: int) -> None:
     """Run the measurements and write them."""
     results: dict[str, Any] = {"prints": _prints(folders)}
     results |= measure_points(trials, lambda name: click.echo(name, err=True))
-    write_whole(output, f"{json.dumps(results, indent=1, allow_nan=False)}\n".encode())
+    atomic_write_bytes(output, f"{json.dumps(results, indent=1, allow_nan=False)}\n".encode())
 
 
 def _prints(folders: tuple[Path, ...]) -> list[dict[str, Any]]:

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 from disturbed_prints import disturbed, sample_templates
 
 from fpmatch.engine.engine import make_engine
-from fpmatch.evaluation.scoring import score
-from fpmatch.evaluation.scoring_sides import Item
+from fpmatch.evaluation.batch.score import score
+from fpmatch.evaluation.batch.sources import StoredTemplate
 from fpmatch.gallery.compact import pack_template
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 
@@ -44,11 +44,13 @@ class Disturbed:
         self.fingerprint = f"{place} {count}"
         self._templates = templates
 
-    def items(self, engine: Engine, numbers: Sequence[int]) -> Generator[Item, None, None]:
+    def items(
+        self, engine: Engine, numbers: Sequence[int]
+    ) -> Generator[StoredTemplate, None, None]:
         """Yield the templates of some numbers."""
         for number in numbers:
             template = self._templates[number % len(self._templates)]
-            yield Item(pack_template(disturbed(template, number, len(self.place))))
+            yield StoredTemplate(pack_template(disturbed(template, number, len(self.place))))
 
 
 class Told:

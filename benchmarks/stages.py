@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING
 
 from fpmatch.engine.threads import single_threaded
 from fpmatch.image.extract import extract
-from fpmatch.image.read import read_image
+from fpmatch.image.io.read import read_image
 from fpmatch.image.recorder import NoRecorder
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.output import write_whole
+from fpmatch.output import atomic_write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,7 +57,7 @@ done("import PIL")
 import fpmatch.cli.verify, fpmatch.report, fpmatch.image.extract, fpmatch.scale
 import fpmatch.matching.verify, fpmatch.matching.matchers.unit_circle
 done("import fpmatch")
-from fpmatch.image.read import read_image
+from fpmatch.image.io.read import read_image
 images = [read_image(path) for path in {paths!r}]
 done("read two images")
 templates = [fpmatch.image.extract.extract(image) for image in images]
@@ -150,7 +150,7 @@ def main() -> int:
         print(f"  {'together':<36}{sum(parts.values()):8.2f} ms")
     if options.json:
         rounded = {t: {k: round(v, 3) for k, v in parts.items()} for t, parts in found.items()}
-        write_whole(options.json, f"{json.dumps(rounded, indent=1)}\n".encode())
+        atomic_write_bytes(options.json, f"{json.dumps(rounded, indent=1)}\n".encode())
     return 0
 
 

@@ -32,14 +32,14 @@ from numpy.random import default_rng
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.evaluation.markdown import markdown_table
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.finger import Finger, fused_score
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.output import write_whole
+from fpmatch.output import atomic_write_bytes
 from fpmatch.synthesis.database import make_database
 from fpmatch.synthesis.plan import plain_sensor
+from research.markdown import markdown_table
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 PAGE: Final = ROOT / "docs" / "accuracy.md"
@@ -178,7 +178,7 @@ def main() -> int:
             from marked_page import with_tables  # noqa: PLC0415
 
             page = PAGE.read_text(encoding="utf-8")
-            write_whole(PAGE, with_tables(page, text, "touches").encode("utf-8"))
+            atomic_write_bytes(PAGE, with_tables(page, text, "touches").encode("utf-8"))
     except FpmatchError as error:
         print(f"touches: {error}", file=sys.stderr)
         return 2

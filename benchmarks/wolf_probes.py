@@ -12,10 +12,10 @@ from wolf_templates import FEW, MANY, Wave, with_ridges
 
 from fpmatch.evaluation.cropping import crop_at
 from fpmatch.evaluation.partial import fragment
-from fpmatch.evaluation.wolf_table import WHOLE
 from fpmatch.image.extract import extract
-from fpmatch.image.read import read_image
+from fpmatch.image.io.read import read_image
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from research.wolf_table import WHOLE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from wolf_scores import Prints
 
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.read import GreyImage
 
 FRAGMENT_SIZES: Final = (2, 3, 4, 5, 6, 8, 10, 12)
 CROP_SIDES_PX: Final = (48, 64, 96, 128, 160, 200)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.evaluation.calibration_check import SCORES, CalibrationCheck
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.packed_templates import PackedTemplates
+from research.calibration_check import SCORES, CalibrationCheck
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -70,7 +70,7 @@ class Prints:
 class References:
     """Hold the prepared prints of a form that templates are compared with."""
 
-    many: PreparedMany
+    many: PackedTemplates
     finger: NDArray[np.intp]
     searched: NDArray[np.bool_]
 
@@ -78,7 +78,7 @@ class References:
     def of(cls, prints: Prints, form: str) -> References:
         """Prepare prints as they are, or their minutiae alone."""
         made = [MATCHER.prepare(in_form(template, form)) for template in prints.templates]
-        return cls(PreparedMany.of(made), prints.finger, prints.searched)
+        return cls(PackedTemplates.of(made), prints.finger, prints.searched)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ def scores_of(
     matcher: UnitCircleMatcher,
     calibration: Calibration,
     probe: Template,
-    references: PreparedMany,
+    references: PackedTemplates,
 ) -> NDArray[np.float64]:
     """Return the score of a template against each of many prints.
 

@@ -48,12 +48,12 @@ from wolf_search import Budget, searched_rows
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.evaluation.synthetic_sets import make_synthetic_sets
 from fpmatch.evaluation.table import lined_up
-from fpmatch.evaluation.wolf_table import factors_kept, format_wolves, share_kept, wolf_cells
 from fpmatch.formats.files import save_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.output import check_writable, write_whole
+from fpmatch.output import atomic_write_bytes, check_writable
+from research.synthetic_sets import make_synthetic_sets
+from research.wolf_table import factors_kept, format_wolves, share_kept, wolf_cells
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -124,7 +124,7 @@ def keep(rows: Sequence[Row], folder: Path) -> None:
             save_template(folder / f"{name}.json", row.worst.template)
             if row.worst.pixels is not None:
                 _, png = cv2.imencode(".png", row.worst.pixels)
-                write_whole(folder / f"{name}.png", png.tobytes())
+                atomic_write_bytes(folder / f"{name}.png", png.tobytes())
 
 
 def main() -> int:
@@ -175,9 +175,9 @@ def main() -> int:
                 "search_steps": options.steps,
                 "rows": found,
             }
-            write_whole(options.json, f"{json.dumps(document, indent=1)}\n".encode())
+            atomic_write_bytes(options.json, f"{json.dumps(document, indent=1)}\n".encode())
         if options.markdown:
-            write_whole(options.markdown, f"{format_wolves(found)}\n".encode())
+            atomic_write_bytes(options.markdown, f"{format_wolves(found)}\n".encode())
         if options.keep:
             keep(rows, options.keep)
     except FpmatchError as error:

@@ -57,10 +57,10 @@ from pathlib import Path
 ONE_FILE = {str(ROOT / "docs" / "guide" / "one_file")!r}
 from fpmatch import *
 from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
-from fpmatch.evaluation.rates import bar_at_fmr, error_curves, error_rates
+from fpmatch.evaluation.rates import threshold_at_fmr, error_curves, error_rates
 from fpmatch.formats.points_csv import load_points
 from fpmatch.matching.calibration import Calibration, load_calibration
-from fpmatch.pointset.delaunay import triangulate
+from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.synthesis.database import make_database
 _here, _there = os.getcwd(), tempfile.mkdtemp()
 shutil.copytree({str(ROOT / "sample_data")!r}, os.path.join(_there, "sample_data"))

@@ -7,9 +7,9 @@ from .formats.files import save_template as save_template
 from .image.assess import AssessedPrint as AssessedPrint
 from .image.assess import assess as assess
 from .image.extract import extract as extract
-from .image.print_quality import PrintQuality as PrintQuality
-from .image.read import GreyImage as GreyImage
-from .image.read import read_image as read_image
+from .image.io.read import GreyImage as GreyImage
+from .image.io.read import read_image as read_image
+from .image.quality.print_quality import PrintQuality as PrintQuality
 from .image.recorder import StageRecorder as StageRecorder
 from .matching.calibration import fmr_to_score as fmr_to_score
 from .matching.calibration import score_to_fmr as score_to_fmr

@@ -19,7 +19,7 @@ _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """Open an unfinished file beside `path` that takes its place once all went well.
 
     Parameters
@@ -41,7 +41,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with replacing(Path(folder, "scores.csv")) as stream:
+    ...     with atomic_write(Path(folder, "scores.csv")) as stream:
     ...         _ = stream.write(b"score")
     ...     Path(folder, "scores.csv").read_bytes()
     b'score'
@@ -61,7 +61,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             unfinished.unlink()
 
 
-def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
+def atomic_write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     """Write `content` to a file that appears whole or not at all.
 
     Parameters
@@ -76,7 +76,7 @@ def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
     OutputError
         If the file cannot be written; nothing is left behind then.
     """
-    with replacing(path) as stream:
+    with atomic_write(path) as stream:
         stream.write(content)
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from fpmatch.image.print_quality import PrintQuality
+    from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.result import Compared, Verification
     from fpmatch.pointset.similarity import Similarity
     from fpmatch.scale import ScaleMeasurement

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from fpmatch.image.extract import resample
-from fpmatch.image.normalize import normalize
+from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.synthesis.contact import PressureParameters
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master

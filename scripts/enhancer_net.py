@@ -15,7 +15,7 @@ import torch
 from enhancer_data import STEPS_OF_TARGET, STEPS_PER_UNIT
 from torch import nn
 
-from fpmatch.image.ridge_network import PATCH_PX
+from fpmatch.image.enhancement.network import PATCH_PX
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -16,10 +16,10 @@ import numpy as np
 from fuzz_pictures import RAW_SIZES, an2_text, picture_files
 
 from fpmatch.errors import FpmatchError
-from fpmatch.formats.record import ExtendedData, Reading, TemplateRecord, View
+from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_content
-from fpmatch.image.limits import ImageLimits
-from fpmatch.image.read import decode_image
+from fpmatch.image.io.limits import ImageLimits
+from fpmatch.image.io.read import decode_image
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def _check(codec: Codec, data: bytes) -> None:
 
     The latter of a part of them only, always the same.
     """
-    record = codec.decode(data, Reading())
+    record = codec.decode(data, ReadingOptions())
     if zlib.crc32(data) % WRITTEN_ONE_IN:
         return
     for other in CODECS:
@@ -98,7 +98,7 @@ def _check(codec: Codec, data: bytes) -> None:
             once = other.encode(record).data
         except FpmatchError:  # the format cannot hold such prints
             continue
-        again = other.encode(other.decode(once, Reading()))
+        again = other.encode(other.decode(once, ReadingOptions()))
         if again.data != once:
             raise AssertionError(f"{other.name}: what was written, read and written differs")
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -14,6 +16,24 @@ from numpy.typing import NDArray
 
 import fpmatch
 from fpmatch.minutiae import Minutiae, RidgeField, Template
+
+
+def _make_importable(folder: Path) -> None:
+    """Make a package of the repository importable, without the repository's root on the path.
+
+    The root holds the sources of `fpmatch` too, which would hide the installed package.
+    """
+    spec = importlib.util.spec_from_file_location(
+        folder.name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[folder.name] = module
+    spec.loader.exec_module(module)
+
+
+_make_importable(Path(__file__).parents[1] / "research")
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
 # in every run.
@@ -113,3 +133,28 @@ def interpreted() -> Callable[[str], ModuleType]:
         return module
 
     return load
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The module `fake_bench`, importable in worker processes too."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent / "evaluation"))
+    return importlib.import_module("fake_bench")
+
+
+@pytest.fixture
+def make_database(tmp_path):
+    """Write a database of prints that `fake_bench.extractor` understands."""
+
+    def make(name="db", fingers=5, impressions=4, contents=None, toml=None):
+        folder = tmp_path / name
+        folder.mkdir()
+        for finger in range(1, fingers + 1):
+            for number in range(1, impressions + 1):
+                stem = f"{finger}_{number}"
+                (folder / f"{stem}.tif").write_text((contents or {}).get(stem, "print"))
+        if toml is not None:
+            (folder / "dataset.toml").write_text(toml)
+        return folder
+
+    return make

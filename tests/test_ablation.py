@@ -9,8 +9,8 @@ from types import ModuleType
 
 import pytest
 
-from fpmatch.evaluation.ablation_table import format_ablation
 from fpmatch.matching.score import FEATURES
+from research.ablation_table import format_ablation
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -13,10 +13,10 @@ from typing import Final
 
 import pytest
 
-from fpmatch.evaluation.agreement import measure_agreement
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import extract_datasets
-from fpmatch.image._oriented_filter_kernel import COMPILED
+from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
+from research.direction_agreement import measure_agreement
 
 SHARED: Final = Path(__file__).resolve().parents[2] / "shared"
 PRINTS: Final = SHARED / "fvc" / "fvc2002"

@@ -144,7 +144,7 @@ def test_the_matcher_in_one_file_has_the_shape_of_ours(
 
 
 def test_the_format_in_one_file_reads_what_it_writes(template: fpmatch.Template) -> None:
-    from fpmatch.formats.record import Reading, TemplateRecord, View
+    from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 
     path = DOCS / "guide" / "one_file" / "tab_format.py"
     spec = importlib.util.spec_from_file_location("tab_format", path)
@@ -156,7 +156,7 @@ def test_the_format_in_one_file_reads_what_it_writes(template: fpmatch.Template)
     assert codec.encode is not None
     data = codec.encode(TemplateRecord("", (View(template),))).data
     assert codec.recognises(data)
-    assert codec.decode(data, Reading()).single().template.minutiae == template.minutiae
+    assert codec.decode(data, ReadingOptions()).single().template.minutiae == template.minutiae
     for broken in (
         b"",
         b"#tab\t1\n",
@@ -165,7 +165,7 @@ def test_the_format_in_one_file_reads_what_it_writes(template: fpmatch.Template)
         b"\xff",
     ):
         with pytest.raises(fpmatch.FpmatchError):
-            codec.decode(broken, Reading())
+            codec.decode(broken, ReadingOptions())
 
 
 @pytest.mark.skipif(

@@ -3,20 +3,20 @@ from __future__ import annotations
 import pytest
 
 from fpmatch.errors import OutputError
-from fpmatch.output import check_writable, remove_unfinished, replacing, write_whole
+from fpmatch.output import atomic_write, atomic_write_bytes, check_writable, remove_unfinished
 
 
 def test_a_file_is_replaced_and_nothing_left_beside_it(tmp_path):
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
-    write_whole(path, b"new")
+    atomic_write_bytes(path, b"new")
     assert path.read_bytes() == b"new"
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_file_gets_the_usual_permissions(tmp_path):
     (tmp_path / "plain").write_bytes(b"")
-    write_whole(tmp_path / "ours", b"")
+    atomic_write_bytes(tmp_path / "ours", b"")
     assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode
 
 
@@ -25,7 +25,7 @@ def test_what_cannot_be_written_is_named(tmp_path, target):
     (tmp_path / "file").write_bytes(b"")
     (tmp_path / "folder").mkdir()
     with pytest.raises(OutputError, match=f"{target}: cannot be written: ") as caught:
-        write_whole(tmp_path / target, b"content")
+        atomic_write_bytes(tmp_path / target, b"content")
     assert "\n" not in str(caught.value)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder"]
 
@@ -35,7 +35,7 @@ def test_an_interrupted_file_is_not_there(tmp_path):
     path.write_bytes(b"old")
 
     def write_half() -> None:
-        with replacing(path) as stream:
+        with atomic_write(path) as stream:
             stream.write(b"half of the new")
             raise KeyboardInterrupt
 
@@ -62,7 +62,7 @@ def test_what_a_killed_process_left_is_removed_and_nothing_else(tmp_path):
 
 
 def test_unfinished_files_are_known_by_their_names(tmp_path):
-    with replacing(tmp_path / "a.png"):
+    with atomic_write(tmp_path / "a.png"):
         (left,) = tmp_path.iterdir()
         left.with_name("kept").hardlink_to(left)
     (tmp_path / "kept").rename(left)

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.evaluation.paper_page import PARTS, format_paper_tables
 from fpmatch.evaluation.points.results import read_results
 from fpmatch.evaluation.points.table import format_bench_markdown
-from fpmatch.evaluation.points.targets import missed_targets
+from research.point_sets_page import PARTS, format_paper_tables
+from research.point_targets import missed_targets
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAGE = (DOCS / "pointsets.md").read_text(encoding="utf-8")

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.minutiae_truth import corresponding_points, load_truth
-from fpmatch.evaluation.transform_error import common_minutiae
+from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
+from fpmatch.evaluation.ground_truth.truth import corresponding_points, load_truth
 from fpmatch.minutiae import MinutiaKind
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.classes import PatternClass

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.evaluation.synthesis_page import format_synthesis_markdown, read_synthesis_results
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS
+from research.synthesis_page import format_synthesis_markdown, read_synthesis_results
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAGE = (DOCS / "synthesis.md").read_text(encoding="utf-8")

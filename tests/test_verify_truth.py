@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 
 from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.minutiae_truth import load_truth
-from fpmatch.evaluation.transform_error import common_minutiae
+from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
+from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.image.extract import extract
-from fpmatch.image.read import read_image
+from fpmatch.image.io.read import read_image
 from fpmatch.matching import _local_kernel
 from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import verify

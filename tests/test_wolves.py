@@ -13,11 +13,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.evaluation.wolf_table import format_wolves, wolf_cells
 from fpmatch.formats.files import load_template
 from fpmatch.matching._ridge_search_kernel import COMPILED
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
 from fpmatch.minutiae import Minutiae, RidgeField, Template
+from research.wolf_table import format_wolves, wolf_cells
 
 ROOT = Path(__file__).resolve().parents[1]
 BENCHMARKS = ROOT / "benchmarks"

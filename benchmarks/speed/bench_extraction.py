@@ -14,7 +14,7 @@ from in_turn import OURS, cpu, in_turn, wall
 from fpmatch.image.extract import extract
 
 if TYPE_CHECKING:
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.read import GreyImage
 
 # The peak of the process's own memory; what `resource` tells includes the process it came from.
 PEAK = """

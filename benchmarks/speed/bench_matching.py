@@ -9,7 +9,7 @@ import numpy as np
 from in_turn import OURS, cpu, in_turn
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def test_comparison_with_many(
     triangulations: Callable[[], object],
 ) -> None:
     """Compare a print with a thousand, packed, of which five are of its finger's ten."""
-    many = PreparedMany.joined([PreparedMany.of(prepared)] * 20)
+    many = PackedTemplates.joined([PackedTemplates.of(prepared)] * 20)
     work = (lambda: MATCHER.similarities(prepared[0], many)) if side == OURS else triangulations
     benchmark.extra_info["calls"] = len(many) if side == OURS else 50
     benchmark.pedantic(work, rounds=5, warmup_rounds=1)

@@ -12,7 +12,7 @@ from one_to_many import prints, repeated, without_prefilter
 from fpmatch.gallery.identify import shortlist_size
 from fpmatch.gallery.search import Search
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,7 +24,7 @@ COMPARED = 1_000  # of all: the yardstick's part
 @pytest.fixture(scope="module")
 def search() -> Search:
     """Return a search of prints of 40 minutiae, five of each finger."""
-    few = PreparedMany.of(prints(np.random.default_rng(42), COMPARED))
+    few = PackedTemplates.of(prints(np.random.default_rng(42), COMPARED))
     return Search(MATCHER, np.arange(PRINTS), repeated(few, PRINTS))
 
 

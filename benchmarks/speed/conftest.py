@@ -12,12 +12,12 @@ import pytest
 from scipy.spatial import Delaunay
 
 from fpmatch.engine.threads import single_threaded
-from fpmatch.image.read import read_image
+from fpmatch.image.io.read import read_image
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.read import GreyImage
     from fpmatch.matching.prepare import PreparedTemplate
 
 ROOT = Path(__file__).resolve().parents[2]

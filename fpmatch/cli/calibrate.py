@@ -55,13 +55,13 @@ def calibrate(
     from fpmatch.evaluation.calibrate import calibrate_on
     from fpmatch.evaluation.calibration_reach import format_reach, measure_reach
     from fpmatch.evaluation.impostors import gather_impostors
-    from fpmatch.output import check_writable, write_whole
+    from fpmatch.output import atomic_write_bytes, check_writable
 
     check_writable(output)
     with ProgressBars(_STAGES) as bars:
         impostors = gather_impostors(sources, matcher=matcher, workers=workers, progress=bars.show)
     calibration = calibrate_on(impostors, matcher, "fpmatch calibrate")
-    write_whole(output, calibration.as_json().encode())
+    atomic_write_bytes(output, calibration.as_json().encode())
     reach = measure_reach(calibration, impostors)
     if as_json:
         click.echo(json.dumps({"calibration": str(output), **reach.as_json()}, indent=2))

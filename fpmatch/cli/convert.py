@@ -17,7 +17,7 @@ from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, wri
 
 if TYPE_CHECKING:
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.image.raw import RawSize
+    from fpmatch.image.io.raw import RawSize
 
 
 @click.command(
@@ -110,11 +110,11 @@ def _template(
 ) -> TemplateRecord:
     """Return the record of a template file, at `dpi` where that is given."""
     from fpmatch.formats.files import load_record
-    from fpmatch.formats.record import Reading
+    from fpmatch.formats.record import ReadingOptions
     from fpmatch.minutiae import check_dpi
 
     sides = None if size is None else (size.width, size.height)
-    how = Reading(dpi=None if dpi is None else check_dpi(dpi), size=sides)
+    how = ReadingOptions(dpi=None if dpi is None else check_dpi(dpi), size=sides)
     record = load_record(path, file_format=file_format, how=how)
     views = tuple(view.at(dpi) for view in record.views)
     first, notes = views[0].template, list(record.notes)

@@ -9,7 +9,7 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-# Those of fpmatch.image.ridge_flow, whose import takes OpenCV's time.
+# Those of fpmatch.image.enhancement.enhancers, whose import takes OpenCV's time.
 WAYS: Final = ("learned", "filters")
 
 

@@ -21,8 +21,8 @@ from fpmatch.cli.words import count, first_of, notes_as_json, say_notes
 if TYPE_CHECKING:
     from fpmatch.gallery.enrol import Enrolment
     from fpmatch.gallery.summary import GallerySummary
-    from fpmatch.image.polarity import Polarity
-    from fpmatch.image.raw import RawSize
+    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.quality.polarity import Polarity
 
 FAILURES_SHOWN: Final = 20
 _STAGES: Final = {"enrol": "enrolling"}
@@ -35,9 +35,9 @@ _WORKERS_NEED: Final = (
     "fpmatch.gallery.prints",
     "fpmatch.image.assess",
     "fpmatch.image.extract",
-    "fpmatch.image.folder_polarity",
-    "fpmatch.image.pictures",
-    "fpmatch.image.read",
+    "fpmatch.image.quality.folder_polarity",
+    "fpmatch.image.io.readers",
+    "fpmatch.image.io.read",
 )
 
 

@@ -215,9 +215,9 @@ def evaluate(
         from fpmatch.evaluation import cropping, enrolment, extraction, run
         from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
         from fpmatch.evaluation.dataset_names import named_apart
-        from fpmatch.evaluation.minutiae_report import measure_minutiae
-        from fpmatch.evaluation.minutiae_table import format_minutiae
-        from fpmatch.evaluation.minutiae_truth import load_truth
+        from fpmatch.evaluation.ground_truth.report import measure_minutiae
+        from fpmatch.evaluation.ground_truth.table import format_minutiae
+        from fpmatch.evaluation.ground_truth.truth import load_truth
         from fpmatch.evaluation.scores_file import write_scores
         from fpmatch.evaluation.scores_reader import read_scores
         from fpmatch.output import check_writable
@@ -225,7 +225,7 @@ def evaluate(
     if scores is not None:
         check_writable(scores)
     if report_folder is not None:
-        from fpmatch.evaluation.page.write import prepare_page, write_page
+        from fpmatch.evaluation.html.write import prepare_page, write_page
 
         prepare_page(report_folder)
     earlier = None if baseline is None else read_scores(baseline)

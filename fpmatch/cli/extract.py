@@ -24,9 +24,9 @@ from fpmatch.formats.registry import codec_of_name, written_formats
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.image.polarity import Polarity
-    from fpmatch.image.print_quality import PrintQuality
-    from fpmatch.image.raw import RawSize
+    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.quality.polarity import Polarity
+    from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.minutiae import Template
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
@@ -90,7 +90,7 @@ def extract(
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
     """
-    from fpmatch.image.folder_polarity import find_polarities
+    from fpmatch.image.quality.folder_polarity import find_polarities
 
     if dpi is not None:
         from fpmatch.minutiae import check_dpi

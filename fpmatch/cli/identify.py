@@ -23,8 +23,8 @@ from fpmatch.minutiae import STANDARD_DPI
 if TYPE_CHECKING:
     from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.identify import Candidate, Identification, Shortlist
-    from fpmatch.image.polarity import Polarity
-    from fpmatch.image.raw import RawSize
+    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.quality.polarity import Polarity
 
 _STAGES: Final = {"prepare": "preparing prints"}
 

@@ -15,7 +15,7 @@ from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
     from fpmatch.gallery.inspection import Inspection
-    from fpmatch.image.raw import RawSize
+    from fpmatch.image.io.raw import RawSize
 
 
 @click.command(
@@ -45,7 +45,7 @@ def inspect(
     several prints, what differs between them stands between bars.
     """
     from fpmatch.gallery.inspection import inspect_file
-    from fpmatch.image.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
 
     reader = partial(read, raw=raw)
     image_reader = PolarityReader(reader, find_polarities(files, reader=reader))

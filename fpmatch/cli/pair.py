@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from fpmatch.cli.prints import GivenPrint
-    from fpmatch.image.raw import RawSize
+    from fpmatch.image.io.raw import RawSize
     from fpmatch.matching.matchers.paper import PaperMatcher
     from fpmatch.matching.result import Verification
     from fpmatch.scale import ScaleMeasurement
@@ -63,7 +63,7 @@ class PairOptions:
     enhance : str
         How ridges are found in images, as for `fpmatch.image.extract`.
     polarity : str
-        Polarity of both images, as for `fpmatch.image.read.read_image`.
+        Polarity of both images, as for `fpmatch.image.io.read.read_image`.
     """
 
     probe: Path
@@ -188,7 +188,7 @@ def _matcher(options: PairOptions) -> str | PaperMatcher:
 
 def _say_calibrated_otherwise(options: PairOptions) -> None:
     """Say on stderr where the score is of another area tolerance than the one that is used."""
-    from fpmatch.pointset.unit_circle_matcher import DEFAULT_AREA_TOLERANCE
+    from fpmatch.pointset.unit_circle.matcher import DEFAULT_AREA_TOLERANCE
 
     used = options.area_tolerance
     if used not in {None, DEFAULT_AREA_TOLERANCE} and options.calibration is None:

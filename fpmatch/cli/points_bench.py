@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.points.matchers import BenchMatcher
     from fpmatch.evaluation.points.results import BenchResults
     from fpmatch.evaluation.points.trials import TrialPlan
-    from fpmatch.pointset.random_sets import Reading
+    from fpmatch.pointset.random_sets import PointModel
 
 _MATCHERS: Final = ("ours", "paper", "van-wamelen", "astroalign")
-_READINGS: Final[tuple[Reading, ...]] = ("patch", "clutter")
+_READINGS: Final[tuple[PointModel, ...]] = ("patch", "clutter")
 _LABEL_WIDTH: Final = 48
 
 
@@ -61,7 +61,7 @@ Examples:
     "readings",
     multiple=True,
     type=click.Choice(_READINGS),
-    help="Reading of the experiment (repeatable).  [default: both]",
+    help="PointModel of the experiment (repeatable).  [default: both]",
 )
 @click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the sets."
@@ -104,7 +104,7 @@ def points_bench(
     trials: int | None,
     independent_trials: int | None,
     matchers: tuple[str, ...],
-    readings: tuple[Reading, ...],
+    readings: tuple[PointModel, ...],
     seed: int,
     budget: float | None,
     quick: bool,

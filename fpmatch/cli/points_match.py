@@ -175,7 +175,7 @@ def _spans_a_triangle(points: NDArray[np.float64]) -> bool:
     """Return whether the first point, the furthest from it, and that furthest from both do."""
     import numpy as np
 
-    from fpmatch.pointset.delaunay import triangulate
+    from fpmatch.pointset.delaunay.triangulate import triangulate
 
     tamed = points / (np.abs(points).max() or 1.0)  # so that squares stay finite
     offset = tamed - tamed[0]

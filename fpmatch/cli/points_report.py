@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.point_caption import match_facts, match_verdict
-from fpmatch.output import replacing
+from fpmatch.output import atomic_write
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -100,7 +100,7 @@ def write_pairs(path: Path, p: NamedPoints, q: NamedPoints, match: PointMatch) -
         distance = np.hypot(*(match.transform.apply(ours) - theirs).T)
         columns = (*match.pairs.T, *ours.T, *theirs.T, distance)
         rows = zip(*(column.tolist() for column in columns), strict=True)
-    with replacing(path) as binary, io.TextIOWrapper(binary, "utf-8", newline="") as stream:
+    with atomic_write(path) as binary, io.TextIOWrapper(binary, "utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(PAIR_COLUMNS)
         writer.writerows(rows)

@@ -9,7 +9,7 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-# Those of fpmatch.image.polarity, whose import takes OpenCV's time.
+# Those of fpmatch.image.quality.polarity, whose import takes OpenCV's time.
 POLARITIES: Final = ("auto", "dark", "white")
 
 

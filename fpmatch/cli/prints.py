@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from fpmatch.cli.resolution import ResolutionChoice
     from fpmatch.image.assess import QualityRecorder
-    from fpmatch.image.print_quality import PrintQuality
-    from fpmatch.image.raw import RawSize
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.read import GreyImage
+    from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.minutiae import Template
 
 
@@ -49,8 +49,8 @@ class GivenPrint:
         import numpy as np
 
         from fpmatch.errors import ImageError
-        from fpmatch.image.limits import DEFAULT_LIMITS
-        from fpmatch.image.read import GreyImage
+        from fpmatch.image.io.limits import DEFAULT_LIMITS
+        from fpmatch.image.io.read import GreyImage
 
         width, height = self.template.width, self.template.height
         if width * height > DEFAULT_LIMITS.max_megapixels * 1e6:
@@ -60,7 +60,7 @@ class GivenPrint:
 
 def say_wrong_resolution(path: Path, quality: PrintQuality | None) -> None:
     """Say on stderr where the ridges of an image tell that its resolution is another one."""
-    from fpmatch.image.print_quality import WRONG_RESOLUTION
+    from fpmatch.image.quality.print_quality import WRONG_RESOLUTION
 
     for reason in quality.reasons if quality is not None else ():
         if reason.what == WRONG_RESOLUTION:
@@ -84,7 +84,7 @@ def open_print(
     FpmatchError
         If it can be read neither as a template nor as an image.
     """
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.read import GreyImage
 
     found = read_print(path, raw, polarity=polarity, dpi=dpi)
     if not isinstance(found, GreyImage):

@@ -9,13 +9,13 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.image.raw import RawSize
+    from fpmatch.image.io.raw import RawSize
 
 
 def picture_size(words: str) -> RawSize:
     """Return the size that a word on the command line names."""
     from fpmatch.errors import ImageError
-    from fpmatch.image.raw import RawSize
+    from fpmatch.image.io.raw import RawSize
 
     try:
         return RawSize.parse(words)

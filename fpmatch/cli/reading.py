@@ -12,18 +12,18 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.image.raw import RawSize
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.io.read import GreyImage
 
 STDERR: Final = 2
 
 
 def read(path: Path, raw: Sequence[RawSize] = (), **how: Any) -> GreyImage:
-    """Read an image as `fpmatch.image.read.read_image` does, bare pixels of a size in `raw` too.
+    """Read an image as `fpmatch.image.io.read.read_image` does, bare pixels of a size in `raw` too.
 
     Options of that, such as ``polarity``, are passed on.
     """
-    from fpmatch.image.read import read_image
+    from fpmatch.image.io.read import read_image
 
     with _c_libraries_silenced():
         return read_image(path, raw_sizes=raw, **how)

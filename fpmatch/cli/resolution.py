@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.read import GreyImage
     from fpmatch.minutiae import Template
 
 

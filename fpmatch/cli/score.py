@@ -18,8 +18,8 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from fpmatch.evaluation.scoring import Scoring
-    from fpmatch.image.polarity import Polarity
+    from fpmatch.evaluation.batch.score import Scoring
+    from fpmatch.image.quality.polarity import Polarity
 
 FAILURES_SHOWN: Final = 20
 _STAGES: Final = {
@@ -138,13 +138,13 @@ def score(
     workers may join and die meanwhile.
     """
     from fpmatch.engine.engine import make_engine
-    from fpmatch.evaluation import scoring
-    from fpmatch.evaluation.scoring_sides import open_side
+    from fpmatch.evaluation.batch import score as scoring
+    from fpmatch.evaluation.batch.sources import open_source
     from fpmatch.matching.calibration import load_calibration
 
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other")
-    opened = partial(open_side, dpi=dpi, polarity=polarity, reader=read_print)
+    opened = partial(open_source, dpi=dpi, polarity=polarity, reader=read_print)
     fitted = load_calibration(matcher, calibration) if calibration else None
     try:
         with ProgressBars(_STAGES) as bars:

@@ -64,7 +64,7 @@ def serve(
     _check_extra()
     from fpmatch.engine.local import available_cores
     from fpmatch.gallery.names import FVC_PATTERN, NamePattern
-    from fpmatch.web.server import open_door
+    from fpmatch.web.server import bind_server
     from fpmatch.web.server import serve as answer
     from fpmatch.web.settings import Settings
 
@@ -73,7 +73,7 @@ def serve(
         pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
         workers=workers or available_cores(),
     )
-    door = open_door(host, port, settings, token=token, names=names)
+    door = bind_server(host, port, settings, token=token, names=names)
 
     def say() -> None:
         click.echo(f"fpmatch serves {door.address}")

@@ -14,7 +14,7 @@ from fpmatch.cli.reading import read
 from fpmatch.cli.resolution import ResolutionChoice
 
 if TYPE_CHECKING:
-    from fpmatch.image.raw import RawSize
+    from fpmatch.image.io.raw import RawSize
 
 
 @click.command(

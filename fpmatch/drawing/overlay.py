@@ -12,7 +12,7 @@ from fpmatch.drawing.side_by_side import side_by_side as beside
 from fpmatch.drawing.superposed import superposed
 from fpmatch.drawing.svg import svg_text
 from fpmatch.errors import OutputError
-from fpmatch.output import write_whole
+from fpmatch.output import atomic_write_bytes
 
 if TYPE_CHECKING:
     import os
@@ -105,7 +105,7 @@ def save_overlay(
     content = overlay_file(
         suffix, probe_image, reference_image, verification, side_by_side=side_by_side
     )
-    write_whole(target, content)
+    atomic_write_bytes(target, content)
 
 
 def overlay_file(

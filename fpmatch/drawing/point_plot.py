@@ -28,7 +28,7 @@ from fpmatch.drawing.palette import (
 from fpmatch.drawing.plain_style import figure_bytes, plain_style
 from fpmatch.drawing.point_caption import match_facts, match_verdict
 from fpmatch.errors import OutputError
-from fpmatch.output import check_writable, write_whole
+from fpmatch.output import atomic_write_bytes, check_writable
 from fpmatch.pointset.points import as_points
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def save_point_plot(
         else:
             figure = _superposed(match.transform.apply(source), target, match, names)
         content = figure_bytes(figure, path, _DPI)
-    write_whole(path, content)
+    atomic_write_bytes(path, content)
 
 
 def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> Figure:

@@ -17,7 +17,7 @@ from fpmatch.drawing.scene import Item, Pen, Scene, Text
 from fpmatch.drawing.scene import Path as Outline
 from fpmatch.drawing.stage_pictures import Picture, stage_picture, value_range
 from fpmatch.errors import OutputError
-from fpmatch.output import reason, write_whole
+from fpmatch.output import atomic_write_bytes, reason
 
 __all__ = ["contact_sheet", "stage_picture", "write_stages"]
 
@@ -100,7 +100,7 @@ def write_stages(stages: Mapping[str, NDArray[Any]], folder: str | os.PathLike[s
     except OSError as error:
         raise OutputError(f"{target}: cannot be made a folder: {reason(error)}") from error
     for name, content in encoded.items():
-        write_whole(target / name, content)
+        atomic_write_bytes(target / name, content)
     return [target / name for name in encoded]
 
 

@@ -11,7 +11,7 @@ from collections import deque
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from fpmatch.engine.task import be_worker, told, work_on
+from fpmatch.engine.task import init_worker, told, work_on
 from fpmatch.engine.threads import loaded_single_threaded, single_threaded
 from fpmatch.errors import EngineError
 
@@ -182,5 +182,5 @@ def _start(workers: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(
         max_workers=workers,
         mp_context=multiprocessing.get_context(_START_METHOD),
-        initializer=be_worker,
+        initializer=init_worker,
     )

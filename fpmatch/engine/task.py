@@ -43,7 +43,7 @@ def work_on(task: Path, chunk: object) -> Any:
     return work(shared, chunk)
 
 
-def be_worker() -> None:
+def init_worker() -> None:
     """Get this process ready for work: on one thread, and for no longer than somebody wants it."""
     import cv2  # noqa: PLC0415
     import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)

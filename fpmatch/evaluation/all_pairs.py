@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,7 +47,7 @@ def compare_all_pairs(
     [False, True, False]
     """
     prints = [MATCHER.prepare(template) for template in templates]
-    many = PreparedMany.of(prints)
+    many = PackedTemplates.of(prints)
 
     def with_later_ones(k: int) -> NDArray[np.float64]:
         return MATCHER.similarities(prints[k], many, k + 1)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.evaluation.interval_table import format_intervals
 from fpmatch.evaluation.intervals import DEFAULT_RESAMPLES, rate_intervals
-from fpmatch.evaluation.paired import compare_runs
-from fpmatch.evaluation.paired_table import format_paired
+from fpmatch.evaluation.run_comparison import compare_runs
+from fpmatch.evaluation.run_comparison_table import format_paired
 from fpmatch.evaluation.scores_reader import choose_matcher, scores_of
 from fpmatch.evaluation.table import format_matchers, format_table
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fpmatch.evaluation.intervals import ReportIntervals
-    from fpmatch.evaluation.paired_result import PairedComparison
     from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.evaluation.run_comparison_result import PairedComparison
     from fpmatch.evaluation.scores_reader import ScoresSet
 
 

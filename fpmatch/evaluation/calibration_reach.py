@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.words import odds
+from fpmatch.evaluation.bootstrap import resample_fmr
 from fpmatch.evaluation.calibrate import CalibrationParameters
 from fpmatch.evaluation.intervals import DEFAULT_RESAMPLES, Interval, interval_of
-from fpmatch.evaluation.resampling import resample_fmr
 from fpmatch.matching.calibration import (
     Calibration,
     calibrated_matchers,

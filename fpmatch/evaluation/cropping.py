@@ -11,7 +11,7 @@ import numpy as np
 from fpmatch.errors import ImageError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.gallery.prints import ExtractedPrint
-from fpmatch.image.read import GreyImage, read_image
+from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def crop_about_centroid(image: GreyImage, template: Template, side_px: float) ->
         What was extracted from it: the mask of its ridge field says where the print is, or its
         minutiae where it has no ridge field.
     side_px : float
-        Side of the square in pixels at 500 dpi.
+        PrintSource of the square in pixels at 500 dpi.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def crop_at(image: GreyImage, x: float, y: float, side_px: float, dpi: float) ->
     x, y : float
         The middle of the square in pixels of the image.
     side_px : float
-        Side of the square in pixels at 500 dpi.
+        PrintSource of the square in pixels at 500 dpi.
     dpi : float
         Resolution of the image.
 

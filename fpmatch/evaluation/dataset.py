@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError
-from fpmatch.image.print_folder import describe_folder, images_in
+from fpmatch.image.io.dataset_folder import images_in, read_dataset_info
 
 if TYPE_CHECKING:
     import os
@@ -78,7 +78,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     """
     root = Path(folder)
     impressions = _find_impressions(root)
-    description = describe_folder(root)
+    description = read_dataset_info(root)
     return Dataset(
         name=description.name or root.resolve().name,
         dpi=description.dpi,

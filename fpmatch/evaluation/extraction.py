@@ -13,8 +13,8 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.each_image import for_each_image
 from fpmatch.gallery.prints import ExtractedPrint
-from fpmatch.image.folder_polarity import PolarityReader, find_polarities
-from fpmatch.image.read import read_image
+from fpmatch.image.io.read import read_image
+from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.dataset import Dataset
     from fpmatch.evaluation.each_image import ImageChunk
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.read import GreyImage
     from fpmatch.minutiae import Template
 
     Extractor = Callable[[Path, float | None], Template | ExtractedPrint]
@@ -119,7 +119,7 @@ def dataset_reader(
     datasets : sequence of Dataset
         The databases.
     reader : callable
-        As for `fpmatch.image.folder_polarity.find_polarities`.
+        As for `fpmatch.image.quality.folder_polarity.find_polarities`.
 
     Returns
     -------

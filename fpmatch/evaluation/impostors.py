@@ -11,10 +11,10 @@ import numpy as np
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.all_pairs import compare_all_pairs
+from fpmatch.evaluation.bootstrap import Trials
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.extraction import extract_image
 from fpmatch.evaluation.intervals import trials_of
-from fpmatch.evaluation.resampling import Trials
 from fpmatch.evaluation.run import evaluate
 from fpmatch.evaluation.scores_reader import choose_matcher, read_scores
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher

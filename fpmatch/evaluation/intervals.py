@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.evaluation.resampling import RESAMPLED, Trials, draw_fingers, resample_rates
+from fpmatch.evaluation.bootstrap import RESAMPLED, Trials, draw_fingers, resample_rates
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

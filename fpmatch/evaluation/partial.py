@@ -94,7 +94,7 @@ def window(template: Template, side_px: float, rng: np.random.Generator) -> Temp
     template : Template
         The whole print.
     side_px : float
-        Side of the square in pixels at 500 dpi.
+        PrintSource of the square in pixels at 500 dpi.
     rng : numpy.random.Generator
         Draws the middle: a cell of the ridge field, or a minutia where there is no field.
 

@@ -151,7 +151,7 @@ def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
     )
 
 
-def bar_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
+def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
     """Return the score above which the share of impostors is at most `fmr`.
 
     Parameters
@@ -174,10 +174,10 @@ def bar_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
 
     Examples
     --------
-    >>> bar_at_fmr(range(1000), 0.01)
+    >>> threshold_at_fmr(range(1000), 0.01)
     989.0
     """
-    return _bar_at_fmr(_sorted_scores("impostor", impostor), fmr)
+    return _threshold_at_fmr(_sorted_scores("impostor", impostor), fmr)
 
 
 def _equal_error_rate(curves: ErrorCurves) -> float:
@@ -193,13 +193,13 @@ def _fnmr_at_fmr(
     genuine: NDArray[np.float64], impostor: NDArray[np.float64], fmr: float
 ) -> float | None:
     """Return FNMR at the lowest threshold whose FMR is at most `fmr`; both sides sorted."""
-    bar = _bar_at_fmr(impostor, fmr)
+    bar = _threshold_at_fmr(impostor, fmr)
     if bar is None:
         return None
     return float(np.searchsorted(genuine, bar, side="right") / genuine.size)
 
 
-def _bar_at_fmr(impostor: NDArray[np.float64], fmr: float) -> float | None:
+def _threshold_at_fmr(impostor: NDArray[np.float64], fmr: float) -> float | None:
     """Return the first sorted impostor score, from the top, that is one too many."""
     allowed = math.floor(fmr * impostor.size + ROUNDING)
     if fmr > 0 and allowed < 1:

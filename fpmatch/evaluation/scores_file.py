@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.evaluation.decision import decide
 from fpmatch.matching.calibration import calibrated_matchers, load_calibration
-from fpmatch.output import check_writable, replacing
+from fpmatch.output import atomic_write, check_writable
 
 if TYPE_CHECKING:
     import os
@@ -46,7 +46,7 @@ def write_scores(path: str | os.PathLike[str], *reports: EvaluationReport) -> No
         If the file cannot be written.
     """
     check_writable(path)
-    with replacing(path) as binary, io.TextIOWrapper(binary, "utf-8", newline="") as stream:
+    with atomic_write(path) as binary, io.TextIOWrapper(binary, "utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(COLUMNS)
         for report in reports:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError
+from fpmatch.evaluation.bootstrap import Trials
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.intervals import trials_of
-from fpmatch.evaluation.resampling import Trials
 
 if TYPE_CHECKING:
     import os

@@ -33,7 +33,7 @@ from fpmatch.formats.an2_records import (
 from fpmatch.formats.codec import LARGEST, Codec
 from fpmatch.formats.columns import minutiae_of
 from fpmatch.formats.fmr import span
-from fpmatch.formats.record import Reading, TemplateRecord, View
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.resolution import CM_PER_INCH, ROUND_DPI
 from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
 
@@ -76,7 +76,7 @@ class _Block:
     pixels: bool = False
 
 
-def decode(data: bytes, how: Reading) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     """Return the prints whose minutiae a file holds, or raise TemplateError."""
     first, *others = records(data)
     frames = _frames(first, others)
@@ -99,7 +99,11 @@ def decode(data: bytes, how: Reading) -> TemplateRecord:
 
 
 def _view(
-    block: _Block, frame: _Frame, native: float | None, fields: dict[int, bytes], how: Reading
+    block: _Block,
+    frame: _Frame,
+    native: float | None,
+    fields: dict[int, bytes],
+    how: ReadingOptions,
 ) -> View:
     """Return the view that a block of minutiae gives in its frame."""
     told = frame.dpi or native
@@ -126,7 +130,7 @@ def _view(
     )
 
 
-def _block(fields: dict[int, bytes], how: Reading) -> _Block | None:
+def _block(fields: dict[int, bytes], how: ReadingOptions) -> _Block | None:
     """Return the minutiae of a record of type 9, None where it has none."""
     for number, read in ((137, _m1), (331, _efs), (23, _iafis), (12, _standard)):
         if number in fields:

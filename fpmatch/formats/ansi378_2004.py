@@ -16,7 +16,7 @@ from fpmatch.formats.iso19794_2_2005 import (
     read_view_2005,
     write_view_2005,
 )
-from fpmatch.formats.record import Encoded, Reading, TemplateRecord
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
     from fpmatch.formats.byte_reader import ByteReader
@@ -27,12 +27,12 @@ LONG_LENGTH: Final = 2**16  # from which on the length takes six bytes
 LAYOUT: Final = fmr.Layout("ansi2004", fmr.ANSI_STEPS, zero_is_unknown=True)
 
 
-def decode(data: bytes, how: Reading) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     """Return the prints that a record holds, or raise TemplateError."""
     return fmr.decode_ansi(lambda layout: _decode(data, how, layout), LAYOUT)
 
 
-def _decode(data: bytes, how: Reading, layout: fmr.Layout) -> TemplateRecord:
+def _decode(data: bytes, how: ReadingOptions, layout: fmr.Layout) -> TemplateRecord:
     reader, notes = fmr.begin(data, *VERSIONS), list[str]()
     declared = reader.number(2) or reader.number(4)
     fields = product_fields(reader)

@@ -16,7 +16,7 @@ from fpmatch.formats.ansi378_2004 import product_fields
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.iso19794_2_2005 import frame_bytes
 from fpmatch.formats.iso19794_2_2011 import is_iso_2011
-from fpmatch.formats.record import Encoded, Reading, TemplateRecord
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
     from fpmatch.formats.byte_reader import ByteReader
@@ -30,12 +30,12 @@ NO_QUALITY_ALGORITHM: Final = bytes(4)
 LAYOUT: Final = fmr.Layout("ansi2009", fmr.ANSI_STEPS, zero_is_unknown=False)
 
 
-def decode(data: bytes, how: Reading) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     """Return the prints that a record holds, or raise TemplateError."""
     return fmr.decode_ansi(lambda layout: _decode(data, how, layout), LAYOUT)
 
 
-def _decode(data: bytes, how: Reading, layout: fmr.Layout) -> TemplateRecord:
+def _decode(data: bytes, how: ReadingOptions, layout: fmr.Layout) -> TemplateRecord:
     """Return what a record holds, by the draft of 2007 where only that fills the file."""
     try:
         record, end = _read(data, how, layout, certification=1)
@@ -49,7 +49,7 @@ def _decode(data: bytes, how: Reading, layout: fmr.Layout) -> TemplateRecord:
     return record
 
 
-def _draft(data: bytes, how: Reading, layout: fmr.Layout) -> TemplateRecord | None:
+def _draft(data: bytes, how: ReadingOptions, layout: fmr.Layout) -> TemplateRecord | None:
     """Return what `data` holds by the draft of 2007, None where it does not hold just that."""
     try:
         record, end = _read(data, how, layout, certification=0)
@@ -60,7 +60,7 @@ def _draft(data: bytes, how: Reading, layout: fmr.Layout) -> TemplateRecord | No
 
 
 def _read(
-    data: bytes, how: Reading, layout: fmr.Layout, *, certification: int
+    data: bytes, how: ReadingOptions, layout: fmr.Layout, *, certification: int
 ) -> tuple[TemplateRecord, int]:
     """Return what a record holds and where it ends, `certification` bytes before the device."""
     reader, notes = fmr.begin(data, VERSION, AMENDED), list[str]()
@@ -90,7 +90,9 @@ def encode_amended(record: TemplateRecord) -> Encoded:
     return encode(record, AMENDED)
 
 
-def _read_view(reader: ByteReader, layout: fmr.Layout, how: Reading, notes: list[str]) -> View:
+def _read_view(
+    reader: ByteReader, layout: fmr.Layout, how: ReadingOptions, notes: list[str]
+) -> View:
     finger, number, impression = reader.number(), reader.number(), reader.number()
     quality = reader.number()
     reader.take(len(NO_QUALITY_ALGORITHM))

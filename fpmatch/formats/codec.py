@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.formats.record import Encoded, Reading, TemplateRecord
+    from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
 
@@ -31,7 +31,7 @@ class Codec:
         Tells from a file's bytes, or its first few thousand, whether they are meant to be this
         format.
     decode : callable
-        Makes a TemplateRecord of a file's bytes, as a Reading says; raises an `FpmatchError` that
+        Makes a TemplateRecord of a file's bytes, as a ReadingOptions says; raises an `FpmatchError` that
         names the reason (and the line, where the format has lines) but not the file.
     encode : callable or None
         Makes a file's bytes of a TemplateRecord; the same record always gives the same bytes. None
@@ -42,5 +42,5 @@ class Codec:
     title: str
     suffixes: tuple[str, ...]
     recognises: Callable[[bytes], bool]
-    decode: Callable[[bytes, Reading], TemplateRecord]
+    decode: Callable[[bytes, ReadingOptions], TemplateRecord]
     encode: Callable[[TemplateRecord], Encoded] | None = None

@@ -23,7 +23,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.columns import minutiae_of
 from fpmatch.formats.csv_lines import cells_of, lines_of, numbers_of, places_in_words
-from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def encode(record: TemplateRecord) -> Encoded:
     return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
 
 
-def decode(data: bytes, how: Reading) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     """Return the template that the bytes of a CSV file hold, or raise TemplateError."""
     lines = lines_of(data)
     width, height, dpi = _frame(lines[0] if lines else "")

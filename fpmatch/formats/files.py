@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.an2 import holds_image
-from fpmatch.formats.record import Reading, TemplateRecord, View
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
-from fpmatch.output import write_whole
+from fpmatch.output import atomic_write_bytes
 
 if TYPE_CHECKING:
     import os
 
     from fpmatch.minutiae import Template
 
-MAX_TEMPLATE_BYTES: Final = Reading().limits.max_bytes
+MAX_TEMPLATE_BYTES: Final = ReadingOptions().limits.max_bytes
 HEAD_BYTES: Final = 4096  # by which a template file is told from others
 
 
@@ -44,7 +44,10 @@ def load_template(path: str | os.PathLike[str]) -> Template:
 
 
 def load_record(
-    path: str | os.PathLike[str], *, file_format: str | None = None, how: Reading | None = None
+    path: str | os.PathLike[str],
+    *,
+    file_format: str | None = None,
+    how: ReadingOptions | None = None,
 ) -> TemplateRecord:
     """Load all prints of a template file, with what it says of them.
 
@@ -54,8 +57,8 @@ def load_record(
         A template file.
     file_format : str, optional
         Name of its format (default: found by its content).
-    how : Reading, optional
-        What holds where the file says nothing, and what is refused (default: `Reading()`).
+    how : ReadingOptions, optional
+        What holds where the file says nothing, and what is refused (default: `ReadingOptions()`).
 
     Returns
     -------
@@ -68,13 +71,13 @@ def load_record(
         If the file is missing, unreadable, of no known format, or breaks its format's rules or
         the limits.
     """
-    how = Reading() if how is None else how
+    how = ReadingOptions() if how is None else how
     data = _read(path, how.limits.max_bytes)
     return decode_record(data, str(path), file_format=file_format, how=how)
 
 
 def decode_record(
-    data: bytes, source: str, *, file_format: str | None = None, how: Reading | None = None
+    data: bytes, source: str, *, file_format: str | None = None, how: ReadingOptions | None = None
 ) -> TemplateRecord:
     """Return all prints in the bytes of a template file, as `load_record` does of the file.
 
@@ -97,7 +100,7 @@ def decode_record(
     TemplateError
         As `load_record` does.
     """
-    how = Reading() if how is None else how
+    how = ReadingOptions() if how is None else how
     if not data:
         raise TemplateError(f"{source}: the file is empty")
     if len(data) > how.limits.max_bytes:
@@ -185,7 +188,7 @@ def save_record(
         encoded = codec.encode(record)
     except FpmatchError as error:
         raise TemplateError(f"{path}: {error}") from error
-    write_whole(path, encoded.data)
+    atomic_write_bytes(path, encoded.data)
     return encoded.notes
 
 

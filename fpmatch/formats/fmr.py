@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.formats.record import Reading
+    from fpmatch.formats.record import ReadingOptions
 
 MAGIC: Final = b"FMR\x00"
 MOST_MINUTIAE: Final = 255  # what the one byte of their number can count
@@ -141,7 +141,7 @@ def read_view(
     reader: ByteReader,
     frame: Frame,
     layout: Layout,
-    how: Reading,
+    how: ReadingOptions,
     notes: list[str],
     *,
     size: int = SIX_BYTES.itemsize,
@@ -156,7 +156,7 @@ def read_view(
         What the header says of the print.
     layout : Layout
         Of the format.
-    how : Reading
+    how : ReadingOptions
         What holds where the header says nothing, and the limits.
     notes : list of str
         Gets what is odd.
@@ -185,7 +185,7 @@ def read_view(
     return replace(place(minutiae, frame, how), quality_known=quality_known, extended=extended)
 
 
-def place(minutiae: Minutiae, frame: Frame, how: Reading) -> View:
+def place(minutiae: Minutiae, frame: Frame, how: ReadingOptions) -> View:
     """Return minutiae in their frame; what it does not tell (0) comes from `how`, or is guessed.
 
     Raises

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.formats import fmr
 from fpmatch.formats.codec import Codec
-from fpmatch.formats.record import Encoded, Reading, TemplateRecord
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
     from fpmatch.formats.byte_reader import ByteReader
@@ -23,7 +23,7 @@ HEADER_BYTES: Final = 24
 LAYOUT: Final = fmr.Layout("iso2005", fmr.ISO_STEPS, zero_is_unknown=True)
 
 
-def decode(data: bytes, how: Reading) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     """Return the prints that a record holds, or raise TemplateError."""
     reader, notes = fmr.begin(data, VERSION), list[str]()
     declared = reader.number(4)
@@ -70,7 +70,7 @@ def write_view_2005(view: View, layout: fmr.Layout, notes: list[str]) -> bytes:
 
 
 def read_view_2005(
-    reader: ByteReader, frame: fmr.Frame, layout: fmr.Layout, how: Reading, notes: list[str]
+    reader: ByteReader, frame: fmr.Frame, layout: fmr.Layout, how: ReadingOptions, notes: list[str]
 ) -> View:
     """Read a view with its four-byte header, as the formats of 2004 and 2005 have it."""
     finger, both, quality = reader.number(), reader.number(), reader.number()
@@ -84,7 +84,7 @@ def read_view_2005(
     )
 
 
-def _read_view(reader: ByteReader, frame: fmr.Frame, how: Reading, notes: list[str]) -> View:
+def _read_view(reader: ByteReader, frame: fmr.Frame, how: ReadingOptions, notes: list[str]) -> View:
     return read_view_2005(reader, frame, LAYOUT, how, notes)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.formats import fmr
 from fpmatch.formats.byte_reader import ByteReader
 from fpmatch.formats.codec import Codec
-from fpmatch.formats.record import Encoded, Reading, TemplateRecord
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
     from fpmatch.formats.record import View
@@ -30,7 +30,7 @@ MOST_VIEWS: Final = 176  # sixteen of each finger code
 LAYOUT: Final = fmr.Layout("iso2011", fmr.ISO_STEPS, zero_is_unknown=False)
 
 
-def decode(data: bytes, how: Reading) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     """Return the prints that a record holds, or raise TemplateError."""
     reader, notes = fmr.begin(data, VERSION), list[str]()
     declared = reader.number(4)
@@ -73,7 +73,9 @@ def is_iso_2011(data: bytes) -> bool:
     return reader.at == declared
 
 
-def _read_view(reader: ByteReader, how: Reading, notes: list[str], *, certified: bool) -> View:
+def _read_view(
+    reader: ByteReader, how: ReadingOptions, notes: list[str], *, certified: bool
+) -> View:
     start = reader.at
     length = reader.number(4)
     date = reader.take(DATE_BYTES)

@@ -29,7 +29,7 @@ import numpy as np
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import LARGEST, Codec
-from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def encode(record: TemplateRecord) -> Encoded:
     return Encoded(("{\n " + ",\n ".join(members) + "\n}\n").encode(), tuple(notes))
 
 
-def decode(data: bytes, how: Reading) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     """Return the template that the bytes of a JSON file hold, or raise TemplateError."""
     document = _parse(data)
     if document.get("format") != FORMAT:
@@ -114,7 +114,7 @@ def _number(parent: dict[str, Any], name: str) -> float:
     return float(value)
 
 
-def _column(columns: dict[str, Any], name: str, how: Reading) -> NDArray[Any]:
+def _column(columns: dict[str, Any], name: str, how: ReadingOptions) -> NDArray[Any]:
     """Return one column of numbers."""
     values = _member(columns, name, list)
     how.limits.check_minutiae(len(values))

@@ -28,7 +28,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.columns import minutiae_of
 from fpmatch.formats.fitting import fit_minutiae, whole_pixels
-from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ _ROW: Final = re.compile(
 _COUNT: Final = re.compile(r"\s*(\d{1,9}) Minutiae Detected\s*")
 
 
-def decode(data: bytes, how: Reading) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     """Return the print that a file holds, or raise TemplateError."""
     head = HEAD.match(data)
     if head is None:

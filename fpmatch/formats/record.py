@@ -78,7 +78,7 @@ class ReadLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class ReadingOptions:
     """Say how a file is to be read.
 
     Parameters

@@ -26,7 +26,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.columns import minutiae_of
 from fpmatch.formats.fitting import fit_minutiae, whole_steps
-from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ M1_STEPS: Final = 180
 _ROW: Final = re.compile(rb"[ \t]*-?\d{1,5}([ \t]+-?\d{1,5}){2,3}[ \t]*\r?(\n|$)")
 
 
-def decode(data: bytes, how: Reading, *, m1: bool) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions, *, m1: bool) -> TemplateRecord:
     """Return the print that a file holds, by one of the conventions, or raise TemplateError."""
     rows = list(_rows(data, how))
     widths = {len(row) for row in rows}
@@ -104,7 +104,7 @@ def _whole(values: NDArray[np.float32]) -> NDArray[np.int64]:
     return np.rint(values.astype(np.float64)).astype(np.int64)
 
 
-def _rows(data: bytes, how: Reading) -> Iterator[list[int]]:
+def _rows(data: bytes, how: ReadingOptions) -> Iterator[list[int]]:
     """Yield the numbers of each line that is not blank."""
     found = 0
     for number, line in enumerate(data.split(b"\n"), start=1):

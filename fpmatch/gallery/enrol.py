@@ -162,7 +162,7 @@ class _Run:
             else:
                 jobs.append(job)
         claims = [Claim(job.label, job.content, job.file.dpi) for job in jobs]
-        for job, objection in zip(jobs, self.gallery.objections(claims), strict=True):
+        for job, objection in zip(jobs, self.gallery.find_conflicts(claims), strict=True):
             if objection is None:
                 yield job
             elif objection:
@@ -198,9 +198,9 @@ class _Run:
                 self.noted.append((job.file.path, extracted.notes))
         if new or self.unsaved:
             failures, self.unsaved = self.unsaved, []
-            objections = self.gallery.add(new, failures)
+            find_conflicts = self.gallery.add(new, failures)
             self.failures += failures
-            for entry, objection in zip(new, objections, strict=True):
+            for entry, objection in zip(new, find_conflicts, strict=True):
                 self.enrolled += objection is None
                 self.labels += [entry.label] if objection is None else []
                 self.known += objection == ""

@@ -13,7 +13,7 @@ from fpmatch.errors import GalleryError, TemplateError
 from fpmatch.gallery.compact import pack_template, unpack_entry
 from fpmatch.gallery.duplicates import Claim, Enrolled, as_entry
 from fpmatch.gallery.entry import Entry, Failure
-from fpmatch.gallery.place import DamagedRowError, Place
+from fpmatch.gallery.place import DamagedRowError, DatabaseUrl
 from fpmatch.gallery.tables import ABOUT, ENTRY, FAILURE, GALLERY, VERSION, create_tables
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gall
     ...         len(gallery)
     0
     """
-    place = Place(where, create=create)
+    place = DatabaseUrl(where, create=create)
     try:
         _check_or_create(place, create=create)
     except BaseException:
@@ -76,7 +76,7 @@ class Gallery:
     nothing is left half-written by a killed program, and two may enrol at once.
     """
 
-    def __init__(self, place: Place) -> None:
+    def __init__(self, place: DatabaseUrl) -> None:
         self._place = place
 
     def __enter__(self) -> Self:
@@ -100,7 +100,7 @@ class Gallery:
         return self._place.name
 
     @property
-    def place(self) -> Place:
+    def place(self) -> DatabaseUrl:
         """Where it lies."""
         return self._place
 
@@ -109,7 +109,7 @@ class Gallery:
         with self._place.reading() as connection:
             return int(connection.scalar(sa.select(sa.func.count()).select_from(ENTRY)) or 0)
 
-    def objections(self, claims: Sequence[Claim]) -> list[str | None]:
+    def find_conflicts(self, claims: Sequence[Claim]) -> list[str | None]:
         """Tell what speaks against enrolling some prints.
 
         Parameters
@@ -141,7 +141,7 @@ class Gallery:
         Returns
         -------
         list of str or None
-            For each what `objections` says of it: None where it is enrolled now.
+            For each what `find_conflicts` says of it: None where it is enrolled now.
 
         Raises
         ------
@@ -150,8 +150,8 @@ class Gallery:
         """
         packed = [_pack(entry) for entry in new]
         with self._changing() as connection:
-            objections = _judge(connection, new, packed)
-            judged = list(zip(new, packed, objections, strict=True))
+            find_conflicts = _judge(connection, new, packed)
+            judged = list(zip(new, packed, find_conflicts, strict=True))
             rows = [{**_row(c), "template": template} for c, template, no in judged if no is None]
             refused = [Failure(c.source, reason) for c, _, reason in judged if reason]
             sources = [*(c.source for c in new), *(f.source for f in failures)]
@@ -166,7 +166,7 @@ class Gallery:
             if rows:
                 connection.execute(ENTRY.insert(), rows)
                 _mark_changed(connection)
-        return objections
+        return find_conflicts
 
     def entries(self, *, subject: str | None = None) -> Iterator[Entry]:
         """Yield the entries, in the order of their numbers; those of one subject if it is given."""
@@ -268,7 +268,7 @@ class Gallery:
                 _mark_changed(connection)
         return len(set(numbers))
 
-    def fingerprint_of_content(self) -> str:
+    def content_hash(self) -> str:
         """Return a word that is another one whenever the entries have changed."""
         with self._place.reading() as connection:
             state = connection.scalar(sa.select(GALLERY.c.state))
@@ -299,7 +299,7 @@ class Gallery:
             yield connection
 
 
-def _check_or_create(place: Place, *, create: bool) -> None:
+def _check_or_create(place: DatabaseUrl, *, create: bool) -> None:
     """Check that there is a gallery of this version, or make an empty one."""
     with place.reading() as connection:
         tables = set(sa.inspect(connection).get_table_names())
@@ -331,13 +331,13 @@ def _judge(
     """Return what speaks against each, one after the other."""
     claims = [Claim(c.label, c.content, c.template.dpi) for c in new]
     enrolled = Enrolled.among(connection, claims)
-    objections = []
+    find_conflicts = []
     for entry, template, claim in zip(new, packed, claims, strict=True):
         objection = template if isinstance(template, str) else enrolled.objection(claim)
         if objection is None:
             enrolled.note(Entry(id=0, **_described(entry)))
-        objections.append(objection)
-    return objections
+        find_conflicts.append(objection)
+    return find_conflicts
 
 
 def _packed(row: Any) -> tuple[int, bytes]:

@@ -13,16 +13,16 @@ from fpmatch.formats.files import holds_minutiae_only, is_template_file, load_re
 from fpmatch.formats.fmr import extended_kinds
 from fpmatch.formats.record import FINGERS, IMPRESSIONS
 from fpmatch.formats.registry import codec_of_name
-from fpmatch.image.read import read_image
+from fpmatch.image.io.read import read_image
 from fpmatch.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
 
-    from fpmatch.formats.record import Reading, View
-    from fpmatch.image.print_quality import PrintQuality
-    from fpmatch.image.read import GreyImage
+    from fpmatch.formats.record import ReadingOptions, View
+    from fpmatch.image.io.read import GreyImage
+    from fpmatch.image.quality.print_quality import PrintQuality
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +138,7 @@ class Inspection:
 def inspect_file(
     path: str | os.PathLike[str],
     *,
-    how: Reading | None = None,
+    how: ReadingOptions | None = None,
     image_reader: Callable[[Path], GreyImage] = read_image,
 ) -> Inspection:
     """Find out what a file holds.
@@ -147,7 +147,7 @@ def inspect_file(
     ----------
     path : path-like
         An image or a template, of any format that is known; by its content, whatever its name.
-    how : Reading, optional
+    how : ReadingOptions, optional
         How templates are read.
     image_reader : callable
         Reads images (default: `read_image`).

@@ -36,7 +36,7 @@ class DamagedRowError(ValueError):
     """A row holds what was never written; within a transaction it becomes a GalleryError."""
 
 
-class Place:
+class DatabaseUrl:
     """Open transactions on the database of one gallery.
 
     Parameters

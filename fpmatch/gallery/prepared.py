@@ -20,8 +20,8 @@ from fpmatch._version import __version__
 from fpmatch.engine.engine import cores
 from fpmatch.errors import MatcherError, OutputError
 from fpmatch.gallery.compact import unpack_entry
-from fpmatch.matching.prepared_many import PreparedMany
-from fpmatch.output import replacing
+from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.output import atomic_write
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -47,12 +47,12 @@ class Prepared:
     entries : ndarray of (number, finger, digest), shape (N,)
         Number of each entry, lowest number of the entries of its finger, and a digest of its
         template.
-    prints : PreparedMany
+    prints : PackedTemplates
         Their prints, in the same order.
     """
 
     entries: NDArray[np.void]
-    prints: PreparedMany
+    prints: PackedTemplates
 
 
 def prepare_gallery(
@@ -83,7 +83,7 @@ def prepare_gallery(
     EngineError
         If the engine broke down.
     """
-    fingerprint = gallery.fingerprint_of_content()
+    fingerprint = gallery.content_hash()
     folders = _folders(gallery)
     form = f"{matcher.name}-{__version__}"
     for folder in folders:
@@ -92,7 +92,7 @@ def prepare_gallery(
             return kept
     prepared = _renew(gallery, matcher, _newest(folders, form), engine or cores(), progress)
     # What was enrolled meanwhile may be among them: under no name that stands for a content then.
-    unchanged = gallery.fingerprint_of_content() == fingerprint
+    unchanged = gallery.content_hash() == fingerprint
     name = fingerprint if unchanged else secrets.token_hex(16)
     for folder in folders:
         with suppress(OutputError):
@@ -117,7 +117,7 @@ def _load(stem: Path) -> Prepared | None:
     """Return what is kept in the two files of `stem`, None where they cannot be used."""
     try:
         entries = np.load(f"{stem}.entries.npy", mmap_mode="r", allow_pickle=False)
-        prints = PreparedMany.load(f"{stem}.prints")
+        prints = PackedTemplates.load(f"{stem}.prints")
     except (OSError, ValueError, EOFError, MatcherError):
         return None
     if entries.dtype != _ENTRY or entries.shape != (len(prints),):
@@ -130,7 +130,7 @@ def _save(stem: Path, prepared: Prepared) -> None:
         stem.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{stem.parent}: cannot be made") from error
-    with replacing(f"{stem}.entries.npy") as stream:
+    with atomic_write(f"{stem}.entries.npy") as stream:
         np.save(stream, prepared.entries, allow_pickle=False)
     prepared.prints.save(f"{stem}.prints")
 
@@ -180,12 +180,12 @@ def _renew(
         return Prepared(entries, new)
     before = entries["digest"][: len(old.prints)]
     if len(entries) == len(old.prints) + len(new) and (before == old.entries["digest"]).all():
-        return Prepared(entries, PreparedMany.joined([old.prints, new]))  # only enrolled since
+        return Prepared(entries, PackedTemplates.joined([old.prints, new]))  # only enrolled since
     kept = [place.get(digest, -1) for digest in digests]
-    return Prepared(entries, PreparedMany.of(_merged(old.prints, new, kept)))
+    return Prepared(entries, PackedTemplates.of(_merged(old.prints, new, kept)))
 
 
-def _merged(old: PreparedMany, new: PreparedMany, kept: Sequence[int]) -> Iterator[Any]:
+def _merged(old: PackedTemplates, new: PackedTemplates, kept: Sequence[int]) -> Iterator[Any]:
     """Yield print ``kept[k]`` of the old ones, or the next new one where that is -1."""
     following = iter(range(len(new)))
     for k in kept:
@@ -198,11 +198,11 @@ def _prepare_all(
     templates: Sequence[tuple[int, bytes]],
     engine: Engine,
     progress: Progress,
-) -> PreparedMany:
+) -> PackedTemplates:
     chunks = [
         templates[k : k + PRINTS_PER_CHUNK] for k in range(0, len(templates), PRINTS_PER_CHUNK)
     ]
-    parts: list[PreparedMany] = []
+    parts: list[PackedTemplates] = []
     done = 0
     progress("prepare", 0, len(templates))
     with engine, closing(engine.map(_prepare, (name, matcher), chunks)) as results:
@@ -210,11 +210,13 @@ def _prepare_all(
             parts.append(part)
             done += len(part)
             progress("prepare", done, len(templates))
-    return PreparedMany.joined(parts)
+    return PackedTemplates.joined(parts)
 
 
-def _prepare(shared: tuple[str, Matcher], templates: Sequence[tuple[int, bytes]]) -> PreparedMany:
+def _prepare(
+    shared: tuple[str, Matcher], templates: Sequence[tuple[int, bytes]]
+) -> PackedTemplates:
     name, matcher = shared
-    return PreparedMany.of(
+    return PackedTemplates.of(
         matcher.prepare(unpack_entry(data, number, name)) for number, data in templates
     )

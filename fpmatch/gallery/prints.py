@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.gallery.read_print import read_print
-from fpmatch.image.print_folder import describe_folder, images_in
+from fpmatch.image.io.dataset_folder import images_in, read_dataset_info
 from fpmatch.minutiae import check_dpi
 
 if TYPE_CHECKING:
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from fpmatch.formats.codec import Codec
-    from fpmatch.image.folder_polarity import PolarityReader
-    from fpmatch.image.polarity import Polarity
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.read import GreyImage
+    from fpmatch.image.quality.folder_polarity import PolarityReader
+    from fpmatch.image.quality.polarity import Polarity
     from fpmatch.minutiae import Template
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
@@ -97,7 +97,7 @@ def find_prints(
     """
     if dpi is not None:
         check_dpi(dpi)
-    folder_dpi = cache(lambda folder: describe_folder(folder).dpi)
+    folder_dpi = cache(lambda folder: read_dataset_info(folder).dpi)
     found: dict[Path, PrintFile] = {}
     for place in map(Path, places):
         for path in _files(place):
@@ -120,14 +120,14 @@ def folder_reader(
     prints : iterable of PrintFile
         From `find_prints`.
     polarity, dpi, reader
-        As for `fpmatch.image.folder_polarity.find_polarities`.
+        As for `fpmatch.image.quality.folder_polarity.find_polarities`.
 
     Returns
     -------
     PolarityReader
         A reader for `extract_print`.
     """
-    from fpmatch.image.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
+    from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
 
     paths = [file.path for file in prints]
     folders = find_polarities(paths, polarity=polarity, dpi=dpi, reader=reader)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.formats.record import TemplateRecord
-    from fpmatch.image.read import GreyImage
+    from fpmatch.image.io.read import GreyImage
 
 _LONGEST_SIGNATURE: Final = 16  # bytes
 
@@ -26,7 +26,7 @@ def read_print(
     path : Path
         The file. One that has both an image and minutiae, as AN2 may, is read as an image.
     image_reader : callable
-        Reads images (default: `fpmatch.image.read.read_image`).
+        Reads images (default: `fpmatch.image.io.read.read_image`).
     **how
         Options of that, such as ``polarity``.
 
@@ -40,7 +40,7 @@ def read_print(
     TemplateError, ImageReadError, ImageError
         If it cannot be read.
     """
-    from fpmatch.image.read import read_image  # noqa: PLC0415  (takes OpenCV's time)
+    from fpmatch.image.io.read import read_image  # noqa: PLC0415  (takes OpenCV's time)
 
     read = partial(image_reader or read_image, **how)
     if _begins_like_a_picture(path):  # then no codec of templates is needed to tell
@@ -51,7 +51,7 @@ def read_print(
 
 
 def _begins_like_a_picture(path: Path) -> bool:
-    from fpmatch.image.pictures import picture_reader_of  # noqa: PLC0415  (takes OpenCV's time)
+    from fpmatch.image.io.readers import reader_named  # noqa: PLC0415  (takes OpenCV's time)
 
     try:
         if not stat.S_ISREG(path.stat().st_mode):
@@ -60,4 +60,4 @@ def _begins_like_a_picture(path: Path) -> bool:
             head = stream.read(_LONGEST_SIGNATURE)
     except (OSError, ValueError):
         return False
-    return picture_reader_of(head) is not None
+    return reader_named(head) is not None

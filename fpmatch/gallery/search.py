@@ -10,9 +10,9 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError
+from fpmatch.matching.candidate_list import shortlist
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.prepared_many import PreparedMany
-from fpmatch.matching.shortlist import shortlist
+from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,7 +74,7 @@ class Search:
     @property
     def has_shortlists(self) -> bool:
         """Whether the matcher's prints have codes."""
-        return isinstance(self.references, PreparedMany)
+        return isinstance(self.references, PackedTemplates)
 
     def shortlist(self, probe: Any, count: int) -> NDArray[np.intp]:
         """Choose the prints that may be of the probe's finger, by their codes.
@@ -96,7 +96,7 @@ class Search:
         MatcherError
             If the matcher's prints have no codes.
         """
-        if not isinstance(self.references, PreparedMany):
+        if not isinstance(self.references, PackedTemplates):
             raise MatcherError(f"the matcher {self.matcher.name} has no shortlists")
         return shortlist(probe, self.references, count)
 
@@ -117,7 +117,7 @@ class Search:
         ndarray of float64
             The similarity to each, as the matcher's `compare` finds it.
         """
-        if hasattr(self.matcher, "similarities") and isinstance(self.references, PreparedMany):
+        if hasattr(self.matcher, "similarities") and isinstance(self.references, PackedTemplates):
             compared = self.references if which is None else self.references.taken(which)
             found: NDArray[np.float64] = self.matcher.similarities(probe, compared)
             return found

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
-from fpmatch.image.print_quality import PrintQuality, judge
+from fpmatch.image.quality.measures import MEASURED_STAGES, QualityMeasures, measure_quality
+from fpmatch.image.quality.print_quality import PrintQuality, grade
 from fpmatch.image.recorder import NoRecorder
-from fpmatch.image.ridge_figures import MEASURED_STAGES, RidgeFigures, measure_ridges
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from fpmatch.image.io.read import GreyImage
     from fpmatch.image.parameters import ExtractionParameters
-    from fpmatch.image.read import GreyImage
     from fpmatch.minutiae import Template
 
 
@@ -59,13 +59,13 @@ class QualityRecorder(NoRecorder):
         if stage in MEASURED_STAGES:
             self._stages[stage] = array
 
-    def figures(self) -> RidgeFigures:
+    def figures(self) -> QualityMeasures:
         """Return the figures of the print that was extracted last."""
-        return measure_ridges(self._stages)
+        return measure_quality(self._stages)
 
     def quality(self, dpi: float) -> PrintQuality:
         """Return its quality; `dpi` is the resolution that it was taken for."""
-        return judge(self.figures(), dpi)
+        return grade(self.figures(), dpi)
 
 
 def assess(
@@ -75,7 +75,7 @@ def assess(
     enhance: str = DEFAULT_ENHANCEMENT,
     parameters: ExtractionParameters | None = None,
 ) -> AssessedPrint:
-    """Extract the minutiae of a fingerprint image, and judge the image.
+    """Extract the minutiae of a fingerprint image, and grade the image.
 
     Parameters
     ----------

@@ -8,17 +8,17 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.image.binarize import binarize
-from fpmatch.image.crossing_number import find_nodes
-from fpmatch.image.foreground import Box, foreground_box
-from fpmatch.image.normalize import normalize
+from fpmatch.image.enhancement.enhancers import FLOWS
+from fpmatch.image.io.read import GreyImage, ImageLimits, as_grey, read_image
 from fpmatch.image.parameters import ExtractionParameters
-from fpmatch.image.quality import minutia_quality
-from fpmatch.image.read import GreyImage, ImageLimits, as_grey, read_image
+from fpmatch.image.preprocess.foreground import Box, foreground_box
+from fpmatch.image.preprocess.normalize import normalize
 from fpmatch.image.recorder import NoRecorder, PlacedRecorder
-from fpmatch.image.ridge_flow import FLOWS
-from fpmatch.image.spurious import directions, keep_genuine, remove_spurs_and_islands
-from fpmatch.image.thin import thin
+from fpmatch.image.skeleton.binarize import binarize
+from fpmatch.image.skeleton.crossing_number import find_nodes
+from fpmatch.image.skeleton.minutia_quality import minutia_quality
+from fpmatch.image.skeleton.spurious import directions, filter_spurious, remove_spurs_and_islands
+from fpmatch.image.skeleton.thin import thin
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template, check_dpi
 
 if TYPE_CHECKING:
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.image.crossing_number import SkeletonNodes
+    from fpmatch.image.enhancement.enhancers import EnhancedPrint, Flow
     from fpmatch.image.recorder import Recorder
-    from fpmatch.image.ridge_flow import Flow, RidgeFlow
+    from fpmatch.image.skeleton.crossing_number import SkeletonNodes
 
 MIN_SIDE_PX: Final = 32  # at 500 dpi: one window of the ridge spectrum
 MAX_MEGAPIXELS: Final = 16.0  # at 500 dpi: four palms
@@ -105,7 +105,7 @@ def extract(
 
     nodes = find_nodes(skeleton, p.spurious.branch_px)
     angle = directions(nodes, p.spurious.direction_px)
-    keep = keep_genuine(nodes, angle, flow.mask, p.spurious)
+    keep = filter_spurious(nodes, angle, flow.mask, p.spurious)
     x, y = nodes.x[keep], nodes.y[keep]
     quality = minutia_quality(normalized.pixels, flow.enhanced, x, y, p.quality)
     minutiae = _minutiae(nodes, angle, quality, keep, (box.left, box.top), zoom)
@@ -203,7 +203,7 @@ def _as_columns(minutiae: Minutiae, zoom: float) -> NDArray[np.float32]:
 
 
 def _ridge_field(
-    flow: RidgeFlow, binary: NDArray[np.bool_], box: Box, shape: tuple[int, int], zoom: float
+    flow: EnhancedPrint, binary: NDArray[np.bool_], box: Box, shape: tuple[int, int], zoom: float
 ) -> RidgeField | None:
     """Return the ridges as a template keeps them, on cells twice as large; None if there are none.
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fpmatch.image.binarize import BinarizationParameters
-from fpmatch.image.blend import BlendParameters
-from fpmatch.image.enhance import EnhancementParameters
-from fpmatch.image.foreground import ForegroundParameters
-from fpmatch.image.frequency import PeriodParameters
-from fpmatch.image.normalize import NormalizationParameters
-from fpmatch.image.orientation import OrientationParameters
-from fpmatch.image.quality import QualityParameters
-from fpmatch.image.segment import SegmentationParameters
-from fpmatch.image.spectrum import SpectrumParameters
-from fpmatch.image.spurious import SpuriousParameters
+from fpmatch.image.enhancement.blend import BlendParameters
+from fpmatch.image.enhancement.gabor import EnhancementParameters
+from fpmatch.image.enhancement.orientation import OrientationParameters
+from fpmatch.image.enhancement.ridge_period import PeriodParameters
+from fpmatch.image.enhancement.spectrum import SpectrumParameters
+from fpmatch.image.preprocess.foreground import ForegroundParameters
+from fpmatch.image.preprocess.normalize import NormalizationParameters
+from fpmatch.image.preprocess.segment import SegmentationParameters
+from fpmatch.image.skeleton.binarize import BinarizationParameters
+from fpmatch.image.skeleton.minutia_quality import QualityParameters
+from fpmatch.image.skeleton.spurious import SpuriousParameters
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.image.foreground import Box
+    from fpmatch.image.preprocess.foreground import Box
 
 MAY_BE_UNKNOWN: Final = frozenset({"orientation", "period"})
 """The stages that are NaN where there is no print."""

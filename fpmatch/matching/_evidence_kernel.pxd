@@ -1,7 +1,7 @@
 # What other kernels may use of this one.
 from fpmatch.matching._align_kernel cimport Aligner
-from fpmatch.matching._print_kernel cimport Print
-from fpmatch.matching._ridge_kernel cimport RidgeLens
+from fpmatch.matching._template_view_kernel cimport Print
+from fpmatch.matching._ridge_kernel cimport RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel cimport RidgeSearch
 
 
@@ -12,7 +12,7 @@ cdef class EvidenceScorer:
     cdef const double[:, ::1] limits
     cdef const double[:, :, ::1] quantiles
     cdef int[::1] paired_b
-    cdef readonly RidgeLens lens
+    cdef readonly RidgeCorrelator lens
     cdef readonly RidgeSearch search
     cdef double small_area
     cdef readonly double total, decade

@@ -9,17 +9,17 @@ import numpy as np
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._align_kernel import Aligner
-    from cython.cimports.fpmatch.matching._print_kernel import Print
-    from cython.cimports.fpmatch.matching._ridge_kernel import RidgeLens
+    from cython.cimports.fpmatch.matching._ridge_kernel import RidgeCorrelator
     from cython.cimports.fpmatch.matching._ridge_search_kernel import RidgeSearch
+    from cython.cimports.fpmatch.matching._template_view_kernel import Print
     from cython.cimports.libc.math import exp, log, log1p, sqrt
 else:
     from math import exp, log, log1p, sqrt
 
     from fpmatch.matching._align_kernel import Aligner
-    from fpmatch.matching._print_kernel import Print
-    from fpmatch.matching._ridge_kernel import RidgeLens
+    from fpmatch.matching._ridge_kernel import RidgeCorrelator
     from fpmatch.matching._ridge_search_kernel import RidgeSearch
+    from fpmatch.matching._template_view_kernel import Print
 
 COMPILED = cython.compiled
 
@@ -120,7 +120,7 @@ class EvidenceScorer:
         self.coarse = np.zeros(MOST_HYPOTHESES)
         self.found = 0
         self.paired_b = np.empty(room, np.int32)
-        self.lens = RidgeLens(room)
+        self.lens = RidgeCorrelator(room)
         self.search = RidgeSearch(search)
         self.small_area = weights.small_area
         self.margin = score.margin_px

@@ -1,6 +1,6 @@
 """Kernel: the rings of minutiae on the unit circle, and their nearest neighbours in their frames.
 
-Two steps of describing a print, each a pass over its minutiae: `lay_on_circles` places the closed
+Two steps of describing a print, each a pass over its minutiae: `map_to_circle` places the closed
 one-rings on the unit circle by the lengths of their sides (eq. 3), turned so that the point where
 the minutia's own direction leaves its ring lies at angle 0; `nearest_in_own_frames` finds each
 minutia's nearest neighbours in its first two rings, and where they stand as the minutia sees them.
@@ -26,7 +26,7 @@ LEAST_WEIGHT = cython.declare(cython.double, 1e-9)  # of all neighbours of a min
 @cython.boundscheck(False)
 @cython.wraparound(False)
 @cython.cdivision(True)
-def lay_on_circles(
+def map_to_circle(
     points: cython.const[cython.double][:, ::1],
     centre: cython.const[cython.int][::1],
     start: cython.const[cython.int][::1],

@@ -9,16 +9,16 @@ import numpy as np
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._align_kernel import Aligner
-    from cython.cimports.fpmatch.matching._code_kernel import Sieve
+    from cython.cimports.fpmatch.matching._bit_descriptor_kernel import Prefilter
     from cython.cimports.fpmatch.matching._evidence_kernel import EvidenceScorer, as_similarity
     from cython.cimports.fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
-    from cython.cimports.fpmatch.matching._print_kernel import PackedPrints, Print
+    from cython.cimports.fpmatch.matching._template_view_kernel import PackedView, Print
 else:
     from fpmatch.matching._align_kernel import Aligner
-    from fpmatch.matching._code_kernel import Sieve
+    from fpmatch.matching._bit_descriptor_kernel import Prefilter
     from fpmatch.matching._evidence_kernel import EvidenceScorer, as_similarity
     from fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
-    from fpmatch.matching._print_kernel import PackedPrints, Print
+    from fpmatch.matching._template_view_kernel import PackedView, Print
 
 COMPILED = cython.compiled
 
@@ -28,11 +28,11 @@ COMPILED = cython.compiled
 class OneToMany:
     """One print, and the workspace in which it is compared with one after the other of many.
 
-    `sieve` has the print in its tables; `neighbours` are the print's own; `before` and `after` the
+    `prefilter` has the print in its tables; `neighbours` are the print's own; `before` and `after` the
     aligners in which a reference is print A or print B; `reference` has room for any of them.
     """
 
-    sieve: Sieve
+    prefilter: Prefilter
     probe: Print
     reference: Print
     neighbours: NeighbourIndex
@@ -46,7 +46,7 @@ class OneToMany:
 
     def __init__(
         self,
-        sieve,
+        prefilter,
         probe,
         reference,
         neighbours,
@@ -57,7 +57,7 @@ class OneToMany:
         scorer,
         fewest_minutiae,
     ) -> None:
-        self.sieve = sieve
+        self.prefilter = prefilter
         self.probe = probe
         self.reference = reference
         self.neighbours = neighbours
@@ -74,7 +74,7 @@ class OneToMany:
     @cython.wraparound(False)
     def compare(
         self,
-        packed: PackedPrints,
+        packed: PackedView,
         first: cython.Py_ssize_t,
         order: cython.const[cython.schar][::1],
         similarity: cython.double[::1],
@@ -106,7 +106,7 @@ class OneToMany:
     @cython.wraparound(False)
     @cython.exceptval(check=False)
     def _prefilter_shortfall(
-        self, packed: PackedPrints, k: cython.Py_ssize_t, reference_first: cython.bint
+        self, packed: PackedView, k: cython.Py_ssize_t, reference_first: cython.bint
     ) -> cython.double:
         """Return by how much the probe and print k fall short of the prefilter's threshold."""
         first: cython.Py_ssize_t = packed.minutiae_start[k]
@@ -119,7 +119,7 @@ class OneToMany:
             smaller = self.probe.size
         if smaller < self.fewest_minutiae:
             return 0.0
-        weight = self.sieve.weigh(
+        weight = self.prefilter.weigh(
             first,
             last,
             packed.xy,

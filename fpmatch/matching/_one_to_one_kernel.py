@@ -9,19 +9,19 @@ import numpy as np
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._align_kernel import Aligner
-    from cython.cimports.fpmatch.matching._code_kernel import Sieve
+    from cython.cimports.fpmatch.matching._bit_descriptor_kernel import Prefilter
     from cython.cimports.fpmatch.matching._evidence_kernel import EvidenceScorer, smaller_area
     from cython.cimports.fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
-    from cython.cimports.fpmatch.matching._print_kernel import Print
+    from cython.cimports.fpmatch.matching._template_view_kernel import Print
     from cython.cimports.libc.math import atan2, cos, sin, sqrt
 else:
     from math import atan2, cos, sin, sqrt
 
     from fpmatch.matching._align_kernel import Aligner
-    from fpmatch.matching._code_kernel import Sieve
+    from fpmatch.matching._bit_descriptor_kernel import Prefilter
     from fpmatch.matching._evidence_kernel import EvidenceScorer, smaller_area
     from fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
-    from fpmatch.matching._print_kernel import Print
+    from fpmatch.matching._template_view_kernel import Print
 
 COMPILED = cython.compiled
 
@@ -34,7 +34,7 @@ class OneToOne:
     `local` is an `fpmatch.matching.local.LocalParameters`.
     """
 
-    sieve: Sieve
+    prefilter: Prefilter
     sieved: object
     aligner: Aligner
     scorer: EvidenceScorer
@@ -42,8 +42,8 @@ class OneToOne:
     min_cosine: cython.double
     fewest_neighbours: cython.int
 
-    def __init__(self, sieve, aligner, scorer, room, local) -> None:
-        self.sieve = sieve
+    def __init__(self, prefilter, aligner, scorer, room, local) -> None:
+        self.prefilter = prefilter
         self.sieved = None
         self.aligner = aligner
         self.scorer = scorer
@@ -62,9 +62,9 @@ class OneToOne:
         """
         weight: cython.int
         if self.sieved is not own:
-            self.sieve.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+            self.prefilter.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
             self.sieved = own
-        weight = self.sieve.weigh(
+        weight = self.prefilter.weigh(
             0,
             other.size,
             other.xy,

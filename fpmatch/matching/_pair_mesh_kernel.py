@@ -23,12 +23,14 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset._one_ring_kernel import shape_preserving_weights
+    from cython.cimports.fpmatch.pointset.unit_circle._one_ring_kernel import (
+        shape_preserving_weights,
+    )
     from cython.cimports.libc.math import cos, exp, fabs, sin, sqrt
 else:
     from math import cos, exp, fabs, sin, sqrt
 
-    from fpmatch.pointset._one_ring_kernel import shape_preserving_weights
+    from fpmatch.pointset.unit_circle._one_ring_kernel import shape_preserving_weights
 
 COMPILED = cython.compiled
 

@@ -1,9 +1,9 @@
 # What other kernels may use of this one.
 from fpmatch.matching._pair_mesh_kernel cimport PairMesh
-from fpmatch.matching._print_kernel cimport Print
+from fpmatch.matching._template_view_kernel cimport Print
 
 
-cdef class RidgeLens:
+cdef class RidgeCorrelator:
     cdef readonly double correlation
     cdef readonly int cells
     cdef const unsigned long long[::1] spread, kept

@@ -10,13 +10,13 @@ import numpy as np
 
 if cython.compiled:
     from cython.cimports.fpmatch.matching._pair_mesh_kernel import PairMesh
-    from cython.cimports.fpmatch.matching._print_kernel import Print
+    from cython.cimports.fpmatch.matching._template_view_kernel import Print
     from cython.cimports.libc.math import ceil, floor
 else:
     from math import ceil, floor
 
     from fpmatch.matching._pair_mesh_kernel import PairMesh
-    from fpmatch.matching._print_kernel import Print
+    from fpmatch.matching._template_view_kernel import Print
 
 COMPILED = cython.compiled
 
@@ -35,7 +35,7 @@ FIVE = cython.declare(cython.ulonglong, 31)
 
 @cython.final
 @cython.cclass
-class RidgeLens:
+class RidgeCorrelator:
     """Compare the ridges of two prints, cell by cell, where they lie on one another.
 
     A cell of A is in both prints where its middle lies in B; it is compared with the cells that

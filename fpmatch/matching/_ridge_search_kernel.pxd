@@ -1,7 +1,7 @@
 # What other kernels may use of this one.
-from fpmatch.matching._print_kernel cimport Print
+from fpmatch.matching._template_view_kernel cimport Print
 from fpmatch.matching._relaxation_kernel cimport Relaxation
-from fpmatch.matching._ridge_kernel cimport RidgeLens
+from fpmatch.matching._ridge_kernel cimport RidgeCorrelator
 
 
 cdef class RidgeSearch:
@@ -18,9 +18,9 @@ cdef class RidgeSearch:
     cdef double least_common, least_flow, usual_correlation, apart_px, apart_cosine
     cdef double candidate_flow, candidate_value
 
-    cpdef int search(self, Print a, Print b, RidgeLens lens) noexcept nogil
+    cpdef int search(self, Print a, Print b, RidgeCorrelator lens) noexcept nogil
     cpdef int search_candidates(
-        self, Print a, Print b, Relaxation relaxation, RidgeLens lens
+        self, Print a, Print b, Relaxation relaxation, RidgeCorrelator lens
     ) noexcept nogil
     cdef int _swapped(self, int found) noexcept nogil
     cdef int _take_samples(self, Print small) noexcept nogil
@@ -30,7 +30,7 @@ cdef class RidgeSearch:
     cdef bint _offer(
         self, Print small, Py_ssize_t i, Print large, Py_ssize_t j
     ) noexcept nogil
-    cdef int _compare(self, Print small, Print large, RidgeLens lens) noexcept nogil
+    cdef int _compare(self, Print small, Print large, RidgeCorrelator lens) noexcept nogil
     cdef int _enter(self, double value, int own, int other, int found) noexcept nogil
     cdef int _move(self, Py_ssize_t start, Py_ssize_t to, Py_ssize_t count) noexcept nogil
     cdef bint _alike(self, Py_ssize_t k) noexcept nogil

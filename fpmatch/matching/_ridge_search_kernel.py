@@ -14,16 +14,16 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._print_kernel import Print
     from cython.cimports.fpmatch.matching._relaxation_kernel import Relaxation
-    from cython.cimports.fpmatch.matching._ridge_kernel import RidgeLens
+    from cython.cimports.fpmatch.matching._ridge_kernel import RidgeCorrelator
+    from cython.cimports.fpmatch.matching._template_view_kernel import Print
     from cython.cimports.libc.math import sqrt
 else:
     from math import sqrt
 
-    from fpmatch.matching._print_kernel import Print
     from fpmatch.matching._relaxation_kernel import Relaxation
-    from fpmatch.matching._ridge_kernel import RidgeLens
+    from fpmatch.matching._ridge_kernel import RidgeCorrelator
+    from fpmatch.matching._template_view_kernel import Print
 
 COMPILED = cython.compiled
 
@@ -84,7 +84,7 @@ class RidgeSearch:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def search(self, a: Print, b: Print, lens: RidgeLens) -> cython.int:
+    def search(self, a: Print, b: Print, lens: RidgeCorrelator) -> cython.int:
         """Find pairs among all of two prints that show their ridges; return their number."""
         self.room = self.most_compared
         self.most = self.most_found
@@ -103,7 +103,7 @@ class RidgeSearch:
     @cython.wraparound(False)
     @cython.exceptval(check=False)
     def search_candidates(
-        self, a: Print, b: Print, relaxation: Relaxation, lens: RidgeLens
+        self, a: Print, b: Print, relaxation: Relaxation, lens: RidgeCorrelator
     ) -> cython.int:
         """Find a pair among the candidates of two prints; return whether there is one."""
         k: cython.Py_ssize_t
@@ -288,7 +288,7 @@ class RidgeSearch:
     @cython.boundscheck(False)
     @cython.wraparound(False)
     @cython.exceptval(check=False)
-    def _compare(self, small: Print, large: Print, lens: RidgeLens) -> cython.int:
+    def _compare(self, small: Print, large: Print, lens: RidgeCorrelator) -> cython.int:
         """Compare the ridges under the pairs kept; return how many pairs were found."""
         k: cython.Py_ssize_t
         value: cython.double

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.matching import _neighbourhood_kernel as kernel
-from fpmatch.pointset._one_ring_kernel import centre_images
-from fpmatch.pointset.delaunay import triangulate
+from fpmatch.pointset.delaunay.triangulate import triangulate
+from fpmatch.pointset.unit_circle._one_ring_kernel import centre_images
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulation import Triangulation
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +154,7 @@ def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> OneRings
     start = _starts(length[closed])
     circle = np.empty((3, len(ring)))
     image = np.empty((2, len(centre)))
-    kernel.lay_on_circles(points, centre, start, ring, circle)
+    kernel.map_to_circle(points, centre, start, ring, circle)
     centre_images(points, centre, start, ring, circle, circle[2], image)
     around = image[0] <= 1
     if not around.all():  # rounding has put a point outside its ring

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching._one_to_many_kernel import OneToMany
-from fpmatch.matching._print_kernel import Print
+from fpmatch.matching._template_view_kernel import Print
 from fpmatch.matching.align import make_aligner
-from fpmatch.matching.codes import sieve_of
+from fpmatch.matching.bit_descriptors import prefilter_of
 from fpmatch.matching.local import LocalParameters, index_neighbours
 from fpmatch.matching.score import evidence_scorer
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from fpmatch.matching.packed_templates import PackedTemplates
     from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.matching.prepared_many import PreparedMany
 
 MIN_MINUTIAE: Final = 1
 """The fewest minutiae that a print is compared by."""
@@ -31,8 +31,8 @@ REFERENCE_FIRST: Final = -1
 PROBE_FIRST: Final = 1
 
 
-def orders(
-    probe: PreparedTemplate, references: PreparedMany, first: int, last: int
+def canonical_order(
+    probe: PreparedTemplate, references: PackedTemplates, first: int, last: int
 ) -> NDArray[np.int8]:
     """Tell which of the probe and each reference comes first, as their keys do.
 
@@ -40,7 +40,7 @@ def orders(
     ----------
     probe : PreparedTemplate
         One print.
-    references : PreparedMany
+    references : PackedTemplates
         Many.
     first, last : int
         Those from `first` up to, not including, `last`.
@@ -69,7 +69,7 @@ def orders(
 
 
 def similarities(
-    probe: PreparedTemplate, references: PreparedMany, first: int, last: int
+    probe: PreparedTemplate, references: PackedTemplates, first: int, last: int
 ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """Compare one print with many.
 
@@ -77,7 +77,7 @@ def similarities(
     ----------
     probe : PreparedTemplate
         One print.
-    references : PreparedMany
+    references : PackedTemplates
         Many, prepared with the same parameters.
     first, last : int
         Those from `first` up to, not including, `last` are compared.
@@ -92,7 +92,7 @@ def similarities(
     similarity = np.zeros(max(last - first, 0))
     if not len(similarity):
         return similarity, np.empty(0, np.intp)
-    order = orders(probe, references, first, last)
+    order = canonical_order(probe, references, first, last)
     _workspace(probe, references).compare(references.packed, first, order, similarity)
     return similarity, first + np.flatnonzero(order == NEITHER_FIRST)
 
@@ -103,7 +103,7 @@ def _as_ordered(x: NDArray[np.float64]) -> NDArray[np.uint64]:
     return given.byteswap() if sys.byteorder == "little" else given
 
 
-def _workspace(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
+def _workspace(probe: PreparedTemplate, references: PackedTemplates) -> OneToMany:
     """Return what compares the probe with any of the references."""
     local = LocalParameters()
     ours, theirs = len(probe), references.most_minutiae
@@ -112,7 +112,7 @@ def _workspace(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
     after = make_aligner(ours, theirs)
     after.put_a(probe.points, ours)
     return OneToMany(
-        sieve_of(probe.codes),
+        prefilter_of(probe.codes),
         probe.for_kernels(),
         _room(references),
         index_neighbours(probe.neighbourhoods, local, comes_first=False),
@@ -125,7 +125,7 @@ def _workspace(probe: PreparedTemplate, references: PreparedMany) -> OneToMany:
     )
 
 
-def _room(references: PreparedMany) -> Print:
+def _room(references: PackedTemplates) -> Print:
     """Return a print that any of the references can be unpacked into."""
     n = references.most_minutiae
     return Print(

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.matching import score
 from fpmatch.matching._one_to_one_kernel import OneToOne
 from fpmatch.matching.align import make_aligner
-from fpmatch.matching.codes import sieve
+from fpmatch.matching.bit_descriptors import prefilter
 from fpmatch.matching.local import LocalParameters, index_neighbours
 
 if TYPE_CHECKING:
     from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching._local_kernel import NeighbourIndex
-    from fpmatch.matching._print_kernel import Print
+    from fpmatch.matching._template_view_kernel import Print
     from fpmatch.matching.prepare import PreparedTemplate
 
 PREPARED_KEPT: Final = 64
@@ -48,7 +48,7 @@ class Workspace:
         self.weights = score.load_weights()
         self.aligner = make_aligner(capacity, capacity)
         self.scorer = score.evidence_scorer(capacity, self.weights) if scorer is None else scorer
-        self._kernel = OneToOne(sieve(), self.aligner, self.scorer, capacity, local)
+        self._kernel = OneToOne(prefilter(), self.aligner, self.scorer, capacity, local)
 
     def prefilter(
         self, probe: PreparedTemplate, reference: PreparedTemplate, *, reference_first: bool

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.matching._print_kernel import Print
-from fpmatch.matching.codes import Codes, code
+from fpmatch.matching._template_view_kernel import Print
+from fpmatch.matching.bit_descriptors import BitDescriptors, code
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods, neighbourhoods
-from fpmatch.matching.rounding import flow_of, orientation_codes, rounded
+from fpmatch.matching.quantization import flow_of, orientation_codes, rounded
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -59,9 +59,9 @@ class PreparedTemplate:
         Their places among the template's minutiae.
     neighbourhoods : Neighbourhoods
         Their neighbourhoods.
-    region : Region
+    region : PrintArea
         Where the print is, and how its ridges run there.
-    codes : Codes
+    codes : BitDescriptors
         What prints are compared by at first, in passing.
     zoom : float
         500 / dpi.
@@ -74,8 +74,8 @@ class PreparedTemplate:
     quality: NDArray[np.float64]
     index: NDArray[np.int32]
     neighbourhoods: Neighbourhoods
-    region: Region
-    codes: Codes
+    region: PrintArea
+    codes: BitDescriptors
     zoom: float
     key: bytes
 
@@ -86,7 +86,7 @@ class PreparedTemplate:
         """Return the print as the kernels see it."""
         n, r, c = self.neighbourhoods, self.region, self.codes
         print_ = Print(self.points, self.quality, n.count, n.frame)
-        print_.set_codes(c.xy, c.turn, c.around, c.along)
+        print_.set_bit_descriptors(c.xy, c.turn, c.around, c.along)
         print_.set_region(
             r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow
         )
@@ -114,7 +114,7 @@ def available(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class PrintArea:
     """Hold where a print is, on square cells, and the ridge orientation there.
 
     Parameters
@@ -123,7 +123,7 @@ class Region:
         Side of a cell.
     code : ndarray of uint8, shape (rows, columns)
         0 outside the print; inside, 1 and more for the ridge orientation, see
-        `fpmatch.matching.rounding`, or 1 alone where it is not known.
+        `fpmatch.matching.quantization`, or 1 alone where it is not known.
     first_row, first_column : int
         Where the first of these cells lies among all, from the image's top left corner.
     has_flow : bool
@@ -221,7 +221,9 @@ def prepare(
     )
 
 
-def content_key(points: NDArray[np.float64], quality: NDArray[np.float64], region: Region) -> bytes:
+def content_key(
+    points: NDArray[np.float64], quality: NDArray[np.float64], region: PrintArea
+) -> bytes:
     """Return the content of a print as bytes, by which prints are put in order."""
     frame = (*region.code.shape, region.first_row, region.first_column, region.has_flow)
     parts: list[NDArray[np.generic] | np.generic] = [points, quality, region.code]
@@ -246,12 +248,12 @@ def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:
     return np.sort(best).astype(np.int32)
 
 
-def _region_of_field(field: RidgeField, zoom: float) -> Region:
+def _region_of_field(field: RidgeField, zoom: float) -> PrintArea:
     codes = orientation_codes(field.orientation, field.mask)
     return _region(field.step * zoom, codes, has_flow=True, ridges=field.ridges)
 
 
-def _region_of_hull(points: NDArray[np.float64], p: PreparationParameters) -> Region:
+def _region_of_hull(points: NDArray[np.float64], p: PreparationParameters) -> PrintArea:
     """Return the convex hull of the minutiae as a region of unknown orientation."""
     inside = (points[0] >= 0) & (points[1] <= 0)
     x, y = points[0, inside], -points[1, inside]
@@ -271,7 +273,7 @@ def _region(
     *,
     has_flow: bool,
     ridges: NDArray[np.uint64] | None = None,
-) -> Region:
+) -> PrintArea:
     """Return a region of the cells that have a code, and no row or column beyond them."""
     row, column = np.nonzero(code)
     first_row, first_column = (int(k.min()) if len(k) else 0 for k in (row, column))
@@ -279,4 +281,4 @@ def _region(
     box = (slice(first_row, end_row), slice(first_column, end_column))
     kept = np.ascontiguousarray(code[box])
     pictures = None if ridges is None else np.ascontiguousarray(ridges[box])
-    return Region(step, kept, first_row, first_column, has_flow, pictures)
+    return PrintArea(step, kept, first_row, first_column, has_flow, pictures)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching._ridge_kernel import RidgeLens
+from fpmatch.matching._ridge_kernel import RidgeCorrelator
 from fpmatch.matching.align import aligner_of
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def ridge_correlation(
     >>> ridge_correlation(bare, bare, identity_alignment(bare.points))
     (0.0, 0)
     """
-    lens = RidgeLens(len(b))
+    lens = RidgeCorrelator(len(b))
     c, s, x, y = alignment.transform.tolist()
     aligner = aligner_of(a.points, b.points)
     with np.errstate(over="ignore", invalid="ignore"):  # of transforms that lead nowhere

@@ -256,7 +256,7 @@ class ScoreModel:
     bias : float
         What is added to the sum.
     prefilter : tuple of float
-        The least score of the bit descriptors of two prints, see `fpmatch.matching.codes`, from
+        The least score of the bit descriptors of two prints, see `fpmatch.matching.bit_descriptors`, from
         which they are aligned: a base, its growth with the minutiae of the smaller print, and its
         limit.
     relaxation_threshold : float

@@ -8,9 +8,9 @@ augmenting paths. Interpreted, the functions run as they stand.
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset._cell_grid_kernel import CellGrid
+    from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
 else:
-    from fpmatch.pointset._cell_grid_kernel import CellGrid
+    from fpmatch.pointset._grid_kernel import CellGrid
 
 COMPILED = cython.compiled
 

@@ -11,7 +11,7 @@ from fpmatch.pointset import _assignment_kernel as kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset._cell_grid_kernel import CellGrid
+    from fpmatch.pointset._grid_kernel import CellGrid
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
@@ -22,7 +22,7 @@ MOST_CANDIDATES: Final = 12
 _ROUNDING: Final = 1e-12
 
 
-def assign_one_to_one(p: Floats, grid: CellGrid, move: Floats, tolerance: float) -> Ints:
+def optimal_pairs(p: Floats, grid: CellGrid, move: Floats, tolerance: float) -> Ints:
     """Pair moved points with points in a grid so that Σ(d² - t²) over the pairs is least.
 
     Nearest-first pairing gives a point's partner to whoever comes closer; this gives both a

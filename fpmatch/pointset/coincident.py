@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulation import Triangulation
 
 
 def has_coincident(mesh: Triangulation) -> bool:
@@ -18,7 +18,7 @@ def has_coincident(mesh: Triangulation) -> bool:
     return distinct < len(mesh)
 
 
-def places_of(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def unique_points(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the distinct points of a set (N, 2), and for each point which of them it is."""
     places, place = np.unique(points, axis=0, return_inverse=True)
     return places, place.reshape(-1)

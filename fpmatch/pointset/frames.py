@@ -66,7 +66,7 @@ def frame_if_needed(points: NDArray[np.float64], box: Box, name: str = "points")
     return frame_of(points, name)
 
 
-def way_in(frame: UnitFrame) -> Similarity:
+def to_unit_frame(frame: UnitFrame) -> Similarity:
     """Return the transform from points as given into their unit frame."""
     if frame is IDENTITY:
         return Similarity()
@@ -78,4 +78,4 @@ def between_sets(move: Similarity, frame_p: UnitFrame, frame_q: UnitFrame) -> Si
     """Return the transform between two sets as given, of a move between their unit frames."""
     if frame_p is frame_q is IDENTITY:
         return move
-    return way_in(frame_q).inverse().after(move).after(way_in(frame_p))
+    return to_unit_frame(frame_q).inverse().after(move).after(to_unit_frame(frame_p))

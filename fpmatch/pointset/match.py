@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.triangle_matcher import check_spread, match_by_triangles
-from fpmatch.pointset.unit_circle_matcher import (
+from fpmatch.pointset.triangles.matcher import check_spread, match_by_triangles
+from fpmatch.pointset.unit_circle.matcher import (
     DEFAULT_AREA_TOLERANCE,
     DEFAULT_RHO,
     UnitCircleParameters,
     check_rho,
     match_by_unit_circle,
 )
-from fpmatch.pointset.van_wamelen import match_van_wamelen
+from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
-def pair_one_to_one(p: ArrayLike, q: ArrayLike, tolerance: float) -> NDArray[np.int32]:
+def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> NDArray[np.int32]:
     """Pair the points of `p` and `q` that lie within `tolerance`, nearest pairs first.
 
     Greedy by distance; equal distances are taken in the order of the pairs' midpoints (x, then
@@ -38,7 +38,7 @@ def pair_one_to_one(p: ArrayLike, q: ArrayLike, tolerance: float) -> NDArray[np.
 
     Examples
     --------
-    >>> pair_one_to_one([[0, 0], [5, 0]], [[4, 0], [9, 9], [6, 0.5]], tolerance=2).tolist()
+    >>> greedy_pairs([[0, 0], [5, 0]], [[4, 0], [9, 9], [6, 0.5]], tolerance=2).tolist()
     [[1, 0]]
     """
     a, b = as_points(p, "p"), as_points(q, "q")

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-Reading = Literal["patch", "clutter"]
-READINGS: Final[tuple[Reading, ...]] = get_args(Reading)
+PointModel = Literal["patch", "clutter"]
+READINGS: Final[tuple[PointModel, ...]] = get_args(PointModel)
 
 MIN_SCALE: Final = 0.5
 MAX_SCALE: Final = 2.0
@@ -106,7 +106,7 @@ def random_pair(
     eta: float,
     lambda_: float,
     *,
-    reading: Reading = "patch",
+    reading: PointModel = "patch",
     rng: np.random.Generator | int,
 ) -> RandomPair:
     """Make a random pair of sets in which a share ρ of P's points has a partner in Q.
@@ -154,7 +154,7 @@ def independent_pair(
     n: int,
     lambda_: float,
     *,
-    reading: Reading = "patch",
+    reading: PointModel = "patch",
     rng: np.random.Generator | int,
 ) -> RandomPair:
     """Make two sets that have nothing in common but the density `random_pair` gives them.
@@ -228,7 +228,7 @@ def _make(
     partners: int,
     eta: float,
     lambda_: float,
-    reading: Reading,
+    reading: PointModel,
     rng: np.random.Generator,
 ) -> RandomPair:
     side = math.sqrt(n)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.workers import no_progress, run_chunks
 from fpmatch.errors import DatasetError, OutputError
-from fpmatch.output import reason, remove_unfinished, write_whole
+from fpmatch.output import atomic_write_bytes, reason, remove_unfinished
 from fpmatch.synthesis.plan import (
     DEFAULT_SENSOR,
     DESCRIPTION_FILE,
@@ -207,7 +207,7 @@ def _write(path: Path, content: bytes) -> None:
     try:
         there = path.read_bytes()
     except FileNotFoundError:
-        write_whole(path, content)
+        atomic_write_bytes(path, content)
         return
     except OSError as error:
         raise OutputError(f"{path}: cannot be read: {reason(error)}") from error
@@ -236,7 +236,7 @@ def _claim(folder: Path, plan: Plan) -> None:
                 "and left as it is"
             )
         else:
-            write_whole(description, plan.description().encode("ascii"))
+            atomic_write_bytes(description, plan.description().encode("ascii"))
         truths.mkdir(exist_ok=True)
         remove_unfinished(truths)
     except OSError as error:

@@ -31,7 +31,7 @@ from fpmatch.web.upload import Upload
 if TYPE_CHECKING:
     from fpmatch.drawing.palette import Colour
     from fpmatch.drawing.scene import Ink
-    from fpmatch.image.print_quality import PrintQuality
+    from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.result import Verification
     from fpmatch.scale import ScaleMeasurement
     from fpmatch.web.settings import Limits

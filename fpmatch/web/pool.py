@@ -155,7 +155,7 @@ def _on_one_thread(work: Callable[..., Result], args: tuple[Any, ...]) -> Result
 
 
 def _warm_up() -> None:
-    """Import what requests need, and let the network find ridges, and judge them, once."""
+    """Import what requests need, and let the network find ridges, and grade them, once."""
     import numpy as np  # noqa: PLC0415
 
     import fpmatch.web.pair  # noqa: PLC0415

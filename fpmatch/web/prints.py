@@ -10,15 +10,15 @@ from fpmatch.errors import ImageError
 from fpmatch.formats.files import decode_record, is_of_minutiae_only
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import extract
-from fpmatch.image.limits import ImageLimits
-from fpmatch.image.read import decode_image
+from fpmatch.image.io.limits import ImageLimits
+from fpmatch.image.io.read import decode_image
 from fpmatch.minutiae import STANDARD_DPI, check_dpi
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.image.print_quality import PrintQuality
+    from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.image.recorder import Recorder
     from fpmatch.minutiae import Template
     from fpmatch.web.settings import Limits

@@ -155,7 +155,7 @@ def enrol_print(
         raise ImageError(f"{given.name}: no minutiae found")
     content = hashlib.sha256(upload.data).digest()
     with opened_gallery(where) as gallery:
-        (objection,) = gallery.objections([Claim(called, content, given.template.dpi)])
+        (objection,) = gallery.find_conflicts([Claim(called, content, given.template.dpi)])
         if objection is None:
             new = NewEntry(called, upload.name, content, given.template)
             (objection,) = gallery.add([new])
@@ -174,7 +174,7 @@ def enrol_print(
 
 def _search(gallery: Gallery, matcher: str) -> Search:
     """Return the search of a gallery as it is now, the kept one where it has not changed."""
-    key = (gallery.name, matcher, gallery.fingerprint_of_content())
+    key = (gallery.name, matcher, gallery.content_hash())
     if key not in _kept:
         _kept.clear()
         _kept[key] = open_search(gallery, matcher, engine=here())

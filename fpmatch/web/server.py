@@ -28,7 +28,7 @@ class ServeError(FpmatchError):
 
 
 @dataclass(frozen=True, slots=True)
-class Door:
+class BoundServer:
     """Hold an open socket, and the address under which people find it.
 
     Parameters
@@ -46,14 +46,14 @@ class Door:
     settings: Settings
 
 
-def open_door(
+def bind_server(
     host: str,
     port: int,
     settings: Settings,
     *,
     token: str | None = None,
     names: Sequence[str] = (),
-) -> Door:
+) -> BoundServer:
     """Listen on a host and port.
 
     Parameters
@@ -72,7 +72,7 @@ def open_door(
 
     Returns
     -------
-    Door
+    BoundServer
         Who connects from now on, waits until `serve` answers.
 
     Raises
@@ -102,20 +102,20 @@ def open_door(
     known = {*settings.hosts, shown, *names} if alone else {"localhost", shown, *names, _own_name()}
     fragment = "" if token is None else f"#token={token}"
     hosts = tuple(sorted(name.lower() for name in known))
-    return Door(
+    return BoundServer(
         listener,
         f"http://{shown}:{bound}/{fragment}",
         replace(settings, hosts=hosts, token=token),
     )
 
 
-def serve(door: Door, *, ready: Callable[[], None] = lambda: None) -> None:
+def serve(door: BoundServer, *, ready: Callable[[], None] = lambda: None) -> None:
     """Answer requests until the process is told to stop (SIGINT, SIGTERM).
 
     Parameters
     ----------
-    door : Door
-        From `open_door`.
+    door : BoundServer
+        From `bind_server`.
     ready : callable
         Called once, when requests are answered.
     """

@@ -13,8 +13,8 @@ from fpmatch.cli.enhance import WAYS
 from fpmatch.cli.reading import read
 from fpmatch.evaluation import extraction
 from fpmatch.image import extract as extraction_of_one
+from fpmatch.image.enhancement.enhancers import FLOWS
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
-from fpmatch.image.ridge_flow import FLOWS
 
 
 def test_the_words_are_those_of_the_extraction() -> None:

@@ -9,7 +9,7 @@ from PIL import Image, ImageOps
 
 from fpmatch import assess
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.image.polarity import INVERTED
+from fpmatch.image.quality.polarity import INVERTED
 
 
 @pytest.fixture

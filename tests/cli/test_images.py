@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch import load_template
-from fpmatch.image.polarity import INVERTED
+from fpmatch.image.quality.polarity import INVERTED
 
 Pixels = NDArray[np.uint8]
 

@@ -13,8 +13,8 @@ from PIL import Image
 
 from fpmatch import load_template
 from fpmatch.cli.polarity import POLARITIES
-from fpmatch.image import polarity
-from fpmatch.image.polarity import INVERTED
+from fpmatch.image.quality import polarity
+from fpmatch.image.quality.polarity import INVERTED
 
 Pixels = NDArray[np.uint8]
 

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 from PIL import Image, ImageOps
 
-from fpmatch.evaluation import scoring
-from fpmatch.image.polarity import INVERTED
+from fpmatch.evaluation.batch import score as scoring
+from fpmatch.image.quality.polarity import INVERTED
 
 
 @pytest.fixture

@@ -120,7 +120,7 @@ def test_a_full_disk_is_one_line(run: Any, tmp_path: Path, monkeypatch: Any) -> 
     def full(path: Path, _: bytes) -> None:
         raise OutputError(f"{path}: cannot be written: no space left on device")
 
-    monkeypatch.setattr(database, "write_whole", full)
+    monkeypatch.setattr(database, "atomic_write_bytes", full)
     result = run("synth", tmp_path, *SMALL)
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1

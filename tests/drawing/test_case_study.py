@@ -17,7 +17,7 @@ from fpmatch.drawing.case_study.overlay import overlays
 from fpmatch.drawing.paper_figures.sheet import settings
 from fpmatch.errors import OutputError
 from fpmatch.image.extract import extract
-from fpmatch.image.read import read_image
+from fpmatch.image.io.read import read_image
 from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae

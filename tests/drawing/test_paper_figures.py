@@ -42,10 +42,10 @@ from fpmatch.drawing.paper_figures.two_circles import two_circles
 from fpmatch.drawing.paper_figures.weights import shares_table, sub_triangles, weights
 from fpmatch.drawing.paper_figures.words import around, degrees, name, number, significant
 from fpmatch.errors import OutputError, PointSetError
-from fpmatch.pointset.one_rings import map_to_unit_circle
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle import shape_preserving_weights
-from fpmatch.pointset.unit_circle_matcher import fit_rings
+from fpmatch.pointset.unit_circle.matcher import fit_rings
+from fpmatch.pointset.unit_circle.one_rings import map_to_unit_circle
+from fpmatch.pointset.unit_circle.parametrize import shape_preserving_weights
 
 Floats = NDArray[np.float64]
 SVG = "{http://www.w3.org/2000/svg}"

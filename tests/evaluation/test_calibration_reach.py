@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fpmatch.evaluation import calibration_reach
+from fpmatch.evaluation.bootstrap import Trials
 from fpmatch.evaluation.calibrate import calibrate_on
 from fpmatch.evaluation.calibration_reach import format_reach, measure_reach
 from fpmatch.evaluation.impostors import ImpostorSet
-from fpmatch.evaluation.resampling import Trials
 from fpmatch.matching.calibration import Calibration, score_to_fmr
 
 

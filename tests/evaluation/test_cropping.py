@@ -11,7 +11,7 @@ from fpmatch.errors import ImageError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.cropping import crop_about_centroid, extract_crop, failed_crops
 from fpmatch.evaluation.run import evaluate_matchers
-from fpmatch.image.read import GreyImage
+from fpmatch.image.io.read import GreyImage
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from fpmatch.evaluation.bootstrap import Trials, resample_rates
 from fpmatch.evaluation.intervals import Interval, interval_of, rate_intervals, trials_of
 from fpmatch.evaluation.rates import error_rates
-from fpmatch.evaluation.resampling import Trials, resample_rates
 from fpmatch.evaluation.run import evaluate
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fpmatch.evaluation.minutiae_truth import ImpressionTruth
+from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
 from fpmatch.minutiae import Minutiae
 from fpmatch.pointset.similarity import Similarity
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from fpmatch.formats.codec import Codec
-from fpmatch.formats.record import Reading, TemplateRecord, View
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name
 from fpmatch.minutiae import Minutiae, Template
 
@@ -78,10 +78,10 @@ def written(codec: Codec, record: TemplateRecord) -> bytes:
     return codec.encode(record).data
 
 
-def reading_of(record: TemplateRecord) -> Reading:
+def reading_of(record: TemplateRecord) -> ReadingOptions:
     """Return what a reader must be told of a record whose format keeps neither size nor dpi."""
     template = record.views[0].template
-    return Reading(dpi=template.dpi, size=(template.width, template.height))
+    return ReadingOptions(dpi=template.dpi, size=(template.width, template.height))
 
 
 def turn_deg(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from made_records import an2_file
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.an2 import CODEC, decode
-from fpmatch.formats.record import Reading
+from fpmatch.formats.record import ReadingOptions
 from fpmatch.formats.registry import codec_of_content
 
 PX = 500 / 2540  # pixels in 0.01 mm at 500 dpi
@@ -38,7 +38,7 @@ PX = 500 / 2540  # pixels in 0.01 mm at 500 dpi
 def test_each_block_by_its_own_convention(
     block: str, x: list[float], y: list[float], degrees: list[float], kinds: list[int]
 ) -> None:
-    record = codec_of_content(an2_file(block)).decode(an2_file(block), Reading())
+    record = codec_of_content(an2_file(block)).decode(an2_file(block), ReadingOptions())
     assert record.format == "an2"
     (view,) = record.views
     minutiae = view.template.minutiae
@@ -52,46 +52,46 @@ def test_each_block_by_its_own_convention(
 
 
 def test_qualities_run_from_2_the_best_to_63_and_0_and_1_tell_none() -> None:
-    view = decode(an2_file("standard"), Reading()).views[0]
+    view = decode(an2_file("standard"), ReadingOptions()).views[0]
     assert view.quality_known
     assert view.template.minutiae.quality.tolist() == [100, 100, 0]
-    assert decode(an2_file("m1"), Reading()).views[0].template.minutiae.quality.tolist() == [
+    assert decode(an2_file("m1"), ReadingOptions()).views[0].template.minutiae.quality.tolist() == [
         90,
         80,
         100,
     ]
-    assert not decode(an2_file("efs"), Reading()).views[0].quality_known
+    assert not decode(an2_file("efs"), ReadingOptions()).views[0].quality_known
 
 
 @pytest.mark.parametrize("image", ["13", "4"])
 def test_the_image_record_gives_the_size(image: str) -> None:
-    view = decode(an2_file("iafis", image), Reading()).views[0]
+    view = decode(an2_file("iafis", image), ReadingOptions()).views[0]
     assert (view.template.width, view.template.height) == (300, 400)
     assert view.size_known
     assert view.dpi_known
 
 
 def test_without_an_image_record_the_size_is_what_the_minutiae_span() -> None:
-    view = decode(an2_file("standard", "none"), Reading()).views[0]
+    view = decode(an2_file("standard", "none"), ReadingOptions()).views[0]
     assert view.dpi_known
     assert not view.size_known
     assert (view.template.width, view.template.height) == (394, 197 + 1)
-    told = decode(an2_file("standard", "none"), Reading(size=(500, 600))).views[0]
+    told = decode(an2_file("standard", "none"), ReadingOptions(size=(500, 600))).views[0]
     assert (told.template.width, told.template.height) == (500, 600)
     assert told.template.minutiae.y.max() == 600
 
 
 def test_without_any_resolution_the_readers_holds() -> None:
     data = an2_file("standard", "none", "00.00")
-    assert not decode(data, Reading()).views[0].dpi_known
-    view = decode(data, Reading(dpi=1000)).views[0]
+    assert not decode(data, ReadingOptions()).views[0].dpi_known
+    view = decode(data, ReadingOptions(dpi=1000)).views[0]
     assert view.template.dpi == 1000
     assert view.template.minutiae.x.max() == pytest.approx(2000 * 1000 / 2540, abs=0.01)
 
 
 def test_a_record_without_minutiae_is_no_print() -> None:
     with pytest.raises(TemplateError, match="no minutiae in the file"):
-        decode(an2_file("none"), Reading())
+        decode(an2_file("none"), ReadingOptions())
 
 
 def test_a_file_of_images_only_is_no_template() -> None:
@@ -102,7 +102,7 @@ def test_a_file_of_images_only_is_no_template() -> None:
 def test_a_field_that_is_malformed_is_named() -> None:
     data = an2_file("standard").replace(b"10000500090", b"1000x500090")
     with pytest.raises(TemplateError, match=r"field 9\.012 is malformed"):
-        decode(data, Reading())
+        decode(data, ReadingOptions())
 
 
 @pytest.mark.parametrize("separator", [b"\x1e", b"\x1f", b"\x1d"])
@@ -118,4 +118,4 @@ def test_a_field_of_nothing_but_separators_is_refused_at_once(separator: bytes) 
             end = data.index(b"\x1d", start)
             told = b"%d" % (int(data[start:end]) + length)
             with pytest.raises(TemplateError):
-                decode(data[:start] + told + data[end:], Reading())
+                decode(data[:start] + told + data[end:], ReadingOptions())

@@ -27,7 +27,7 @@ from fpmatch.formats.files import (
     save_record,
     save_template,
 )
-from fpmatch.formats.record import Reading, ReadLimits, TemplateRecord, View
+from fpmatch.formats.record import ReadingOptions, ReadLimits, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_content, codec_of_name
 from fpmatch.matching.prepare import prepare
 from fpmatch.minutiae import Minutiae, RidgeField, Template
@@ -72,7 +72,7 @@ def encode(codec: Codec, template: Template) -> bytes:
 
 
 def decode(data: bytes) -> Template:
-    return codec_of_content(data).decode(data, Reading()).views[0].template
+    return codec_of_content(data).decode(data, ReadingOptions()).views[0].template
 
 
 @given(templates())
@@ -355,9 +355,9 @@ def test_limits_are_parameters(tmp_path: Path, template: Template) -> None:
     path = tmp_path / "print.iso"
     save_template(path, template)
     with pytest.raises(TemplateError, match="more than 29 minutiae"):
-        load_record(path, how=Reading(limits=ReadLimits(max_minutiae=29)))
+        load_record(path, how=ReadingOptions(limits=ReadLimits(max_minutiae=29)))
     with pytest.raises(TemplateError, match="too large for a template file"):
-        load_record(path, how=Reading(limits=ReadLimits(max_bytes=10)))
+        load_record(path, how=ReadingOptions(limits=ReadLimits(max_bytes=10)))
 
 
 @pytest.mark.parametrize(

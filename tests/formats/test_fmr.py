@@ -10,7 +10,7 @@ from made_records import FMR, sample_record, written
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
-from fpmatch.formats.record import ExtendedData, Reading, TemplateRecord
+from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord
 from fpmatch.formats.registry import codec_of_content, codec_of_name
 from fpmatch.formats.resolution import dpi_of, per_cm
 from fpmatch.minutiae import MAX_DPI, MIN_DPI
@@ -44,7 +44,7 @@ def test_a_record_by_hand_is_read_and_written(name: str) -> None:
     data = BY_HAND[name]
     codec = codec_of_content(data)
     assert codec.name == name
-    record = codec.decode(data, Reading())
+    record = codec.decode(data, ReadingOptions())
     (view,) = record.views
     template, minutiae = view.template, view.template.minutiae
     assert record.notes == ()
@@ -58,7 +58,7 @@ def test_a_record_by_hand_is_read_and_written(name: str) -> None:
 
 def test_a_header_one_byte_short_is_that_of_the_draft_of_2007() -> None:
     draft = ANSI_2009[:16] + ANSI_2009[17:]
-    record = codec_of_content(draft).decode(draft, Reading())
+    record = codec_of_content(draft).decode(draft, ReadingOptions())
     assert record.format == "ansi2009"
     assert record.notes[0] == "laid out as in the draft of 2007"
     assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
@@ -66,7 +66,7 @@ def test_a_header_one_byte_short_is_that_of_the_draft_of_2007() -> None:
 
 def test_a_producer_in_the_header_does_not_make_ansi_2009_iso_2011() -> None:
     marked = ANSI_2009[:12] + bytes.fromhex("0001 0000 00 0028".replace(" ", "")) + ANSI_2009[19:]
-    record = codec_of_content(marked).decode(marked, Reading())
+    record = codec_of_content(marked).decode(marked, ReadingOptions())
     assert record.format == "ansi2009"
     assert record.views[0].fields == (("product", "0x0001 0x0000"), ("capture device", "0x0028"))
 
@@ -78,12 +78,12 @@ def test_a_long_record_of_2004_has_a_length_of_six_bytes() -> None:
     assert len(data) > 2**16
     assert data[8:10] == b"\0\0"
     assert codec_of_content(data) is codec
-    assert len(codec.decode(data, Reading()).views) == 45
+    assert len(codec.decode(data, ReadingOptions()).views) == 45
 
 
 def test_angles_beyond_179_in_ansi_are_read_as_iso_steps() -> None:
     iso_angles = ANSI_2004[:34] + bytes([0xC0]) + ANSI_2004[35:]
-    record = codec_of_content(iso_angles).decode(iso_angles, Reading())
+    record = codec_of_content(iso_angles).decode(iso_angles, ReadingOptions())
     assert record.views[0].template.minutiae.angle[0] == pytest.approx(np.pi * 1.5)
     assert any("steps of ISO" in note for note in record.notes)
 
@@ -91,29 +91,29 @@ def test_angles_beyond_179_in_ansi_are_read_as_iso_steps() -> None:
 def test_a_size_and_resolution_of_zero_are_not_told() -> None:
     data = ISO_2005[:14] + bytes(8) + ISO_2005[22:]
     codec = codec_of_content(data)
-    view = codec.decode(data, Reading()).views[0]
+    view = codec.decode(data, ReadingOptions()).views[0]
     assert not view.dpi_known
     assert not view.size_known
     assert (view.template.width, view.template.height, view.template.dpi) == (101, 51, 500)
-    told = codec.decode(data, Reading(dpi=1000, size=(640, 480))).views[0].template
+    told = codec.decode(data, ReadingOptions(dpi=1000, size=(640, 480))).views[0].template
     assert (told.width, told.height, told.dpi) == (640, 480, 1000)
 
 
 def test_no_quality_is_not_the_worst() -> None:
     data = ISO_2005[:33] + bytes(1) + ISO_2005[34:]
-    record = codec_of_content(data).decode(data, Reading())
+    record = codec_of_content(data).decode(data, ReadingOptions())
     assert not record.views[0].quality_known
     assert record.views[0].template.minutiae.quality.tolist() == [100]
     assert written(codec_of_name("iso2005"), record) == data
     short = written(codec_of_name("iso2011"), record)
     assert len(short) == len(ISO_2011) - 1  # five bytes a minutia
-    assert not codec_of_content(short).decode(short, Reading()).views[0].quality_known
+    assert not codec_of_content(short).decode(short, ReadingOptions()).views[0].quality_known
 
 
 @pytest.mark.parametrize("name", FMR)
 def test_bytes_after_a_record_are_passed_over_with_a_word(name: str) -> None:
     data = written(codec_of_name(name), sample_record()) + b"foreign"
-    record = codec_of_content(data).decode(data, Reading())
+    record = codec_of_content(data).decode(data, ReadingOptions())
     assert record.format == name
     assert "7 bytes after the record passed over" in record.notes
 
@@ -121,14 +121,14 @@ def test_bytes_after_a_record_are_passed_over_with_a_word(name: str) -> None:
 @pytest.mark.parametrize("name", FMR)
 def test_zeros_after_a_record_are_passed_over_in_silence(name: str) -> None:
     data = written(codec_of_name(name), sample_record()) + bytes(7)
-    record = codec_of_content(data).decode(data, Reading())
+    record = codec_of_content(data).decode(data, ReadingOptions())
     assert record.format == name
     assert record.notes == ()
 
 
 def test_extended_data_cut_short_cost_no_minutiae() -> None:
     data = ISO_2005[:-2] + b"\x00\x09\x01\x44"
-    record = codec_of_content(data).decode(data, Reading())
+    record = codec_of_content(data).decode(data, ReadingOptions())
     assert len(record.views[0].template.minutiae) == 1
     assert record.views[0].extended is None
     assert "extended data cut short (2 of 9 bytes) and passed over" in record.notes
@@ -137,7 +137,7 @@ def test_extended_data_cut_short_cost_no_minutiae() -> None:
 def test_different_resolutions_across_and_down_are_refused() -> None:
     data = ISO_2005[:20] + b"\x00\x62" + ISO_2005[22:]
     with pytest.raises(TemplateError, match="resolution differ"):
-        codec_of_content(data).decode(data, Reading())
+        codec_of_content(data).decode(data, ReadingOptions())
 
 
 @pytest.mark.parametrize(

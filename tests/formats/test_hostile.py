@@ -11,7 +11,7 @@ from made_records import sample_files
 
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.codec import Codec
-from fpmatch.formats.record import Reading, ReadLimits, TemplateRecord
+from fpmatch.formats.record import ReadingOptions, ReadLimits, TemplateRecord
 from fpmatch.formats.registry import CODECS, codec_of_content, codec_of_name
 
 FILES = sample_files()
@@ -26,7 +26,7 @@ def read(data: bytes, codec: Codec | None = None) -> TemplateRecord | None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            return (codec or codec_of_content(data)).decode(data, Reading())
+            return (codec or codec_of_content(data)).decode(data, ReadingOptions())
         except FpmatchError as error:
             words = str(error)
     assert words
@@ -78,10 +78,10 @@ def test_no_beginning_of_a_file_passes_for_more_than_it_is(name: str) -> None:
 @pytest.mark.parametrize("name", FILES)
 def test_limits_hold_for_every_format(name: str) -> None:
     codec = codec_of_name(name)
-    few = Reading(limits=ReadLimits(max_minutiae=2))
+    few = ReadingOptions(limits=ReadLimits(max_minutiae=2))
     with pytest.raises(TemplateError, match="more than 2 minutiae"):
         codec.decode(FILES[name], few)
-    small = Reading(limits=ReadLimits(max_side_px=100))
+    small = ReadingOptions(limits=ReadLimits(max_side_px=100))
     with pytest.raises(TemplateError, match="more than 100 pixels"):
         codec.decode(FILES[name], small)
 
@@ -104,4 +104,4 @@ def test_limits_hold_for_every_format(name: str) -> None:
 )
 def test_what_is_wrong_is_said(data: bytes, reason: str) -> None:
     with pytest.raises(TemplateError, match=reason):
-        codec_of_content(data).decode(data, Reading())
+        codec_of_content(data).decode(data, ReadingOptions())

@@ -8,7 +8,7 @@ from made_records import FORMATS, sample_record, written
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.minutiae_csv import CODEC
-from fpmatch.formats.record import Reading
+from fpmatch.formats.record import ReadingOptions
 from fpmatch.formats.registry import codec_of_content
 from fpmatch.minutiae import STANDARD_DPI, MinutiaKind
 
@@ -30,7 +30,7 @@ def test_the_file_is_a_table_with_one_header() -> None:
 def test_columns_have_any_order_and_others_are_read_past() -> None:
     data = b"Theta,score,y,X,type\r\n90,0.5,20,10,b\r\n\r\n-90,0.1,3,4,E\r\n"
     assert codec_of_content(data) is CODEC
-    view = CODEC.decode(data, Reading()).views[0]
+    view = CODEC.decode(data, ReadingOptions()).views[0]
     minutiae = view.template.minutiae
     assert minutiae.xy.tolist() == [[10, 20], [4, 3]]
     assert np.degrees(minutiae.angle) == pytest.approx([90, 270])
@@ -41,12 +41,12 @@ def test_columns_have_any_order_and_others_are_read_past() -> None:
 
 
 def test_without_types_kinds_are_other() -> None:
-    minutiae = CODEC.decode(b"x,y,theta\n1,2,3\n", Reading()).views[0].template.minutiae
+    minutiae = CODEC.decode(b"x,y,theta\n1,2,3\n", ReadingOptions()).views[0].template.minutiae
     assert minutiae.kind.tolist() == [MinutiaKind.OTHER]
 
 
 def test_a_file_of_the_header_alone_has_no_minutiae() -> None:
-    record = CODEC.decode(b"x,y,theta,type,quality\n", Reading(size=(300, 400)))
+    record = CODEC.decode(b"x,y,theta,type,quality\n", ReadingOptions(size=(300, 400)))
     assert len(record.views[0].template.minutiae) == 0
 
 
@@ -65,11 +65,11 @@ def test_a_file_of_the_header_alone_has_no_minutiae() -> None:
 )
 def test_what_is_wrong_is_named_with_its_line(data: bytes, said: str) -> None:
     with pytest.raises(TemplateError, match=said):
-        CODEC.decode(data, Reading())
+        CODEC.decode(data, ReadingOptions())
 
 
 @pytest.mark.skipif(not LEADER.exists(), reason="the shared minutiae are not beside the project")
 def test_minutiae_of_another_extractor_are_read() -> None:
-    template = CODEC.decode(LEADER.read_bytes(), Reading(size=(640, 480))).views[0].template
+    template = CODEC.decode(LEADER.read_bytes(), ReadingOptions(size=(640, 480))).views[0].template
     assert len(template.minutiae) == LEADER.read_text().count("\n") - 1
     assert set(template.minutiae.kind.tolist()) <= {kind.value for kind in MinutiaKind}

@@ -11,7 +11,7 @@ import pytest
 from made_records import sample_record, written
 
 from fpmatch.errors import FpmatchError
-from fpmatch.formats.record import Reading, ReadLimits, TemplateRecord, View
+from fpmatch.formats.record import ReadingOptions, ReadLimits, TemplateRecord, View
 from fpmatch.formats.registry import CODECS, codec_of_name
 from fpmatch.minutiae import MAX_DPI, MIN_DPI, Template
 
@@ -66,4 +66,4 @@ def test_what_the_schema_requires_the_reader_does(member: str) -> None:
     document = json.loads(written(codec, sample_record()))
     del document[member]
     with pytest.raises(FpmatchError):
-        codec.decode(json.dumps(document).encode(), Reading())
+        codec.decode(json.dumps(document).encode(), ReadingOptions())

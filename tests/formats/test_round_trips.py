@@ -21,7 +21,7 @@ from made_records import (
 )
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.record import ExtendedData, Reading, TemplateRecord, View
+from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name
 from fpmatch.minutiae import Minutiae, Template
 
@@ -62,7 +62,7 @@ def test_minutiae_come_back_to_a_step_of_the_format(name: str, record: TemplateR
 def test_what_is_read_is_written_alike(name: str, record: TemplateRecord) -> None:
     codec = codec_of_name(name)
     once = written(codec, record)
-    again = codec.decode(once, Reading())  # told nothing of what the format does not keep
+    again = codec.decode(once, ReadingOptions())  # told nothing of what the format does not keep
     assert written(codec, again) == once
     assert written(codec, codec.decode(once, reading_of(record))) == once
 
@@ -74,7 +74,7 @@ def test_all_views_come_back(name: str, record: TemplateRecord) -> None:
     codec = codec_of_name(name)
     data = written(codec, record)
     assert codec_of_content(data).name == name
-    again = codec.decode(data, Reading())
+    again = codec.decode(data, ReadingOptions())
     assert not again.notes
     assert [view.finger for view in again.views] == [view.finger for view in record.views]
     assert [len(view.template.minutiae) for view in again.views] == [
@@ -98,7 +98,7 @@ def test_views_of_two_sizes_need_the_later_formats(name: str) -> None:
     with pytest.raises(TemplateError, match="one size and resolution for all"):
         written(codec_of_name(name), both)
     later = codec_of_name(name.replace("2005", "2011").replace("2004", "2009"))
-    assert len(later.decode(written(later, both), Reading()).views) == 2
+    assert len(later.decode(written(later, both), ReadingOptions()).views) == 2
 
 
 @pytest.mark.parametrize("name", FMR)
@@ -111,7 +111,7 @@ def test_of_too_many_minutiae_the_worst_are_dropped_first(name: str) -> None:
     assert codec.encode is not None
     encoded = codec.encode(TemplateRecord("", (View(Template(minutiae, n, 10)),)))
     assert encoded.notes == ("45 minutiae of lowest quality dropped: 255 fit in",)
-    kept = codec.decode(encoded.data, Reading()).views[0].template.minutiae
+    kept = codec.decode(encoded.data, ReadingOptions()).views[0].template.minutiae
     assert kept.x.tolist() == [x for x in range(n) if x % 2 or x < 210]
 
 
@@ -137,13 +137,13 @@ def test_extended_data_stay_in_their_format_and_nowhere_else(name: str) -> None:
     view = sample_record().views[0]
     layout = "ansi2009" if name == "ansi2009am1" else name
     own = replace(view, extended=ExtendedData(layout, b"\x01\x44\x00\x05\x97"))
-    again = codec.decode(written(codec, TemplateRecord("", (own,))), Reading()).views[0]
+    again = codec.decode(written(codec, TemplateRecord("", (own,))), ReadingOptions()).views[0]
     assert again.extended == own.extended
     foreign = replace(view, extended=ExtendedData("other", b"\x01\x44\x00\x05\x97"))
     assert codec.encode is not None
     encoded = codec.encode(TemplateRecord("", (foreign,)))
     assert "extended data of other dropped" in encoded.notes
-    assert codec.decode(encoded.data, Reading()).views[0].extended is None
+    assert codec.decode(encoded.data, ReadingOptions()).views[0].extended is None
 
 
 @given(templates(fewest=1), st.sampled_from(FMR), st.sampled_from(FMR))
@@ -155,7 +155,7 @@ def test_from_one_format_to_another_and_back_costs_a_step_of_each(
     record = TemplateRecord("", (View(template),))
     for name in (first, second):
         codec = codec_of_name(name)
-        record = codec.decode(written(codec, record), Reading())
+        record = codec.decode(written(codec, record), ReadingOptions())
         total += ANGLE_STEP_DEG[name] / 2
     after = record.views[0].template.minutiae
     assert np.abs(after.xy - minutiae.xy).max() <= 0.5001

@@ -7,7 +7,7 @@ import pytest
 from made_records import sample_record, turn_deg, written
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.record import Reading, TemplateRecord, View
+from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name
 from fpmatch.minutiae import Minutiae, Template
 
@@ -26,7 +26,7 @@ M1 = b"22 284 50 16\n"
 @pytest.mark.parametrize(("name", "data"), [("min", MIN), ("xyt", NIST), ("xyt-m1", M1)])
 def test_three_conventions_say_the_same(name: str, data: bytes) -> None:
     assert codec_of_content(data).name == name
-    record = codec_of_name(name).decode(data, Reading(size=(300, 300)))
+    record = codec_of_name(name).decode(data, ReadingOptions(size=(300, 300)))
     template = record.views[0].template
     assert template.minutiae.xy.tolist() == [[22, 284]]
     assert np.degrees(template.minutiae.angle[0]) == pytest.approx(101.25, abs=1.3)
@@ -36,7 +36,7 @@ def test_three_conventions_say_the_same(name: str, data: bytes) -> None:
 
 
 def test_the_note_says_which_convention_was_taken() -> None:
-    notes = [codec_of_content(data).decode(data, Reading()).notes for data in (NIST, M1)]
+    notes = [codec_of_content(data).decode(data, ReadingOptions()).notes for data in (NIST, M1)]
     assert notes == [
         ("angles taken for NIST: y up, degrees",),
         ("angles taken for ANSI/INCITS 378: y down, units of 2°",),
@@ -52,7 +52,7 @@ def test_a_real_print_is_taken_for_what_it_was_written_as() -> None:
 def test_without_a_size_only_the_shift_is_lost() -> None:
     before = sample_record().views[0].template
     data = written(codec_of_name("xyt"), sample_record())
-    view = codec_of_content(data).decode(data, Reading()).views[0]
+    view = codec_of_content(data).decode(data, ReadingOptions()).views[0]
     after = view.template
     assert not view.size_known
     assert np.ptp(after.minutiae.y - before.minutiae.y) <= 1
@@ -62,7 +62,9 @@ def test_without_a_size_only_the_shift_is_lost() -> None:
 
 
 def test_quality_may_be_missing() -> None:
-    view = codec_of_content(b"1 2 300\n4 5 6\n").decode(b"1 2 300\n4 5 6\n", Reading()).views[0]
+    view = (
+        codec_of_content(b"1 2 300\n4 5 6\n").decode(b"1 2 300\n4 5 6\n", ReadingOptions()).views[0]
+    )
     assert not view.quality_known
     assert view.template.minutiae.quality.tolist() == [100, 100]
     assert written(codec_of_name("xyt"), TemplateRecord("", (view,))) == b"1 2 300\n4 5 6\n"
@@ -70,7 +72,7 @@ def test_quality_may_be_missing() -> None:
 
 def test_angles_of_libraries_that_run_from_minus_180_are_read() -> None:
     a, b = (
-        codec_of_content(data).decode(data, Reading()).views[0].template.minutiae
+        codec_of_content(data).decode(data, ReadingOptions()).views[0].template.minutiae
         for data in (b"10 20 -79\n", b"10 20 281\n")
     )
     assert a == b
@@ -85,4 +87,6 @@ def test_a_print_without_minutiae_is_refused_on_writing(name: str) -> None:
 
 def test_windows_lines_and_blank_ones_are_read() -> None:
     data = b"\r\n22 16 281 16\r\n\r\n23 17 282 16"
-    assert len(codec_of_content(data).decode(data, Reading()).views[0].template.minutiae) == 2
+    assert (
+        len(codec_of_content(data).decode(data, ReadingOptions()).views[0].template.minutiae) == 2
+    )

@@ -79,11 +79,11 @@ def test_again_nothing_is_extracted_but_what_failed(gallery, folder, extractor):
         seen.append(file.path.name)
         return extractor(file)
 
-    before = gallery.fingerprint_of_content()
+    before = gallery.content_hash()
     result = enrol(gallery, prints, engine=here(), extractor=noting)
     assert (result.enrolled, result.known, len(result.failures)) == (0, 24, 3)
     assert seen == ["7_1.tif"]
-    assert gallery.fingerprint_of_content() == before
+    assert gallery.content_hash() == before
     (folder / "7_1.tif").write_text("mended")
     (folder / "9_1.tif").write_text("new")
     result = enrol(gallery, find_prints([folder]), engine=here(), extractor=noting)

@@ -63,10 +63,10 @@ def test_rows_come_in_batches(where, make_entry, monkeypatch):
 def test_the_same_again_changes_nothing(where, make_entry):
     with open_gallery(where, create=True) as gallery:
         gallery.add([make_entry(1), make_entry(2)])
-        before = gallery.fingerprint_of_content()
+        before = gallery.content_hash()
         moved = make_entry(1, source="/elsewhere/1_1.tif")
         assert gallery.add([moved, make_entry(2)]) == ["", ""]
-        assert gallery.fingerprint_of_content() == before
+        assert gallery.content_hash() == before
         assert [e.source for e in gallery.entries()] == ["/prints/1_1.tif", "/prints/2_1.tif"]
         assert gallery.failures() == []
 
@@ -101,7 +101,7 @@ def test_duplicates_are_failures_that_say_of_what(where, make_entry):
             Claim(label, b"new"),
             Claim(Label("2", impression="1"), b"new"),
         ]
-        assert gallery.objections(claims) == ["", "", reasons[2], reasons[1], None]
+        assert gallery.find_conflicts(claims) == ["", "", reasons[2], reasons[1], None]
 
 
 def test_failures_are_kept_until_the_source_is_enrolled(where, make_entry):
@@ -118,8 +118,8 @@ def test_failures_are_kept_until_the_source_is_enrolled(where, make_entry):
 def test_a_template_that_does_not_fit_is_a_failure(where, make_entry):
     far = Template(Minutiae([1e6], [0], [0]), 300, 300)
     with open_gallery(where, create=True) as gallery:
-        objections = gallery.add([make_entry(1, template=far), make_entry(2)])
-        assert objections == ["template too large to be kept in a gallery", None]
+        find_conflicts = gallery.add([make_entry(1, template=far), make_entry(2)])
+        assert find_conflicts == ["template too large to be kept in a gallery", None]
         assert [f.source for f in gallery.failures()] == ["/prints/1_1.tif"]
 
 
@@ -127,12 +127,12 @@ def test_removed_numbers_are_not_given_again(where, make_entry):
     with open_gallery(where, create=True) as gallery:
         gallery.add([make_entry(1), make_entry(2)])
         first, last = (entry.id for entry in gallery.entries())
-        before = gallery.fingerprint_of_content()
+        before = gallery.content_hash()
         with pytest.raises(GalleryError, match="no entry has the number 999"):
             gallery.remove([last, 999])
-        assert gallery.fingerprint_of_content() == before
+        assert gallery.content_hash() == before
         assert gallery.remove([last, last]) == 1
-        assert gallery.fingerprint_of_content() != before
+        assert gallery.content_hash() != before
         with pytest.raises(GalleryError, match=f"no entry has the number {last}"):
             gallery.entry(last)
         gallery.add([make_entry(2)])
@@ -143,15 +143,15 @@ def test_removed_numbers_are_not_given_again(where, make_entry):
 
 def test_the_fingerprint_changes_with_the_contents_only(where, make_entry):
     with open_gallery(where, create=True) as gallery:
-        seen = [gallery.fingerprint_of_content()]
+        seen = [gallery.content_hash()]
         gallery.add([], [Failure("x", "y")])
-        assert gallery.fingerprint_of_content() == seen[0]
+        assert gallery.content_hash() == seen[0]
         for k in range(3):
             gallery.add([make_entry(k)])
-            seen.append(gallery.fingerprint_of_content())
+            seen.append(gallery.content_hash())
         gallery.remove([list(gallery.entries())[-1].id])
         gallery.add([make_entry(2)])
-        seen.append(gallery.fingerprint_of_content())
+        seen.append(gallery.content_hash())
         assert len(set(seen)) == 5
 
 

@@ -26,10 +26,10 @@ from made_images import (
 
 from fpmatch.errors import ImageError, ImageReadError, ResolutionError
 from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.evaluation.minutiae_truth import load_truth
+from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import ExtractionParameters, extract, resample
-from fpmatch.image.read import GreyImage, read_image
+from fpmatch.image.io.read import GreyImage, read_image
 from fpmatch.image.recorder import StageRecorder
 from fpmatch.minutiae import Minutiae, MinutiaKind, Template
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import ImageReadError
-from fpmatch.image.raw import RawSize
-from fpmatch.image.read import read_image
+from fpmatch.image.io.raw import RawSize
+from fpmatch.image.io.read import read_image
 
 FORMATS: Final = Path(__file__).parents[3] / "shared" / "formats"
 RAW: Final = [RawSize(332, 533), RawSize(320, 407)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fpmatch.image.foreground import Box
+from fpmatch.image.preprocess.foreground import Box
 from fpmatch.image.recorder import NoRecorder, PlacedRecorder, StageRecorder, wants_every_stage
 
 

@@ -16,10 +16,10 @@ from made_files import (
 )
 
 from fpmatch.errors import ImageError, ImageReadError
-from fpmatch.image.an2 import decode_an2
-from fpmatch.image.finger_image_record import decode_finger_image_record
-from fpmatch.image.limits import DEFAULT_LIMITS
-from fpmatch.image.wsq import decode_wsq
+from fpmatch.image.io.an2 import decode_an2
+from fpmatch.image.io.fir import decode_finger_image_record
+from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.image.io.wsq import decode_wsq
 
 GREY = rings()
 PNG = saved(GREY, "PNG")

@@ -18,7 +18,7 @@ def interpreted_mesh(interpreted: Callable[[str], ModuleType]) -> ModuleType:
     with pytest.MonkeyPatch.context() as patch:
         # compiled, that kernel shows the function to other kernels alone
         weights = interpreted("_one_ring_kernel")
-        patch.setitem(sys.modules, "fpmatch.pointset._one_ring_kernel", weights)
+        patch.setitem(sys.modules, "fpmatch.pointset.unit_circle._one_ring_kernel", weights)
         return interpreted("_pair_mesh_kernel")
 
 

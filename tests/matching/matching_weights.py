@@ -106,7 +106,7 @@ def print_for(module: ModuleType, print_: PreparedTemplate) -> Any:
     n, r = print_.neighbourhoods, print_.region
     found = module.Print(print_.points, print_.quality, n.count, n.frame)
     c = print_.codes
-    found.set_codes(c.xy, c.turn, c.around, c.along)
+    found.set_bit_descriptors(c.xy, c.turn, c.around, c.along)
     found.set_region(r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
     return found
 
@@ -115,16 +115,18 @@ def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNames
     """Return the kernels of matching as ordinary Python, each of which uses the others."""
     with pytest.MonkeyPatch.context() as patch:
         # compiled, this kernel offers the function that the mesh uses to other kernels alone
-        name = "fpmatch.pointset._one_ring_kernel"
+        name = "fpmatch.pointset.unit_circle._one_ring_kernel"
         patch.setitem(sys.modules, name, interpreted("_one_ring_kernel"))
         mesh = interpreted("_pair_mesh_kernel")
-    names = ("print", "local", "relaxation", "align", "ridge", "ridge_search", "evidence", "code")
+    names = ("local", "relaxation", "align", "ridge", "ridge_search", "evidence")
     found = SimpleNamespace(**{name: interpreted(f"_{name}_kernel") for name in names})
+    found.print = interpreted("_template_view_kernel")
+    found.code = interpreted("_bit_descriptor_kernel")
     found.one_to_one = interpreted("_one_to_one_kernel")
     found.one_to_many = interpreted("_one_to_many_kernel")
     found.align.Relaxation = found.relaxation.Relaxation
     found.align.PairMesh = mesh.PairMesh
-    found.evidence.RidgeLens = found.ridge.RidgeLens
+    found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
     found.evidence.RidgeSearch = found.ridge_search.RidgeSearch
     found.one_to_one.smaller_area = found.evidence.smaller_area
     found.one_to_many.as_similarity = found.evidence.as_similarity

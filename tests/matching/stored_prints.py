@@ -1,7 +1,7 @@
 """Templates of synthetic prints, stored small: 120 fingers, no two prints of one finger.
 
 They are the first impressions of every other finger of the eight databases that
-`fpmatch.evaluation.synthetic_sets` makes from seed 601 on, 30 fingers each; positions in eighths
+`research.synthetic_sets` makes from seed 601 on, 30 fingers each; positions in eighths
 of a pixel, directions in 2048ths of a turn, ridge orientations in 256ths of half a turn.
 """
 

@@ -21,9 +21,9 @@ from fpmatch.matching.neighbourhood import (
     anchored_rings,
     neighbourhoods,
 )
-from fpmatch.pointset.delaunay import triangulate
-from fpmatch.pointset.triangulation import Triangulation
-from fpmatch.pointset.unit_circle import parametrize
+from fpmatch.pointset.delaunay.triangulate import triangulate
+from fpmatch.pointset.delaunay.triangulation import Triangulation
+from fpmatch.pointset.unit_circle.parametrize import parametrize
 
 P = NeighbourhoodParameters()
 U, V, C, S, PRECISION, ROOT_WEIGHT = range(6)

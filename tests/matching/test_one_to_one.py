@@ -22,7 +22,7 @@ from matching_weights import (
 
 from fpmatch.matching import _one_to_one_kernel
 from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.codes import CodeParameters, common
+from fpmatch.matching.bit_descriptors import BitDescriptorParameters, common
 from fpmatch.matching.local import LocalParameters
 from fpmatch.matching.matchers.unit_circle import MATCHER, align
 from fpmatch.matching.one_to_one import LEAST_CAPACITY, Workspace, workspace_for
@@ -113,14 +113,14 @@ def test_compiled_and_interpreted_align_the_same(
     """Every kernel interpreted, from the bit descriptors to the sum."""
     plain, weights = interpreted_kernels(interpreted), some_weights(prefilter=REJECTING)
     a, b = impressions(seed, 9)
-    local, codes = LocalParameters(), CodeParameters()
+    local, codes = LocalParameters(), BitDescriptorParameters()
     aligner = plain.align.Aligner(
         9, 9, AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
     )
     scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, 9, RidgeSearchParameters())
     turn = round(codes.pair_turn_deg * 256 / 360)
-    sieve = plain.code.Sieve(codes.most_pairs, codes.near_px, codes.spread, turn)
-    kernel = plain.one_to_one.OneToOne(sieve, aligner, scorer, 9, local)
+    prefilter = plain.code.Prefilter(codes.most_pairs, codes.near_px, codes.spread, turn)
+    kernel = plain.one_to_one.OneToOne(prefilter, aligner, scorer, 9, local)
     n = a.neighbourhoods
     index = plain.local.NeighbourIndex(
         n.count, n.frame, 30.0, 4, np.radians(local.max_turn_deg), 1.0, n.frame.shape[2]

@@ -17,7 +17,7 @@ from scipy.spatial import Delaunay
 
 from fpmatch.matching import _pair_mesh_kernel as kernel
 from fpmatch.matching.pair_mesh import PairMeshParameters
-from fpmatch.pointset.unit_circle import boundary_angles, shape_preserving_weights
+from fpmatch.pointset.unit_circle.parametrize import boundary_angles, shape_preserving_weights
 
 P = PairMeshParameters()
 MOST = 30 if COMPILED else 15

@@ -14,7 +14,7 @@ from fpmatch.matching.result import Comparison, Matcher
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle_matcher import UnitCircleParameters
+from fpmatch.pointset.unit_circle.matcher import UnitCircleParameters
 
 
 def template_of(xy: np.ndarray, dpi: float = 500.0) -> Template:

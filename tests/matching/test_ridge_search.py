@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from fpmatch.evaluation.partial import window
 from fpmatch.image.extract import extract
-from fpmatch.matching._ridge_kernel import RidgeLens
+from fpmatch.matching._ridge_kernel import RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.align import aligner_of
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.quantization import flow_of
 from fpmatch.matching.ridge_search import RidgeSearchParameters
-from fpmatch.matching.rounding import flow_of
 from fpmatch.minutiae import RidgeField, Template
 
 SAMPLES = 24
@@ -38,7 +38,7 @@ def searched(
     """Return the pairs that the kernel finds, and their values."""
     p = parameters or RidgeSearchParameters()
     search = RidgeSearch(p)
-    found = search.search(a.for_kernels(), b.for_kernels(), RidgeLens(ROOM))
+    found = search.search(a.for_kernels(), b.for_kernels(), RidgeCorrelator(ROOM))
     return [(search.first[k], search.second[k], search.value[k]) for k in range(found)]
 
 
@@ -86,7 +86,7 @@ def twin(
         if agreement >= p.least_flow:
             kept.append((agreement, i, j))
     kept = sorted(kept, key=lambda row: -round(row[0], 9))[: p.compared]
-    lens = RidgeLens(ROOM)
+    lens = RidgeCorrelator(ROOM)
     sides = small.for_kernels(), large.for_kernels()
     found: list[tuple[float, int, int, complex, complex]] = []
     for _, i, j in kept:
@@ -149,7 +149,7 @@ def test_interpreted_is_compiled(interpreted: Callable[[str], ModuleType], seed:
     a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
     kernels = interpreted_kernels(interpreted)
     search = kernels.ridge_search.RidgeSearch(RidgeSearchParameters())
-    lens = kernels.ridge.RidgeLens(ROOM)
+    lens = kernels.ridge.RidgeCorrelator(ROOM)
     sides = (print_for(kernels.print, side) for side in (a, b))
     count = search.search(*sides, lens)
     found = [(search.first[k], search.second[k], search.value[k]) for k in range(count)]
@@ -235,14 +235,14 @@ def test_larger_prints_are_looked_for_among_the_candidates(seed: int) -> None:
     aligner, candidates = candidates_of(a, b)
     search = RidgeSearch(p)
     sides = a.for_kernels(), b.for_kernels()
-    count = search.search_candidates(*sides, aligner.relaxation, RidgeLens(ROOM))
+    count = search.search_candidates(*sides, aligner.relaxation, RidgeCorrelator(ROOM))
     wide = replace(p, compared=p.candidates, found=1, least_flow=p.candidate_flow)
     expected = [row for row in twin(a, b, wide, candidates) if row[2] > p.candidate_value]
     found = [(search.first[k], search.second[k], search.value[k]) for k in range(count)]
     assert [row[:2] for row in found] == [row[:2] for row in expected]
     assert np.allclose([row[2] for row in found], [row[2] for row in expected])
     # and what was searched before leaves no trace
-    every = search.search(*sides, RidgeLens(ROOM))
+    every = search.search(*sides, RidgeCorrelator(ROOM))
     again = [(search.first[k], search.second[k], search.value[k]) for k in range(every)]
     assert again == searched(a, b, p)
 

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from fpmatch.matching import _ridge_kernel
 from fpmatch.matching.align import Alignment, aligner_of, identity_alignment
+from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import PreparedTemplate, prepare
-from fpmatch.matching.prepared_many import PreparedMany
 from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
@@ -151,8 +151,8 @@ def compared_interpreted(
     partner: Ints,
 ) -> tuple[float, int]:
     """Return correlation and cells as the interpreted kernel finds them."""
-    prints = interpreted("_print_kernel")
-    lens = interpreted("_ridge_kernel").RidgeLens(ROOM)
+    prints = interpreted("_template_view_kernel")
+    lens = interpreted("_ridge_kernel").RidgeCorrelator(ROOM)
     mesh = mesh_of(a, b, partner, transform)
     cells = lens.compare(print_for(prints, a), print_for(prints, b), mesh, *transform)
     assert cells == lens.cells
@@ -322,7 +322,7 @@ def test_more_pairs_than_there_is_room_for_do_not_bend_the_skin() -> None:
     a, b, _, transform = some_case(2)
     assert len(a) > 1
     mesh = mesh_of(a, b, np.arange(len(a), dtype=np.int32), transform)
-    lens = _ridge_kernel.RidgeLens(1)
+    lens = _ridge_kernel.RidgeCorrelator(1)
     cells = lens.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
     assert (lens.correlation, cells) == compared(a, b, transform)
 
@@ -443,7 +443,7 @@ def test_too_large_a_region_is_not_compared(rows: int, columns: int) -> None:
 @given(seeds)
 @settings(max_examples=10)
 def test_a_lens_remembers_nothing(seed: int) -> None:
-    lens = _ridge_kernel.RidgeLens(ROOM)
+    lens = _ridge_kernel.RidgeCorrelator(ROOM)
     for a, b, partner, transform in map(some_case, (seed, seed + 1, seed)):
         mesh = mesh_of(a, b, partner, transform)
         cells = lens.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
@@ -457,16 +457,16 @@ def test_prints_unpacked_of_many_are_compared_as_they_were(
     """In place: their cells begin somewhere among those of all."""
     cases = [some_case(seed)[0] for seed in range(6)]
     cases.insert(2, prepare(template_of(spread_points(np.random.default_rng(1), 4))))
-    many = PreparedMany.of(cases)
-    prints, ridges = interpreted("_print_kernel"), interpreted("_ridge_kernel")
+    many = PackedTemplates.of(cases)
+    prints, ridges = interpreted("_template_view_kernel"), interpreted("_ridge_kernel")
     hundredths = np.arange(256) / 100.0
-    packed = prints.PackedPrints(many, hundredths, hundredths, (1.0, 1.0))
+    packed = prints.PackedView(many, hundredths, hundredths, (1.0, 1.0))
     room = print_for(prints, cases[0])
     room.cell, room.ridges = many.cell, many.ridges
     room.points, room.quality = np.zeros((4, 9)), np.zeros(9)
     room.count = np.zeros(9, np.int32)
     room.frame = np.zeros((9, 6, many.neighbour.shape[1]), np.float32)
-    lens = ridges.RidgeLens(ROOM)
+    lens = ridges.RidgeCorrelator(ROOM)
     for k, case in enumerate(cases):
         packed.unpack(k, room)
         nobody = mesh_of(case, case, np.full(len(case), -1, np.int32), IDENTITY)

@@ -44,7 +44,7 @@ from numpy.typing import NDArray
 from scipy.stats import poisson
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching._ridge_kernel import RidgeLens
+from fpmatch.matching._ridge_kernel import RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.align import (
     Alignment,
@@ -990,7 +990,7 @@ def alignment_twin(
     best = max((total for _, total in rows), default=-math.inf)
     shown = a.region.ridges is not None and b.region.ridges is not None
     if shown and not sure and not best > model.confident_threshold:
-        search, lens = RidgeSearch(RidgeSearchParameters()), RidgeLens(len(b))
+        search, lens = RidgeSearch(RidgeSearchParameters()), RidgeCorrelator(len(b))
         sides = a.for_kernels(), b.for_kernels()
         if model is weights.models[3]:
             found_by_ridges = search.search(*sides, lens)

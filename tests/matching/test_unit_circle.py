@@ -28,7 +28,7 @@ from fpmatch.matching.align import alignments, identity_alignment
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE, align
-from fpmatch.matching.prepared_many import PreparedMany
+from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.result import Comparison, Matcher, Verification
 from fpmatch.matching.score import evidence_scorer, gather_evidence
 from fpmatch.matching.verify import verify
@@ -596,7 +596,7 @@ def test_any_degenerate_print_has_an_answer_or_a_reason(
                 assert 0 <= result.overlap <= 1
                 assert result.reason
             found.append(forth.similarity)
-        assert MATCHER.similarities(one, PreparedMany.of(others)).tolist() == found
+        assert MATCHER.similarities(one, PackedTemplates.of(others)).tolist() == found
     if len(one) == 0:
         assert not any(found)
     elif len(one) >= 3:

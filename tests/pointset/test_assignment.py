@@ -13,9 +13,9 @@ from pointset_strategies import seeds
 
 from fpmatch.pointset import _assignment_kernel as kernel
 from fpmatch.pointset import assignment
-from fpmatch.pointset._cell_grid_kernel import CellGrid
-from fpmatch.pointset.assignment import MOST_CANDIDATES, assign_one_to_one
-from fpmatch.pointset.cells import sort_into_cells
+from fpmatch.pointset._grid_kernel import CellGrid
+from fpmatch.pointset.assignment import MOST_CANDIDATES, optimal_pairs
+from fpmatch.pointset.grid import sort_into_cells
 
 STAY = np.array([1.0, 0.0, 0.0, 0.0])
 
@@ -68,7 +68,7 @@ def test_random_points_pair_as_scipy_pairs_them(
     move = np.array([2 * np.cos(0.1), 2 * np.sin(0.1), *rng.uniform(-0.2, 0.2, 2)])
     grid = grid_of(q, 2 * tolerance)
     gain = gains(p, grid, move, 2 * tolerance)
-    partner = assign_one_to_one(p, grid, move, 2 * tolerance)
+    partner = optimal_pairs(p, grid, move, 2 * tolerance)
     assert partner.dtype == np.int32
     total, pairs = best_with_scipy(gain)
     assert check_sound(partner, gain) == (pytest.approx(total, abs=1e-12), pairs)
@@ -79,7 +79,7 @@ def test_pixels_pair_as_scipy_pairs_them(p: np.ndarray, q: np.ndarray, tolerance
     # with these tolerances, no sum of squared pixels is a multiple of t²: ties have as many pairs
     grid = grid_of(q, tolerance)
     gain = gains(p, grid, STAY, tolerance)
-    partner = assign_one_to_one(p, grid, STAY, tolerance)
+    partner = optimal_pairs(p, grid, STAY, tolerance)
     total, pairs = best_with_scipy(gain)
     assert check_sound(partner, gain) == (pytest.approx(total, abs=1e-9), pairs)
 
@@ -91,45 +91,45 @@ def test_crowds_pair_as_scipy_pairs_them(seed: int, n: int, m: int) -> None:
     grid = grid_of(q, 20.5)
     gain = gains(p, grid, STAY, 20.5)
     total, pairs = best_with_scipy(gain)
-    partner = assign_one_to_one(p, grid, STAY, 20.5)
+    partner = optimal_pairs(p, grid, STAY, 20.5)
     assert check_sound(partner, gain) == (pytest.approx(total, abs=1e-9), pairs)
 
 
 def test_both_have_a_partner_where_nearest_first_leaves_one_without() -> None:
     p = np.array([[0.0, 1.0], [0.0, 0.0]])
     grid = grid_of(np.array([[0.6, 1.5], [0.0, 0.0]]), 1.0)
-    assert assign_one_to_one(p, grid, STAY, 1.0).tolist() == [0, 1]
+    assert optimal_pairs(p, grid, STAY, 1.0).tolist() == [0, 1]
 
 
 def test_the_nearer_of_two_ways_is_taken() -> None:
     p = np.array([[0.0, 0.4], [0.0, 0.0]])
     grid = grid_of(np.array([[0.1, 0.5], [0.0, 0.0]]), 1.0)
-    assert assign_one_to_one(p, grid, STAY, 1.0).tolist() == [0, 1]
+    assert optimal_pairs(p, grid, STAY, 1.0).tolist() == [0, 1]
     turned_round = np.array([-1.0, 0.0, 0.5, 0.0])
-    assert assign_one_to_one(p, grid, turned_round, 1.0).tolist() == [1, 0]
+    assert optimal_pairs(p, grid, turned_round, 1.0).tolist() == [1, 0]
 
 
 def test_those_in_a_row_move_on_so_that_the_last_has_a_partner() -> None:
     p = np.array([[1.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
     grid = grid_of(np.array([[0.55, 1.55, 2.55], [0.0, 0.0, 0.0]]), 0.9)
-    assert assign_one_to_one(p, grid, STAY, 0.9).tolist() == [1, 2, 0]
+    assert optimal_pairs(p, grid, STAY, 0.9).tolist() == [1, 2, 0]
 
 
 def test_coincident_points_have_a_partner_each() -> None:
     same = np.ones((2, 5))
-    partner = assign_one_to_one(same, grid_of(np.ones((2, 3)), 1.0), STAY, 1.0)
+    partner = optimal_pairs(same, grid_of(np.ones((2, 3)), 1.0), STAY, 1.0)
     assert sorted(partner.tolist()) == [-1, -1, 0, 1, 2]
 
 
 def test_a_pair_just_at_the_tolerance_gains_nothing() -> None:
     p, grid = np.zeros((2, 1)), grid_of(np.array([[3.0], [4.0]]), 5.0)
-    assert assign_one_to_one(p, grid, STAY, 5.0).tolist() == [-1]
-    assert assign_one_to_one(p, grid, STAY, 5.001).tolist() == [0]
+    assert optimal_pairs(p, grid, STAY, 5.0).tolist() == [-1]
+    assert optimal_pairs(p, grid, STAY, 5.001).tolist() == [0]
 
 
 @pytest.mark.parametrize(("n", "m"), [(0, 0), (0, 3), (3, 0)])
 def test_nothing_pairs_with_nothing(n: int, m: int) -> None:
-    partner = assign_one_to_one(np.zeros((2, n)), grid_of(np.zeros((2, m)), 1.0), STAY, 1.0)
+    partner = optimal_pairs(np.zeros((2, n)), grid_of(np.zeros((2, m)), 1.0), STAY, 1.0)
     assert partner.tolist() == [-1] * n
 
 
@@ -160,7 +160,7 @@ def test_compiled_and_interpreted_agree(
     rng = np.random.default_rng(seed)
     p, grid = rng.uniform(0, 1, (2, 24)), grid_of(rng.uniform(0, 1, (2, 24)), tolerance)
     move = np.array([0.98, 0.1, 0.01, -0.05])
-    partner = assign_one_to_one(p, grid, move, tolerance)
+    partner = optimal_pairs(p, grid, move, tolerance)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assignment, "kernel", interpreted("_assignment_kernel"))
-        assert assign_one_to_one(p, grid, move, tolerance).tolist() == partner.tolist()
+        assert optimal_pairs(p, grid, move, tolerance).tolist() == partner.tolist()

@@ -12,10 +12,10 @@ from pointset_strategies import crowded_pixels, seeds
 
 import fpmatch
 from fpmatch.errors import PointSetError
-from fpmatch.pointset import _proposal_kernel
 from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher, match_points
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.triangles import _proposal_kernel
 
 COMPILED = _proposal_kernel.COMPILED
 EXAMPLES = 50 if COMPILED else 12

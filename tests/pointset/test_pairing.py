@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pointset_strategies import any_finite_points, crowded_pixels
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.pairing import pair_one_to_one
+from fpmatch.pointset.pairing import greedy_pairs
 
 
 def greedy(p: np.ndarray, q: np.ndarray, tolerance: float) -> list[tuple[int, int]]:
@@ -27,15 +27,15 @@ def greedy(p: np.ndarray, q: np.ndarray, tolerance: float) -> list[tuple[int, in
 
 @given(crowded_pixels, crowded_pixels, st.sampled_from([0.0, 1.0, 1.5, 3.0, np.inf]))
 def test_agrees_with_its_twin(p: np.ndarray, q: np.ndarray, tolerance: float) -> None:
-    assert pair_one_to_one(p, q, tolerance).tolist() == [*map(list, greedy(p, q, tolerance))]
+    assert greedy_pairs(p, q, tolerance).tolist() == [*map(list, greedy(p, q, tolerance))]
 
 
 @given(crowded_pixels, crowded_pixels, st.sampled_from([0.0, 1.0, 2.5]))
 def test_exchanging_the_sides_exchanges_the_columns(
     p: np.ndarray, q: np.ndarray, tolerance: float
 ) -> None:
-    forth = pair_one_to_one(p, q, tolerance)
-    back = pair_one_to_one(q, p, tolerance)
+    forth = greedy_pairs(p, q, tolerance)
+    back = greedy_pairs(q, p, tolerance)
     assert {*map(tuple, forth.tolist())} == {(i, j) for j, i in back.tolist()}
 
 
@@ -43,7 +43,7 @@ def test_exchanging_the_sides_exchanges_the_columns(
 def test_any_finite_points_are_paired_one_to_one(
     p: np.ndarray, q: np.ndarray, tolerance: float
 ) -> None:
-    pairs = pair_one_to_one(p, q, tolerance)
+    pairs = greedy_pairs(p, q, tolerance)
     assert pairs.dtype == np.int32
     assert len(set(pairs[:, 0].tolist())) == len(set(pairs[:, 1].tolist())) == len(pairs)
     if tolerance == np.inf:
@@ -51,19 +51,19 @@ def test_any_finite_points_are_paired_one_to_one(
 
 
 def test_nearest_pair_goes_first() -> None:
-    assert pair_one_to_one([[0, 0], [2, 0]], [[1.5, 0]], 3).tolist() == [[1, 0]]
+    assert greedy_pairs([[0, 0], [2, 0]], [[1.5, 0]], 3).tolist() == [[1, 0]]
 
 
 def test_tolerance_is_inclusive() -> None:
-    assert len(pair_one_to_one([[0.1, 0.7]], [[3.1, 4.7]], 5.0)) == 1
+    assert len(greedy_pairs([[0.1, 0.7]], [[3.1, 4.7]], 5.0)) == 1
 
 
 @pytest.mark.parametrize("tolerance", [-1.0, np.nan])
 def test_impossible_tolerance_is_refused(tolerance: float) -> None:
     with pytest.raises(PointSetError, match="tolerance"):
-        pair_one_to_one([[0, 0]], [[0, 0]], tolerance)
+        greedy_pairs([[0, 0]], [[0, 0]], tolerance)
 
 
 def test_malformed_set_is_named() -> None:
     with pytest.raises(PointSetError, match=r"^q:"):
-        pair_one_to_one([[0, 0]], [1, 2, 3], 1.0)
+        greedy_pairs([[0, 0]], [1, 2, 3], 1.0)

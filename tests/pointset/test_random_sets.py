@@ -14,8 +14,8 @@ from fpmatch.pointset.random_sets import (
     MAX_SCALE,
     MIN_SCALE,
     READINGS,
+    PointModel,
     RandomPair,
-    Reading,
     independent_pair,
     mean_nearest_distance,
     random_pair,
@@ -43,7 +43,7 @@ def same(a: RandomPair, b: RandomPair) -> bool:
 
 @given(sizes, shares, readings, seeds)
 def test_sizes_share_and_pairs_are_as_asked(
-    size: tuple[int, int], rho: float, reading: Reading, seed: int
+    size: tuple[int, int], rho: float, reading: PointModel, seed: int
 ) -> None:
     m, n = size
     pair = random_pair(m, n, rho, 0.25, 0.61, reading=reading, rng=seed)
@@ -58,7 +58,7 @@ def test_sizes_share_and_pairs_are_as_asked(
 
 @given(sizes, readings, seeds)
 def test_without_jitter_partners_coincide(
-    size: tuple[int, int], reading: Reading, seed: int
+    size: tuple[int, int], reading: PointModel, seed: int
 ) -> None:
     pair = random_pair(*size, 1.0, 0.0, 0.4, reading=reading, rng=seed)
     assert len(pair.pairs) == size[0]
@@ -67,7 +67,7 @@ def test_without_jitter_partners_coincide(
 
 @given(sizes, readings, seeds, st.floats(0.01, 1))
 def test_jitter_stays_in_its_disc(
-    size: tuple[int, int], reading: Reading, seed: int, eta: float
+    size: tuple[int, int], reading: PointModel, seed: int, eta: float
 ) -> None:
     pair = random_pair(*size, 1.0, eta, 0.4, reading=reading, rng=seed)
     assert pair.jitter == eta / 2  # one point a unit of area
@@ -75,7 +75,7 @@ def test_jitter_stays_in_its_disc(
 
 
 @pytest.mark.parametrize("reading", READINGS)
-def test_jitter_is_uniform_over_the_disc(reading: Reading) -> None:
+def test_jitter_is_uniform_over_the_disc(reading: PointModel) -> None:
     pair = random_pair(4000, 4000, 1.0, 0.4, 0.84, reading=reading, rng=1)
     share_within = (partner_distances(pair) / pair.jitter) ** 2  # uniform in [0, 1]
     quartiles = np.quantile(share_within, [0.25, 0.5, 0.75])
@@ -83,7 +83,7 @@ def test_jitter_is_uniform_over_the_disc(reading: Reading) -> None:
 
 
 @given(seeds, readings)
-def test_the_same_seed_gives_the_same_pair(seed: int, reading: Reading) -> None:
+def test_the_same_seed_gives_the_same_pair(seed: int, reading: PointModel) -> None:
     make = (20, 50, 0.6, 0.25, 0.61)
     first = random_pair(*make, reading=reading, rng=seed)
     again = random_pair(*make, reading=reading, rng=np.random.default_rng(seed))
@@ -93,7 +93,7 @@ def test_the_same_seed_gives_the_same_pair(seed: int, reading: Reading) -> None:
 
 
 @pytest.mark.parametrize("reading", READINGS)
-def test_q_has_one_point_a_unit_of_area_everywhere(reading: Reading) -> None:
+def test_q_has_one_point_a_unit_of_area_everywhere(reading: PointModel) -> None:
     side = 20
     counts = np.zeros((4, 4))
     for seed in range(100):
@@ -126,7 +126,7 @@ def test_clutter_covers_all_of_q() -> None:
 
 
 @given(seeds, readings)
-def test_strangers_are_strangers(seed: int, reading: Reading) -> None:
+def test_strangers_are_strangers(seed: int, reading: PointModel) -> None:
     pair = random_pair(50, 100, 0.5, 0.0, 0.61, reading=reading, rng=seed)
     strangers = np.setdiff1d(np.arange(50), pair.pairs[:, 0])
     distances = np.hypot(*(in_frame_of_q(pair)[strangers, None] - pair.q[None]).transpose(2, 0, 1))
@@ -134,7 +134,7 @@ def test_strangers_are_strangers(seed: int, reading: Reading) -> None:
 
 
 @given(seeds, readings)
-def test_points_stand_in_random_order(seed: int, reading: Reading) -> None:
+def test_points_stand_in_random_order(seed: int, reading: PointModel) -> None:
     pair = random_pair(50, 100, 0.5, 0.0, 0.61, reading=reading, rng=seed)
     for order, size in zip(pair.pairs.T, (50, 100), strict=True):
         assert order.min() < size / 2 < order.max()
@@ -165,7 +165,7 @@ def test_tolerance_is_by_the_density_of_q() -> None:
 
 
 @pytest.mark.parametrize("reading", READINGS)
-def test_independent_sets_have_no_truth(reading: Reading) -> None:
+def test_independent_sets_have_no_truth(reading: PointModel) -> None:
     pair = independent_pair(50, 100, 0.61, reading=reading, rng=3)
     assert (pair.p.shape, pair.q.shape, pair.pairs.shape) == ((50, 2), (100, 2), (0, 2))
     assert pair.transform is None

@@ -260,5 +260,5 @@ def test_a_full_disk_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     def full(path: Path, content: bytes) -> None:
         raise OutputError(f"{path}: cannot be written: no space left on device")
 
-    monkeypatch.setattr(database, "write_whole", full)
+    monkeypatch.setattr(database, "atomic_write_bytes", full)
     assert_refused(tmp_path, "no space left", OutputError)

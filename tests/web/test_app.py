@@ -24,7 +24,7 @@ import httpx
 from fpmatch.cli.group import fpmatch
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.image._oriented_filter_kernel import COMPILED
+from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
 from fpmatch.web.app import STATIC, make_app
 from fpmatch.web.settings import Limits, Settings
 

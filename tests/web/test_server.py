@@ -6,12 +6,12 @@ import socket
 
 import pytest
 
-from fpmatch.web.server import ServeError, open_door
+from fpmatch.web.server import ServeError, bind_server
 from fpmatch.web.settings import Settings
 
 
 def test_on_loopback_there_is_no_token() -> None:
-    door = open_door("127.0.0.1", 0, Settings())
+    door = bind_server("127.0.0.1", 0, Settings())
     with door.listener as listener:
         assert door.address == f"http://127.0.0.1:{listener.getsockname()[1]}/"
         assert door.settings.token is None
@@ -19,7 +19,7 @@ def test_on_loopback_there_is_no_token() -> None:
 
 
 def test_where_others_can_reach_there_is_one() -> None:
-    doors = [open_door("0.0.0.0", 0, Settings(), names=["Prints.Example"]) for _ in range(2)]
+    doors = [bind_server("0.0.0.0", 0, Settings(), names=["Prints.Example"]) for _ in range(2)]
     for door in doors:
         door.listener.close()
         assert door.settings.token is not None
@@ -31,7 +31,7 @@ def test_where_others_can_reach_there_is_one() -> None:
 
 
 def test_a_token_may_be_given() -> None:
-    door = open_door("localhost", 0, Settings(), token="sixteen-letters-")
+    door = bind_server("localhost", 0, Settings(), token="sixteen-letters-")
     door.listener.close()
     assert door.settings.token == "sixteen-letters-"
     assert "token" not in repr(door.settings)
@@ -40,17 +40,17 @@ def test_a_token_may_be_given() -> None:
 @pytest.mark.parametrize("token", ["short", "sixteen letters and spaces", "größer-als-sechzehn"])
 def test_tokens_that_cannot_be(token: str) -> None:
     with pytest.raises(ServeError, match="a token"):
-        open_door("127.0.0.1", 0, Settings(), token=token)
+        bind_server("127.0.0.1", 0, Settings(), token=token)
 
 
 def test_a_port_that_is_taken_is_told() -> None:
-    door = open_door("127.0.0.1", 0, Settings())
+    door = bind_server("127.0.0.1", 0, Settings())
     port = door.listener.getsockname()[1]
     with door.listener, pytest.raises(ServeError, match=f"cannot listen on 127.0.0.1, port {port}"):
-        open_door("127.0.0.1", port, Settings())
+        bind_server("127.0.0.1", port, Settings())
 
 
 @pytest.mark.parametrize(("host", "port"), [("no.such.host.invalid", 0), ("127.0.0.1", 99_999)])
 def test_places_that_are_none(host: str, port: int) -> None:
     with pytest.raises(ServeError, match="cannot listen on"):
-        open_door(host, port, Settings())
+        bind_server(host, port, Settings())

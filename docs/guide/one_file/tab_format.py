@@ -17,7 +17,7 @@ import numpy as np
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.columns import minutiae_of
-from fpmatch.formats.record import Encoded, Reading, TemplateRecord, View
+from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import Template
 
 MAGIC: Final = "#tab\t"
@@ -34,7 +34,7 @@ def encode(record: TemplateRecord) -> Encoded:
     return Encoded(("\n".join(lines) + "\n").encode(), tuple(lost))
 
 
-def decode(data: bytes, how: Reading) -> TemplateRecord:
+def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     """Return the record that bytes hold; errors name the line, and the caller adds the file."""
     try:
         head, *lines = data.decode().splitlines()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.drawing.paper_figures.marks import TINTS
-from fpmatch.pointset.delaunay import triangulate
+from fpmatch.pointset.delaunay.triangulate import triangulate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.result import Verification
     from fpmatch.minutiae import Template
-    from fpmatch.pointset.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulation import Triangulation
 
     Floats = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from fpmatch.drawing.paper_figures.marks import (
 )
 from fpmatch.drawing.paper_figures.sheet import Sheet
 from fpmatch.drawing.paper_figures.text import label
-from fpmatch.pointset.delaunay import triangulate
+from fpmatch.pointset.delaunay.triangulate import triangulate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

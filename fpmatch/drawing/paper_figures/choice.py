@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.paper_figures.pair import PointPair
-    from fpmatch.pointset.unit_circle import UnitCircle
+    from fpmatch.pointset.unit_circle.parametrize import UnitCircle
 
 FEWEST, MOST = 5, 7
 """Points of a ring that is easy to read."""

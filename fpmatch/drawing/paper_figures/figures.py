@@ -29,7 +29,7 @@ from fpmatch.drawing.paper_figures.sheet import FILE_FORMATS, settings
 from fpmatch.drawing.paper_figures.two_circles import two_circles
 from fpmatch.drawing.paper_figures.weights import weights
 from fpmatch.errors import OutputError
-from fpmatch.output import reason, write_whole
+from fpmatch.output import atomic_write_bytes, reason
 
 if TYPE_CHECKING:
     import os
@@ -137,7 +137,7 @@ def write_point_figures(figures: list[PointFigure], folder: str | os.PathLike[st
     except OSError as error:
         raise OutputError(f"{target}: cannot be made a folder: {reason(error)}") from error
     for figure in figures:
-        write_whole(target / figure.file_name, figure.content)
+        atomic_write_bytes(target / figure.file_name, figure.content)
     return [target / figure.file_name for figure in figures]
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.drawing.paper_figures.ring import Ring
-    from fpmatch.pointset.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulation import Triangulation
 
     Floats = NDArray[np.float64]
 

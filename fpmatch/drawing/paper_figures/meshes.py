@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from fpmatch.drawing.paper_figures.pair import PointPair, PointSide
     from fpmatch.drawing.paper_figures.ring import RingPair
-    from fpmatch.pointset.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulation import Triangulation
 
 PANEL_HEIGHT: Final = 330
 EDGE_ROOM: Final = 18.0  # pixels around a set

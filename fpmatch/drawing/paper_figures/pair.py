@@ -17,18 +17,18 @@ import numpy as np
 
 from fpmatch.drawing.paper_figures.words import degrees, moved_by
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.delaunay import triangulate
+from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.match import match_points
 from fpmatch.pointset.points import as_points
-from fpmatch.pointset.prepared_points import prepare_points
 from fpmatch.pointset.random_sets import random_pair
 from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.unit_circle.prepared_points import prepare_points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.prepared_points import PreparedPoints
-    from fpmatch.pointset.triangulation import Triangulation
+    from fpmatch.pointset.delaunay.triangulation import Triangulation
+    from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints
 
 MOST_POINTS: Final = 2000
 """Points of a set whose triangulation can still be made out in a picture."""

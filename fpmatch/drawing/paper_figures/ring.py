@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle import UnitCircle, parametrize
+from fpmatch.pointset.unit_circle.parametrize import UnitCircle, parametrize
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -164,7 +164,7 @@ def best_turn(a: UnitCircle, b: UnitCircle) -> tuple[int, float]:
 
     Examples
     --------
-    >>> from fpmatch.pointset.unit_circle import parametrize
+    >>> from fpmatch.pointset.unit_circle.parametrize import parametrize
     >>> ring = np.array([[0, 0], [4, 0], [4, 4], [0, 5]])
     >>> best_turn(parametrize(ring, [1, 1]), parametrize(np.roll(ring, 1, axis=0), [1, 1]))[0]
     1

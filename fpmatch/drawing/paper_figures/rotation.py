@@ -33,8 +33,8 @@ from fpmatch.drawing.paper_figures.sheet import Sheet, show
 from fpmatch.drawing.paper_figures.table import table
 from fpmatch.drawing.paper_figures.text import label
 from fpmatch.drawing.paper_figures.words import degrees, name, significant
-from fpmatch.pointset.pairing import pair_one_to_one
-from fpmatch.pointset.unit_circle_matcher import UnitCircleParameters
+from fpmatch.pointset.pairing import greedy_pairs
+from fpmatch.pointset.unit_circle.matcher import UnitCircleParameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -93,7 +93,7 @@ def rotation(pair: PointPair, rings: RingPair) -> Sheet:
 def matched_points(pair: PointPair, rings: RingPair) -> NDArray[np.int32]:
     """Return the pairs (K, 2) of points that match under the move of one pair of rings."""
     tolerance = PAPER.precision * pair.q.prepared.spacing
-    return pair_one_to_one(rings.move.apply(pair.p.mesh.points), pair.q.mesh.points, tolerance)
+    return greedy_pairs(rings.move.apply(pair.p.mesh.points), pair.q.mesh.points, tolerance)
 
 
 def _tolerance(pair: PointPair) -> float:

@@ -26,7 +26,7 @@ from fpmatch.drawing.paper_figures.marks import (
 from fpmatch.drawing.paper_figures.sheet import Sheet
 from fpmatch.drawing.paper_figures.table import table
 from fpmatch.drawing.paper_figures.words import around, degrees, name, number
-from fpmatch.pointset.unit_circle_matcher import UnitCircleParameters
+from fpmatch.pointset.unit_circle.matcher import UnitCircleParameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -52,7 +52,7 @@ def describe_settings(plan: TrialPlan, workers: int = 1) -> dict[str, Any]:
     dict
         The plan, versions, and words on the machine.
     """
-    from fpmatch.pointset import _delaunay_kernel  # noqa: PLC0415
+    from fpmatch.pointset.delaunay import _delaunay_kernel  # noqa: PLC0415
 
     return {
         **asdict(plan),

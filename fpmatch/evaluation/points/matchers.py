@@ -27,7 +27,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError
-from fpmatch.pointset.pairing import pair_one_to_one
+from fpmatch.pointset.pairing import greedy_pairs
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def _ours(case: PointCase) -> Claim | None:
 
 
 def _paper(case: PointCase) -> Claim | None:
-    from fpmatch.pointset.unit_circle_matcher import (  # noqa: PLC0415
+    from fpmatch.pointset.unit_circle.matcher import (  # noqa: PLC0415
         UnitCircleParameters,
         match_by_unit_circle,
     )
@@ -162,7 +162,7 @@ def _paper(case: PointCase) -> Claim | None:
 
 
 def _van_wamelen(case: PointCase) -> Claim | None:
-    from fpmatch.pointset.van_wamelen import match_van_wamelen  # noqa: PLC0415
+    from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen  # noqa: PLC0415
 
     match = match_van_wamelen(
         case.p,
@@ -193,7 +193,7 @@ def _astroalign(case: PointCase) -> Claim | None:
     transform = _as_similarity(found.params)
     if transform is None:
         return None
-    return Claim(transform, pair_one_to_one(transform.apply(case.p), case.q, case.tolerance))
+    return Claim(transform, greedy_pairs(transform.apply(case.p), case.q, case.tolerance))
 
 
 _ASTROALIGN_FAILURES: Final = (ValueError, AttributeError)

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.pointset.paper_tables import PAPER_ROWS, TARGET_FACTORS
+from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.pointset.random_sets import READINGS, independent_pair, random_pair
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.pointset.paper_tables import PaperRow
-    from fpmatch.pointset.random_sets import RandomPair, Reading
+    from fpmatch.evaluation.points.published_results import PaperRow
+    from fpmatch.pointset.random_sets import PointModel, RandomPair
 
 _GENUINE: Final = 0
 _INDEPENDENT: Final = 1
@@ -40,7 +40,7 @@ class Place:
         Points of Q for each point of P.
     """
 
-    reading: Reading
+    reading: PointModel
     row: int
     factor: int
 
@@ -73,7 +73,7 @@ class Place:
         return f"{self.reading}, rho {row.rho:g}, m {self.m}, n {self.n}"
 
 
-def places(readings: Sequence[Reading] = READINGS, largest_m: int | None = None) -> list[Place]:
+def places(readings: Sequence[PointModel] = READINGS, largest_m: int | None = None) -> list[Place]:
     """Return the places of the tables, in their order.
 
     Parameters

@@ -9,8 +9,8 @@ from fpmatch.drawing.plain_style import figure_bytes, plain_style
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
 from fpmatch.evaluation.points.places import places
-from fpmatch.output import check_writable, write_whole
-from fpmatch.pointset.paper_tables import PAPER_ROWS, TARGET_FACTORS
+from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
+from fpmatch.output import atomic_write_bytes, check_writable
 from fpmatch.pointset.random_sets import READINGS
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def save_bench_plot(path: str | os.PathLike[str], results: BenchResults) -> None
                 panel.set_xlabel("n, points of Q")
             _add_legend(figure, results)
         content = figure_bytes(figure, path, _DPI)
-    write_whole(path, content)
+    atomic_write_bytes(path, content)
 
 
 def _fill(panel: Any, cells: dict[Any, PointCell]) -> None:

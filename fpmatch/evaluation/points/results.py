@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.points.places import Place, places
-from fpmatch.output import reason, write_whole
+from fpmatch.output import atomic_write_bytes, reason
 
 if TYPE_CHECKING:
     import os
@@ -173,7 +173,7 @@ def write_results(path: str | os.PathLike[str], results: BenchResults) -> None:
         If the file cannot be written.
     """
     text = json.dumps(results.as_json(), indent=1, allow_nan=False)
-    write_whole(path, f"{text}\n".encode())
+    atomic_write_bytes(path, f"{text}\n".encode())
 
 
 def read_results(path: str | os.PathLike[str]) -> BenchResults:

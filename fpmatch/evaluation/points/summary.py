@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
 from fpmatch.evaluation.points.places import places
-from fpmatch.pointset.paper_tables import PAPER_ROWS, TARGET_FACTORS
+from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.pointset.random_sets import READINGS
 
 if TYPE_CHECKING:
     from fpmatch.evaluation.points.places import Place
     from fpmatch.evaluation.points.results import BenchResults, PointCell
-    from fpmatch.pointset.random_sets import Reading
+    from fpmatch.pointset.random_sets import PointModel
 
 _FEWEST_SIZES: Final = 3
 """Sizes of sets from which on a power of growth is fitted."""
@@ -57,7 +57,7 @@ def summarise(results: BenchResults) -> list[str]:
     return [*lines, *_bounds(results), *_not_run(results)]
 
 
-def speed_ups(results: BenchResults, reading: Reading, factor: int = 2) -> list[float]:
+def speed_ups(results: BenchResults, reading: PointModel, factor: int = 2) -> list[float]:
     """Return the time of van Wamelen's matcher over ours, where both ran.
 
     Parameters
@@ -94,7 +94,7 @@ def geometric_mean(values: list[float]) -> float:
     return math.exp(math.fsum(map(math.log, values)) / len(values))
 
 
-def _over_triangulation(results: BenchResults, reading: Reading) -> list[str]:
+def _over_triangulation(results: BenchResults, reading: PointModel) -> list[str]:
     """Return the range of our time over scipy's, for each ρ."""
     ratios: dict[float, list[float]] = {}
     for cell in results.cells:
@@ -107,7 +107,7 @@ def _over_triangulation(results: BenchResults, reading: Reading) -> list[str]:
     return [f"ours over scipy's two triangulations, {reading}: {', '.join(words)} times its time"]
 
 
-def _averages(results: BenchResults, reading: Reading) -> list[str]:
+def _averages(results: BenchResults, reading: PointModel) -> list[str]:
     """Return the mean over the rows at n = 2m of each matcher's average times."""
     words = []
     for matcher in MATCHER_NAMES:
@@ -122,7 +122,7 @@ def _averages(results: BenchResults, reading: Reading) -> list[str]:
     )
 
 
-def _independent(results: BenchResults, reading: Reading) -> list[str]:
+def _independent(results: BenchResults, reading: PointModel) -> list[str]:
     """Return how long ours takes to say no, beside its yes and beside the literal method's no."""
     ratios, slower, both = [], 0, 0
     for place in places([reading]):
@@ -141,7 +141,7 @@ def _independent(results: BenchResults, reading: Reading) -> list[str]:
     return [f"{line}; slower than the literal method in {slower} of {both} cells" if both else line]
 
 
-def _growth(results: BenchResults, reading: Reading, matcher: str) -> list[str]:
+def _growth(results: BenchResults, reading: PointModel, matcher: str) -> list[str]:
     """Return the powers of m with which a matcher's time grows at n = 2m, for each ρ."""
     times: dict[float, list[tuple[int, float]]] = {}
     for place in _at_2m(reading):
@@ -190,11 +190,11 @@ def _power(rows: list[tuple[int, float]]) -> float:
     return linear_regression(x, y).slope
 
 
-def _at_2m(reading: Reading) -> list[Place]:
+def _at_2m(reading: PointModel) -> list[Place]:
     return [place for place in places([reading]) if place.factor == TARGET_FACTORS[0]]
 
 
-def _answers(results: BenchResults, reading: Reading, matcher: str) -> list[str]:
+def _answers(results: BenchResults, reading: PointModel, matcher: str) -> list[str]:
     cells = [c for c in results.cells if (c.matcher, c.place.reading) == (matcher, reading)]
     if not cells:
         return []

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
 from fpmatch.evaluation.points.places import Place
+from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.evaluation.points.summary import summarise
-from fpmatch.pointset.paper_tables import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.pointset.random_sets import READINGS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from fpmatch.evaluation.points.published_results import PaperRow
     from fpmatch.evaluation.points.results import BenchResults, PointCell
-    from fpmatch.pointset.paper_tables import PaperRow
-    from fpmatch.pointset.random_sets import Reading
+    from fpmatch.pointset.random_sets import PointModel
 
     Line = tuple[str, ...]
 
@@ -76,12 +76,14 @@ def format_bench_markdown(results: BenchResults) -> str:
     return "\n\n".join([*blocks, *lists])
 
 
-def _blocks(results: BenchResults) -> list[tuple[Reading, str]]:
+def _blocks(results: BenchResults) -> list[tuple[PointModel, str]]:
     known = {(cell.place.reading, cell.matcher) for cell in results.cells}
     return [(r, name) for r in READINGS for name in MATCHER_NAMES if (r, name) in known]
 
 
-def _tables(results: BenchResults, matcher: str, reading: Reading) -> list[tuple[str, list[Line]]]:
+def _tables(
+    results: BenchResults, matcher: str, reading: PointModel
+) -> list[tuple[str, list[Line]]]:
     """Return the titles and lines of a matcher's two tables: its times, and its answers."""
     source = f", beside the paper's {_SOURCE[matcher]}" if matcher in _SOURCE else ""
     return [
@@ -90,7 +92,7 @@ def _tables(results: BenchResults, matcher: str, reading: Reading) -> list[tuple
     ]
 
 
-def _times(results: BenchResults, matcher: str, reading: Reading) -> list[Line]:
+def _times(results: BenchResults, matcher: str, reading: PointModel) -> list[Line]:
     published = _PUBLISHED.get(matcher)
     columns = (*_TIMES[:2], "paper", *_TIMES[2:]) if published else _TIMES
 
@@ -104,7 +106,7 @@ def _times(results: BenchResults, matcher: str, reading: Reading) -> list[Line]:
     return _lines(results, matcher, reading, columns, measured)
 
 
-def _answers(results: BenchResults, matcher: str, reading: Reading) -> list[Line]:
+def _answers(results: BenchResults, matcher: str, reading: PointModel) -> list[Line]:
     def counted(cell: PointCell | None, *_: object) -> Line:
         if cell is None:
             return (_ABSENT,) * len(_ANSWERS)
@@ -117,7 +119,7 @@ def _answers(results: BenchResults, matcher: str, reading: Reading) -> list[Line
 def _lines(
     results: BenchResults,
     matcher: str,
-    reading: Reading,
+    reading: PointModel,
     columns: Line,
     words: Callable[[PointCell | None, PaperRow, int], Line],
 ) -> list[Line]:

@@ -1,6 +1,6 @@
 """Matcher "paper": the literal method of Choi, Lee and Lee on the positions of minutiae alone.
 
-`fpmatch.pointset.unit_circle_matcher` does the matching; here positions are brought to 500 dpi,
+`fpmatch.pointset.unit_circle.matcher` does the matching; here positions are brought to 500 dpi,
 and its result is put in the words of a comparison. Directions, kinds and qualities are not used,
 and a missing or spurious minutia changes every one-ring it touches: this matcher is kept as the
 yardstick for its tolerant descendant, not for its error rates.
@@ -13,7 +13,7 @@ What the paper leaves open: the area tolerance of alike one-rings; of which set 
 turn of one circle on the other; the unit of λ; and which transform is kept. How these are settled,
 and where the method departs from Fig. 7 (points are paired one to one, degree and area are looked
 up before the loop, the winner is refitted once, all transforms are tried), says the docstring of
-`fpmatch.pointset.unit_circle_matcher`.
+`fpmatch.pointset.unit_circle.matcher`.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import STANDARD_DPI
-from fpmatch.pointset.prepared_points import PreparedPoints, prepare_points
 from fpmatch.pointset.similarity import Similarity
-from fpmatch.pointset.unit_circle_matcher import (
+from fpmatch.pointset.unit_circle.matcher import (
     DEFAULT_RHO,
     UnitCircleParameters,
     check_rho,
     match_prepared,
 )
+from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints, prepare_points
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching.align import Alignment
-    from fpmatch.matching.prepared_many import PreparedMany
+    from fpmatch.matching.packed_templates import PackedTemplates
     from fpmatch.matching.score import Evidence
     from fpmatch.minutiae import Template
 
@@ -162,7 +162,7 @@ class UnitCircleMatcher:
     def similarities(
         self,
         probe: PreparedTemplate,
-        references: PreparedMany,
+        references: PackedTemplates,
         first: int = 0,
         last: int | None = None,
     ) -> NDArray[np.float64]:
@@ -172,7 +172,7 @@ class UnitCircleMatcher:
         ----------
         probe : PreparedTemplate
             What `prepare` returned.
-        references : PreparedMany
+        references : PackedTemplates
             Many such, packed.
         first, last : int
             Those from `first` up to, not including, `last` are compared (default: all).
@@ -185,10 +185,10 @@ class UnitCircleMatcher:
         Examples
         --------
         >>> from fpmatch import Minutiae, Template
-        >>> from fpmatch.matching.prepared_many import PreparedMany
+        >>> from fpmatch.matching.packed_templates import PackedTemplates
         >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
         >>> print_ = MATCHER.prepare(Template(minutiae, 100, 100))
-        >>> many = PreparedMany.of([print_, print_])
+        >>> many = PackedTemplates.of([print_, print_])
         >>> found = MATCHER.similarities(print_, many)
         >>> found[1] == MATCHER.compare(print_, print_).similarity
         True

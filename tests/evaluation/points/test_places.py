@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fpmatch.evaluation.points.places import Place, make_pair, places
-from fpmatch.pointset.paper_tables import PAPER_ROWS, TARGET_FACTORS
+from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.pointset.random_sets import READINGS, share_of
 
 SMALL = Place("patch", 5, 2)

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
 from fpmatch.evaluation.points.places import Place, places
+from fpmatch.evaluation.points.published_results import PAPER_ROWS
 from fpmatch.evaluation.points.results import BenchResults, PointCell, SkippedCell
 from fpmatch.evaluation.points.summary import geometric_mean, speed_ups, summarise
 from fpmatch.evaluation.points.table import format_bench, format_bench_markdown, format_ms
-from fpmatch.pointset.paper_tables import PAPER_ROWS
 
 CELL = PointCell(Place("patch", 5, 2), "ours", "1" * 9 + "0", 1, 100, 0.5, 1.0, 2.0, 3.0)
 

@@ -1,0 +1,292 @@
+"""Score whole batches: references against probes, streamed to a file, resumed after a kill."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fpmatch._version import __version__
+from fpmatch.engine.engine import here
+from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.errors import MatcherError, OutputError
+from fpmatch.evaluation.batch.fingers import check_fingers, write_fingers
+from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs
+from fpmatch.evaluation.batch.rows import RowWriter, check_format
+from fpmatch.evaluation.batch.run import Comparing, collect
+from fpmatch.evaluation.batch.sources import open_source
+from fpmatch.evaluation.batch.store import Store
+from fpmatch.gallery.prints import by_note
+from fpmatch.matching.calibration import MAX_SCORE, calibrated_matchers, load_calibration
+from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
+from fpmatch.output import check_writable
+
+if TYPE_CHECKING:
+    from fpmatch.engine.engine import Engine
+    from fpmatch.evaluation.batch.plan import Plan
+    from fpmatch.evaluation.batch.sources import PrintSource
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.result import Matcher
+
+    AnySide = PrintSource | str | os.PathLike[str]
+
+SAVE_EVERY_S: Final = 0.5
+REFERENCES: Final = "references"
+PROBES: Final = "probes"
+_FORMAT: Final = "2"  # of what an unfinished run keeps
+
+
+@dataclass(frozen=True, slots=True)
+class ImageFailure:
+    """Hold which print of which side has no template, and why."""
+
+    side: str
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Scoring:
+    """Hold what a scoring did.
+
+    Parameters
+    ----------
+    output : Path
+        The file of scores.
+    references, probes : int
+        Prints of the two sides that were needed.
+    pairs, rows : int
+        Pairs compared, and rows written of them.
+    resumed : int
+        Pairs among them that were there from a run before.
+    failed_pairs : int
+        Rows without a score, because a print has no template.
+    failures : tuple of ImageFailure
+        Those prints.
+    dpi_assumed : tuple of str
+        Names of the prints whose resolution was assumed.
+    seconds : float
+        Wall time of the comparisons, without extraction.
+    noted : dict of str to tuple of str
+        What was noticed on reading prints (that white ridges were turned into dark ones, say),
+        and the names of which; of prints that a run before has read too.
+    fingers : Path or None
+        The file of finger scores; None without one.
+    finger_rows : int or None
+        Number of rows in it.
+    """
+
+    output: Path
+    references: int
+    probes: int
+    pairs: int
+    rows: int
+    resumed: int
+    failed_pairs: int
+    failures: tuple[ImageFailure, ...]
+    dpi_assumed: tuple[str, ...]
+    seconds: float
+    noted: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    fingers: Path | None = None
+    finger_rows: int | None = None
+
+    @property
+    def rate(self) -> float:
+        """Comparisons a second of this run; 0 where it made none."""
+        made = self.pairs - self.resumed
+        return made / self.seconds if made and self.seconds else 0.0
+
+
+def score(
+    references: AnySide,
+    probes: AnySide,
+    output: str | os.PathLike[str],
+    *,
+    pairs: str | os.PathLike[str] | Plan | None = None,
+    matcher: str | Matcher = DEFAULT_MATCHER,
+    calibration: Calibration | None = None,
+    threshold: float | None = None,
+    fingers: str | os.PathLike[str] | None = None,
+    dpi: float | None = None,
+    engine: Engine | None = None,
+    progress: Progress = no_progress,
+    save_every_s: float = SAVE_EVERY_S,
+) -> Scoring:
+    """Score references against probes and write a row a pair.
+
+    The rows are the same, byte by byte, whichever engine works and however often the run was
+    ended and started again; what is done is kept beside the output until it is whole.
+
+    Parameters
+    ----------
+    references, probes : PrintSource or path-like or str
+        Folders of prints or galleries; see `open_source`.
+    output : path-like
+        The file to write or replace, ``.csv`` or ``.parquet``; see `scoring_rows.COLUMNS`.
+    pairs : path-like or Plan, optional
+        A list of the pairs to score (see `ListedPairs`); by default all (see `AllPairs`).
+    matcher : str or Matcher
+        The matcher, or its name.
+    calibration : Calibration, optional
+        Turns similarities into scores; by default the one that the package has for the matcher.
+    threshold : float, optional
+        Keep only rows whose score is at least this, and those without a score.
+    fingers : path-like, optional
+        A CSV file for the scores of fingers, too; see
+        `fpmatch.evaluation.batch.fingers.write_fingers`. Not with a threshold: the rows that it
+        leaves out count.
+    dpi : float, optional
+        Resolution of all images of folders, in dots per inch.
+    engine : Engine, optional
+        Where the work is done, entered here (default: in this process).
+    progress : callable
+        Told of the stages "references", "probes" (in prints) and "compare" (in pairs).
+    save_every_s : float
+        Seconds of work that a kill may cost, about.
+
+    Returns
+    -------
+    Scoring
+        Counts, failures and times.
+
+    Raises
+    ------
+    ScoringError
+        If the list of pairs is malformed, or another run of this output is unfinished.
+    MatcherError
+        If the matcher is unknown, or there is a threshold but no calibration, or it is not in
+        0..100; or finger scores are requested with a threshold or without a calibration.
+    OutputError
+        If the output cannot be written.
+    FpmatchError
+        If a side cannot be opened or the engine broke down.
+
+    Examples
+    --------
+    >>> score("enrolled", "seized", "scores.csv", threshold=40).rows  # doctest: +SKIP
+    12
+    """
+    target = Path(output)
+    check_format(target)
+    chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
+    if calibration is None and chosen.name in calibrated_matchers():
+        calibration = load_calibration(chosen.name)
+    _check_threshold(threshold, calibration, chosen.name)
+    sides = {REFERENCES: _opened(references, dpi), PROBES: _opened(probes, dpi)}
+    plan = _planned(pairs, sides)
+    if fingers is not None:
+        if threshold is not None or calibration is None:
+            raise MatcherError(
+                "scores of fingers need the scores of all their impressions: no threshold, and a "
+                "matcher that has a calibration"
+            )
+        if Path(fingers).resolve() == target.resolve():
+            raise OutputError(f"{fingers}: both the scores of pairs and those of fingers")
+        check_writable(fingers)
+        check_fingers(len(sides[PROBES].names), sides[REFERENCES].fingers)
+    run = {
+        "format": _FORMAT,
+        "version of fpmatch": __version__,
+        "matcher": chosen.name,
+        "calibration": calibration.as_json() if calibration else "",
+        "threshold": repr(threshold),
+        "set of references": sides[REFERENCES].fingerprint,
+        "set of probes": sides[PROBES].fingerprint,
+        "list of pairs": plan.identity,
+    }
+    needed = {REFERENCES: plan.references, PROBES: plan.probes}
+    key = {side: side for side in sides}
+    if _same(*sides.values()):
+        key[PROBES] = REFERENCES
+        needed[REFERENCES] = sorted({*plan.references, *plan.probes})
+    stored = dict.fromkeys(key.values())
+    with engine or here() as place, Store(target, run) as store:
+        for name in stored:
+            collect(store, name, sides[name], needed[name], place, progress)
+        failed = {side: store.failures(key[side]) for side in sides}
+        assumed = {_called(sides[k], n) for k in stored for n in store.assumed(k)}
+        noted = by_note(
+            (_called(sides[k], n), notes) for k in stored for n, notes in store.notes(k).items()
+        )
+        comparing = Comparing(
+            store=store,
+            plan=plan,
+            probes=key[PROBES],
+            references=key[REFERENCES],
+            matcher=chosen,
+            writer=RowWriter(
+                probes=sides[PROBES].names,
+                references=sides[REFERENCES].names,
+                probe_failures=failed[PROBES],
+                reference_failures=failed[REFERENCES],
+                calibration=calibration,
+                threshold=threshold,
+            ),
+            save_every_s=save_every_s,
+        )
+        begun = time.perf_counter()
+        start, end = comparing.run(place, progress)
+    finger_rows = None
+    if fingers is not None:
+        one, other = sides[PROBES], sides[REFERENCES]
+        names = one.names, other.names, other.fingers
+        finger_rows = write_fingers(target, Path(fingers), *names, same=_same(one, other))
+    return Scoring(
+        output=target,
+        references=len(plan.references),
+        probes=len(plan.probes),
+        pairs=end.pairs,
+        rows=end.rows,
+        resumed=start.pairs,
+        failed_pairs=end.failed,
+        failures=tuple(
+            ImageFailure(side, sides[side].names[number], reason)
+            for side in stored
+            for number, reason in failed[side].items()
+        ),
+        dpi_assumed=tuple(sorted(assumed)),
+        seconds=time.perf_counter() - begun,
+        noted=noted,
+        fingers=None if fingers is None else Path(fingers),
+        finger_rows=finger_rows,
+    )
+
+
+def _called(side: PrintSource, number: int) -> str:
+    """Return what a print of a side is called in notes."""
+    return f"{side.place}: {side.names[number]}"
+
+
+def _opened(side: AnySide, dpi: float | None) -> PrintSource:
+    if isinstance(side, str | os.PathLike):
+        return open_source(side, dpi=dpi)
+    return side
+
+
+def _same(one: PrintSource, other: PrintSource) -> bool:
+    return (one.place, one.fingerprint) == (other.place, other.fingerprint)
+
+
+def _planned(pairs: str | os.PathLike[str] | Plan | None, sides: dict[str, PrintSource]) -> Plan:
+    probes, references = sides[PROBES].names, sides[REFERENCES].names
+    if pairs is None:
+        return AllPairs(len(probes), len(references))
+    if isinstance(pairs, str | os.PathLike):
+        return ListedPairs(pairs, probes, references)
+    return pairs
+
+
+def _check_threshold(
+    threshold: float | None, calibration: Calibration | None, matcher: str
+) -> None:
+    if threshold is None:
+        return
+    if not 0 <= threshold <= MAX_SCORE:
+        raise MatcherError(f"threshold must lie in 0..{MAX_SCORE:g}, not {threshold:g}")
+    if calibration is None:
+        raise MatcherError(
+            f"matcher {matcher!r} has no calibration, so its scores cannot be held against a "
+            "threshold; see fpmatch calibrate"
+        )

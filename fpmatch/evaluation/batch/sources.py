@@ -1,0 +1,248 @@
+"""The two sides of a scoring: a folder of prints or a gallery, as names and templates in bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections import Counter
+from contextlib import closing
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Protocol
+
+import numpy as np
+
+from fpmatch.errors import FpmatchError, ScoringError
+from fpmatch.evaluation.batch.fingers import finger_of_name
+from fpmatch.gallery.compact import unpack_template
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.prints import PrintFile, extract_print, find_prints, folder_reader
+from fpmatch.gallery.read_print import read_print
+from fpmatch.image.io.dataset_folder import read_dataset_info
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Generator, Iterable, Sequence
+
+    from fpmatch.engine.engine import Engine
+    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.image.io.read import GreyImage
+    from fpmatch.image.quality.polarity import Polarity
+
+IMAGES_PER_CHUNK: Final = 2
+_ZIP: Final = b"PK"  # how what `pack` returns begins
+_COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
+
+
+@dataclass(frozen=True, slots=True)
+class StoredTemplate:
+    """Hold what a side has of one print.
+
+    Parameters
+    ----------
+    data : bytes or None
+        Its template, for `unpack`; None where there is none.
+    reason : str
+        Why there is none; else "".
+    dpi_assumed : bool
+        Whether its resolution had to be assumed.
+    notes : tuple of str
+        What was noticed on reading it.
+    """
+
+    data: bytes | None
+    reason: str = ""
+    dpi_assumed: bool = False
+    notes: tuple[str, ...] = ()
+
+
+class PrintSource(Protocol):
+    """Give the prints of one side, in an order that stays.
+
+    `names` are those of its prints, each once, and `fingers` says whose each is; `fingerprint` is a
+    word that is another one whenever they have changed; `place` says where they are, in words.
+    """
+
+    place: str
+    names: list[str]
+    fingers: list[str]
+    fingerprint: str
+
+    def items(
+        self, engine: Engine, numbers: Sequence[int]
+    ) -> Generator[StoredTemplate, None, None]:
+        """Yield some prints by their ascending numbers, extracted by `engine` where need be."""
+
+
+def open_source(
+    place: str | os.PathLike[str],
+    *,
+    dpi: float | None = None,
+    polarity: Polarity = "auto",
+    reader: Callable[..., GreyImage | TemplateRecord] = read_print,
+) -> PrintSource:
+    """Open one side of a scoring.
+
+    Parameters
+    ----------
+    place : path-like or str
+        A folder of prints, or a gallery: a file or the URL of a database.
+    dpi : float, optional
+        Resolution of all prints of a folder; by default what its ``dataset.toml`` says, else each
+        file's own.
+    polarity : str
+        Polarity of all images of a folder, as for `fpmatch.image.quality.folder_polarity.find_polarities`.
+    reader : callable
+        Reads the file of a print (default: `read_print`).
+
+    Returns
+    -------
+    PrintSource
+        Its prints, none of them read yet.
+
+    Raises
+    ------
+    FpmatchError
+        If there is no such folder or gallery, or nothing in it.
+    """
+    if "://" in str(place) or Path(place).is_file():
+        return GallerySource(place)
+    return FolderSource(Path(place), dpi, polarity, reader)
+
+
+class FolderSource:
+    """The images of a folder, by name, from which templates are extracted; or its templates."""
+
+    def __init__(
+        self,
+        folder: Path,
+        dpi: float | None,
+        polarity: Polarity,
+        reader: Callable[..., GreyImage | TemplateRecord],
+    ) -> None:
+        self._files = find_prints([folder], dpi)
+        known = read_dataset_info(folder).polarity if polarity == "auto" else polarity
+        self._open_reader = cache(
+            partial(folder_reader, self._files, polarity=known, dpi=dpi, reader=reader)
+        )
+        self.place = str(folder)
+        self.names = [file.path.name for file in self._files]
+        self.fingers = [finger_of_name(name) for name in self.names]
+        states: list[object] = [_state(file) for file in self._files]
+        self.fingerprint = _digest(states if known == "auto" else [*states, known])
+
+    def items(
+        self, engine: Engine, numbers: Sequence[int]
+    ) -> Generator[StoredTemplate, None, None]:
+        """Yield some prints by their numbers."""
+        starts = range(0, len(numbers), IMAGES_PER_CHUNK)
+        # Read here, so that workers elsewhere need not see the files.
+        chunks = (
+            [self._read(self._files[n]) for n in numbers[k : k + IMAGES_PER_CHUNK]] for k in starts
+        )
+        with closing(engine.map(_extract_chunk, None, chunks)) as results:
+            for items in results:
+                yield from items
+
+    def _read(
+        self, file: PrintFile
+    ) -> tuple[PrintFile, GreyImage | TemplateRecord] | StoredTemplate:
+        try:
+            return file, self._open_reader()(file.path)
+        except FpmatchError as error:
+            return _failed(file, error)
+
+
+class GallerySource:
+    """The entries of a gallery, by their numbers; templates are those it keeps."""
+
+    def __init__(self, place: str | os.PathLike[str]) -> None:
+        self._open = partial(open_gallery, place)
+        with self._open() as gallery:
+            self.place = gallery.name
+            self.fingerprint = gallery.content_hash()
+            entries = list(gallery.entries())
+        if not entries:
+            raise ScoringError(f"{self.place}: the gallery is empty")
+        self._numbers = [entry.id for entry in entries]
+        self.fingers = [str(entry.label.of_finger) for entry in entries]
+        times = Counter(str(entry.label) for entry in entries)
+        # Labels differ, but not always once they are written as one word.
+        self.names = [
+            str(e.label) if times[str(e.label)] == 1 else f"{e.label}#{e.id}" for e in entries
+        ]
+
+    def items(
+        self, engine: Engine, numbers: Sequence[int]
+    ) -> Generator[StoredTemplate, None, None]:
+        """Yield some prints by their ascending numbers."""
+        wanted = [self._numbers[n] for n in numbers]
+        after = wanted[0] - 1 if wanted else 0
+        with self._open() as gallery:
+            packed = gallery.packed_templates(after=after)
+            for number in wanted:
+                at, data = next((p for p in packed if p[0] >= number), (None, b""))
+                if at != number:
+                    raise ScoringError(f"{self.place}: changed while it was read; start again")
+                yield StoredTemplate(data)
+
+
+def pack(template: Template) -> bytes:
+    """Return a template as bytes, exactly as it is."""
+    minutiae, field = template.minutiae, template.field
+    arrays = {name: getattr(minutiae, name) for name in _COLUMNS}
+    arrays["frame"] = np.array([template.width, template.height, template.dpi])
+    if field is not None:
+        arrays |= {"orientation": field.orientation, "mask": field.mask}
+        arrays["step"] = np.array(field.step)
+        if field.ridges is not None:
+            arrays["ridges"] = field.ridges
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def unpack(data: bytes) -> Template:
+    """Return the template that an `StoredTemplate` holds as bytes, packed here or by a gallery."""
+    if not data.startswith(_ZIP):
+        return unpack_template(data)
+    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+        width, height, dpi = arrays["frame"].tolist()
+        field = None
+        if "step" in arrays:
+            ridges = arrays.get("ridges")
+            field = RidgeField(float(arrays["step"]), arrays["orientation"], arrays["mask"], ridges)
+        minutiae = Minutiae(*(arrays[name] for name in _COLUMNS))
+    return Template(minutiae, int(width), int(height), dpi, field)
+
+
+def _extract_chunk(
+    _: None, chunk: list[tuple[PrintFile, GreyImage | TemplateRecord] | StoredTemplate]
+) -> list[StoredTemplate]:
+    return [part if isinstance(part, StoredTemplate) else _extract(*part) for part in chunk]
+
+
+def _extract(file: PrintFile, found: GreyImage | TemplateRecord) -> StoredTemplate:
+    try:
+        extracted = extract_print(file, reader=lambda _: found)
+    except FpmatchError as error:
+        return _failed(file, error)
+    return StoredTemplate(pack(extracted.template), "", extracted.dpi_assumed, extracted.notes)
+
+
+def _failed(file: PrintFile, error: FpmatchError) -> StoredTemplate:
+    return StoredTemplate(None, str(error).removeprefix(f"{file.path}: "))
+
+
+def _state(file: PrintFile) -> tuple[str, int, int, float | None]:
+    try:
+        status = file.path.stat()
+    except OSError:  # a file that is gone fails when it is read, as a row
+        return file.path.name, -1, -1, file.dpi
+    return file.path.name, status.st_size, status.st_mtime_ns, file.dpi
+
+
+def _digest(parts: Iterable[object]) -> str:
+    return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()

@@ -1,0 +1,244 @@
+"""What an unfinished scoring keeps beside its output, so that it goes on where it was ended.
+
+The folder ``OUTPUT.unfinished`` holds the rows so far, ``rows.csv``, and ``state.db``: what run it
+is, the templates of both sides, and how far the rows are good. A row that was written but not yet
+counted there when the run was killed is cut off, and made again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sqlite3
+import time
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import OutputError, ScoringError
+from fpmatch.output import reason
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
+    from types import TracebackType
+    from typing import BinaryIO, Self
+
+    from fpmatch.evaluation.batch.sources import StoredTemplate
+
+SUFFIX: Final = ".unfinished"
+ROWS_FILE: Final = "rows.csv"
+_COMMIT_EVERY_S: Final = 0.5
+_NUMBERS_PER_QUERY: Final = 500
+_START_AGAIN: Final = "delete the folder and start again"
+_TABLES: Final = """
+CREATE TABLE IF NOT EXISTS run (what TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS position (chunks INT, pairs INT, rows INT, bytes INT, failed INT);
+CREATE TABLE IF NOT EXISTS item (
+    side TEXT, number INT, data BLOB, reason TEXT NOT NULL, dpi_assumed INT NOT NULL,
+    notes TEXT NOT NULL, PRIMARY KEY (side, number)
+) WITHOUT ROWID;
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Position:
+    """Hold how far a run has come.
+
+    Parameters
+    ----------
+    chunks, pairs : int
+        Chunks of work whose rows are written, and the pairs in them.
+    rows, size : int
+        Rows written, and the length of their file in bytes.
+    failed : int
+        Rows among them without a score.
+    """
+
+    chunks: int = 0
+    pairs: int = 0
+    rows: int = 0
+    size: int = 0
+    failed: int = 0
+
+
+class Store:
+    """Keep an unfinished scoring on disk; a context manager that leaves it there.
+
+    Parameters
+    ----------
+    output : Path
+        The file that is to be written in the end.
+    run : mapping of str to str
+        What run it is, in words for what may differ; another cannot go on with it.
+
+    Raises
+    ------
+    ScoringError
+        If another run is unfinished there, or is going on at this moment.
+    OutputError
+        If the disk is full, or nothing can be written there.
+    """
+
+    def __init__(self, output: Path, run: Mapping[str, str]) -> None:
+        self.output = output
+        self.folder = output.with_name(output.name + SUFFIX)
+        self.rows_file = self.folder / ROWS_FILE
+        with self.writing():
+            if output.is_dir():
+                raise OutputError(f"{output}: cannot be written: it is a folder")
+            self.folder.mkdir(exist_ok=True)
+            self._database = sqlite3.connect(self.folder / "state.db", timeout=0)
+            try:
+                self._begin(run)
+            except BaseException:
+                self._database.close()
+                raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._database.close()
+
+    def _begin(self, run: Mapping[str, str]) -> None:
+        # One run at a time; the system lets go of the lock of a run that was killed.
+        self._database.execute("PRAGMA locking_mode = EXCLUSIVE")
+        self._database.execute("BEGIN EXCLUSIVE")
+        self._database.commit()
+        self._database.executescript(_TABLES)
+        kept = self._database.execute("SELECT what FROM run").fetchone()
+        if kept is None:
+            with self._database:
+                self._database.execute("INSERT INTO run VALUES (?)", [json.dumps(dict(run))])
+                self._database.execute("INSERT INTO position VALUES (0, 0, 0, 0, 0)")
+            return
+        other = json.loads(kept[0])
+        differing = [key for key in {**run, **other} if run.get(key) != other.get(key)]
+        if differing:
+            raise ScoringError(
+                f"{self.folder}: an unfinished run, but with another {differing[0]}; finish it as "
+                "it was started, or delete the folder"
+            )
+
+    @property
+    def position(self) -> Position:
+        """How far the run has come."""
+        with self.writing():
+            return Position(*self._database.execute("SELECT * FROM position").fetchone())
+
+    def advance(self, position: Position) -> None:
+        """Note how far the run has come; its rows must be on disk."""
+        with self.writing(), self._database:
+            self._database.execute(
+                "UPDATE position SET (chunks, pairs, rows, bytes, failed) = (?, ?, ?, ?, ?)",
+                astuple(position),
+            )
+
+    @contextmanager
+    def rows(self, size: int) -> Iterator[BinaryIO]:
+        """Open the file of rows, cut off after `size` bytes, to write more."""
+        with self.writing(), self.rows_file.open("r+b" if size else "w+b") as stream:
+            if stream.seek(0, os.SEEK_END) < size:
+                raise ScoringError(f"{self.rows_file}: cut short; {_START_AGAIN}")
+            stream.truncate(size)
+            stream.seek(size)
+            yield stream
+
+    def count_items(self, side: str) -> int:
+        """Return how many prints of a side are here; they are the first of those needed."""
+        with self.writing():
+            query = "SELECT count(*) FROM item WHERE side = ?"
+            return int(self._database.execute(query, [side]).fetchone()[0])
+
+    def add_items(
+        self, side: str, items: Iterable[tuple[int, StoredTemplate]]
+    ) -> Generator[int, None, None]:
+        """Keep prints of a side with their numbers; yield the number of each."""
+        query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?)"
+        committed = time.monotonic()
+        try:
+            for number, item in items:
+                with self.writing():
+                    notes = json.dumps(item.notes) if item.notes else ""
+                    row = (side, number, item.data, item.reason, item.dpi_assumed, notes)
+                    self._database.execute(query, row)
+                    if time.monotonic() - committed >= _COMMIT_EVERY_S:
+                        self._database.commit()
+                        committed = time.monotonic()
+                yield number
+        finally:
+            with self.writing():
+                self._database.commit()
+
+    def templates(self, side: str, numbers: Sequence[int]) -> dict[int, bytes]:
+        """Return the templates, in bytes, of those among some prints of a side that have one."""
+        found: dict[int, bytes] = {}
+        for k in range(0, len(numbers), _NUMBERS_PER_QUERY):
+            part = numbers[k : k + _NUMBERS_PER_QUERY]
+            query = (
+                "SELECT number, data FROM item WHERE side = ? AND data IS NOT NULL "
+                f"AND number IN ({','.join('?' * len(part))})"
+            )
+            with self.writing():
+                found.update(self._database.execute(query, [side, *part]).fetchall())
+        return found
+
+    def failures(self, side: str) -> dict[int, str]:
+        """Return the reasons of the prints of a side that have no template, by number."""
+        query = "SELECT number, reason FROM item WHERE side = ? AND data IS NULL ORDER BY number"
+        with self.writing():
+            return dict(self._database.execute(query, [side]).fetchall())
+
+    def assumed(self, side: str) -> list[int]:
+        """Return the numbers of the prints of a side whose resolution was assumed."""
+        query = "SELECT number FROM item WHERE side = ? AND dpi_assumed ORDER BY number"
+        with self.writing():
+            return [number for (number,) in self._database.execute(query, [side])]
+
+    def notes(self, side: str) -> dict[int, list[str]]:
+        """Return what was noticed on reading prints of a side, by number."""
+        query = "SELECT number, notes FROM item WHERE side = ? AND notes != '' ORDER BY number"
+        with self.writing():
+            return {n: json.loads(notes) for n, notes in self._database.execute(query, [side])}
+
+    def put_in_place(self, finished: Path) -> None:
+        """Make a file of the folder the output."""
+        with self.writing():
+            finished.replace(self.output)
+
+    def clear(self) -> None:
+        """Delete the folder."""
+        with self.writing():
+            self._database.close()
+            shutil.rmtree(self.folder)
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Turn what goes wrong on disk into errors of one line."""
+        try:
+            yield
+        except OSError as error:
+            raise OutputError(f"{self.output}: cannot be written: {reason(error)}") from error
+        except sqlite3.Error as error:
+            raise self._in_words(error) from error
+
+    def _in_words(self, error: sqlite3.Error) -> OutputError | ScoringError:
+        code = getattr(error, "sqlite_errorname", "")
+        if code == "SQLITE_BUSY":
+            return ScoringError(f"{self.folder}: another run is writing this output")
+        if code in {"SQLITE_NOTADB", "SQLITE_CORRUPT"} or not code:
+            return ScoringError(f"{self.folder}: damaged; {_START_AGAIN}")
+        return OutputError(f"{self.output}: cannot be written: {error}")
+
+
+def flush(stream: BinaryIO) -> None:
+    """Bring what was written to the disk itself."""
+    stream.flush()
+    os.fsync(stream.fileno())

@@ -1,0 +1,1 @@
+"""Extracted minutiae and recovered transforms compared with the known truth of synthetic prints."""

@@ -1,0 +1,235 @@
+"""What an evaluation found on prints whose truth is known: their minutiae, and transforms."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.evaluation.ground_truth.false_minutiae import Cause, false_minutiae
+from fpmatch.evaluation.ground_truth.minutiae_counts import (
+    MAIN_TOLERANCE,
+    TOLERANCES,
+    MinutiaeCounts,
+    count_minutiae,
+)
+from fpmatch.evaluation.ground_truth.transform_error import TransformError, measure_transforms
+from fpmatch.evaluation.ground_truth.transform_summary import TransformSummary, summarise_transforms
+from fpmatch.minutiae import STANDARD_DPI, Minutiae, Template
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
+    from fpmatch.evaluation.report import EvaluationReport, SetResult
+
+_DIGITS: Final = 4  # of shares, degrees and pixels in JSON
+
+
+@dataclass(frozen=True, slots=True)
+class MinutiaeResult:
+    """Hold what extraction made of one or more prints; results add up.
+
+    Parameters
+    ----------
+    counts, with_kind : tuple of MinutiaeCounts
+        One for each of `TOLERANCES`; with any kinds, and with equal ones.
+    causes : Counter of Cause
+        The minutiae that are false at `MAIN_TOLERANCE`, with any kinds, by cause.
+    """
+
+    counts: tuple[MinutiaeCounts, ...] = (MinutiaeCounts(),) * len(TOLERANCES)
+    with_kind: tuple[MinutiaeCounts, ...] = (MinutiaeCounts(),) * len(TOLERANCES)
+    causes: Counter[Cause] = field(default_factory=Counter)
+
+    def __add__(self, other: MinutiaeResult) -> MinutiaeResult:
+        return MinutiaeResult(
+            tuple(a + b for a, b in zip(self.counts, other.counts, strict=True)),
+            tuple(a + b for a, b in zip(self.with_kind, other.with_kind, strict=True)),
+            self.causes + other.causes,
+        )
+
+    @property
+    def main(self) -> MinutiaeCounts:
+        """The counts at `MAIN_TOLERANCE`, with any kinds."""
+        return self.counts[TOLERANCES.index(MAIN_TOLERANCE)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the result as JSON values: shares as fractions, null where undefined."""
+        return {
+            "extracted": self.main.extracted,
+            "true": self.main.true,
+            "agreement": [
+                {
+                    "distance_px": tolerance.distance_px,
+                    "turn_deg": round(math.degrees(tolerance.turn), _DIGITS),
+                    **_counts_as_json(counts),
+                    "with_kind": _counts_as_json(with_kind),
+                }
+                for tolerance, counts, with_kind in zip(
+                    TOLERANCES, self.counts, self.with_kind, strict=True
+                )
+            ],
+            "false_by_cause": _causes_as_json(self.causes),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class MinutiaeSetResult:
+    """Hold what was found on one database, or on several pooled.
+
+    Parameters
+    ----------
+    name : str
+        The database.
+    prints : tuple of (str, MinutiaeResult)
+        Each image's name and result.
+    genuine : int
+        Number of genuine pairs, judged or not.
+    errors : tuple of TransformError
+        One a genuine pair that was judged.
+    """
+
+    name: str
+    prints: tuple[tuple[str, MinutiaeResult], ...]
+    genuine: int
+    errors: tuple[TransformError, ...]
+
+    @property
+    def total(self) -> MinutiaeResult:
+        """The results of all prints together."""
+        return sum((result for _, result in self.prints), MinutiaeResult())
+
+    @property
+    def transforms(self) -> TransformSummary:
+        """The judged pairs' errors in a few figures."""
+        return summarise_transforms(self.errors)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the row as JSON values, without the single prints."""
+        return {
+            "name": self.name,
+            "prints": len(self.prints),
+            **self.total.as_json(),
+            "transforms": {
+                "genuine": self.genuine,
+                **{key: _rounded(value) for key, value in asdict(self.transforms).items()},
+            },
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class MinutiaeReport:
+    """Hold what was found on some databases whose truth is known."""
+
+    sets: tuple[MinutiaeSetResult, ...]
+
+    @property
+    def pooled(self) -> MinutiaeSetResult:
+        """All databases as if they were one."""
+        return MinutiaeSetResult(
+            name="pooled",
+            prints=tuple(p for row in self.sets for p in row.prints),
+            genuine=sum(row.genuine for row in self.sets),
+            errors=tuple(e for row in self.sets for e in row.errors),
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the report as JSON values; each database with its prints, one by one."""
+        return {
+            "sets": [
+                {**row.as_json(), "by_print": [_print_as_json(*p) for p in row.prints]}
+                for row in self.sets
+            ],
+            "pooled": self.pooled.as_json(),
+        }
+
+
+def measure_minutiae(
+    report: EvaluationReport, truths: Sequence[Sequence[ImpressionTruth]]
+) -> MinutiaeReport:
+    """Measure the templates and the transforms of an evaluation against the truth.
+
+    Parameters
+    ----------
+    report : EvaluationReport
+        The evaluation.
+    truths : sequence of sequence of ImpressionTruth
+        The truth about each database's impressions, as `load_truth` returns it.
+
+    Returns
+    -------
+    MinutiaeReport
+        A row a database.
+    """
+    rows = zip(report.sets, truths, strict=True)
+    return MinutiaeReport(tuple(_measure_set(row, truth, report.matcher) for row, truth in rows))
+
+
+def _measure_set(
+    row: SetResult, truths: Sequence[ImpressionTruth], matcher: str
+) -> MinutiaeSetResult:
+    extracted = row.extracted
+    names = [impression.path.name for impression in extracted.dataset.impressions]
+    templates = [extraction.template for extraction in extracted.extractions]
+    results = map(measure_print, templates, truths)
+    return MinutiaeSetResult(
+        name=row.name,
+        prints=tuple(zip(names, results, strict=True)),
+        genuine=row.genuine,
+        errors=tuple(measure_transforms(row, truths, matcher)),
+    )
+
+
+def measure_print(template: Template | None, truth: ImpressionTruth) -> MinutiaeResult:
+    """Measure one template against the truth.
+
+    Parameters
+    ----------
+    template : Template or None
+        The template; None, for an image that gave none, misses all there is.
+    truth : ImpressionTruth
+        The truth, in pixels of the same image.
+
+    Returns
+    -------
+    MinutiaeResult
+        Counts, by distances at 500 dpi.
+    """
+    if template is None:
+        missed = MinutiaeCounts(missed=int(np.count_nonzero(truth.visible)))
+        return MinutiaeResult((missed,) * len(TOLERANCES), (missed,) * len(TOLERANCES))
+    zoom = STANDARD_DPI / template.dpi
+    found, true = _zoomed(template.minutiae, zoom), _zoomed(truth.minutiae, zoom)
+    counts, with_kind = (
+        tuple(count_minutiae(found, true, truth.visible, t, with_kind=kind) for t in TOLERANCES)
+        for kind in (False, True)
+    )
+    return MinutiaeResult(counts, with_kind, Counter(false_minutiae(template, truth).values()))
+
+
+def _zoomed(minutiae: Minutiae, zoom: float) -> Minutiae:
+    return replace(minutiae, x=minutiae.x * zoom, y=minutiae.y * zoom)
+
+
+def _print_as_json(name: str, result: MinutiaeResult) -> dict[str, Any]:
+    counts = _counts_as_json(result.main)
+    return {"name": name, **counts, "false_by_cause": _causes_as_json(result.causes)}
+
+
+def _causes_as_json(causes: Counter[Cause]) -> dict[str, int]:
+    return {cause.name.lower(): causes[cause] for cause in Cause}
+
+
+def _counts_as_json(counts: MinutiaeCounts) -> dict[str, Any]:
+    shares = {key: _rounded(getattr(counts, key)) for key in ("precision", "recall", "f1")}
+    return {**asdict(counts), **shares}
+
+
+def _rounded(value: float) -> float | None:
+    if isinstance(value, int):
+        return value
+    return round(value, _DIGITS) if math.isfinite(value) else None

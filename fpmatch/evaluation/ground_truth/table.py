@@ -1,0 +1,99 @@
+"""A report on prints whose truth is known as tables of text, for people."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.evaluation.ground_truth.false_minutiae import Cause
+from fpmatch.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, TOLERANCES
+
+if TYPE_CHECKING:
+    from fpmatch.evaluation.ground_truth.minutiae_counts import MinutiaeCounts
+    from fpmatch.evaluation.ground_truth.report import MinutiaeReport, MinutiaeSetResult
+
+    Cells = tuple[str, ...]
+
+_SHARES: Final = ("precision", "recall", "F1")
+_MINUTIAE_HEAD: Final = (
+    *("minutiae", "within", "extracted", "true", "right", *_SHARES),
+    *("with kind: precision", *_SHARES[1:]),
+)
+_FALSE_HEAD: Final = (f"false ones within {MAIN_TOLERANCE}", "all", *(c.value for c in Cause))
+_TRANSFORM_HEAD: Final = (
+    *("transforms", "genuine", "judged", "MATCH", "in place"),
+    *("rotation", "95 %", "shift", "95 %", "scale", "95 %", "residual", "at best"),
+)
+_UNDEFINED: Final = "-"
+
+
+def format_minutiae(report: MinutiaeReport) -> str:
+    """Return three tables: of the minutiae, of the false ones by cause, and of the transforms.
+
+    Parameters
+    ----------
+    report : MinutiaeReport
+        The report.
+
+    Returns
+    -------
+    str
+        Lines of equal columns; "-" where nothing can be said. Several databases are followed by
+        a row that pools them.
+    """
+    rows = [*report.sets, *([report.pooled] if len(report.sets) > 1 else [])]
+    blocks = [
+        [_MINUTIAE_HEAD, *(cells for row in rows for cells in _minutiae_cells(row))],
+        [_FALSE_HEAD, *map(_false_cells, rows)],
+        [_TRANSFORM_HEAD, *map(_transform_cells, rows)],
+    ]
+    return "\n\n".join(map(_as_text, blocks))
+
+
+def _minutiae_cells(row: MinutiaeSetResult) -> list[Cells]:
+    total = row.total
+    numbers = (str(total.main.extracted), str(total.main.true))
+    return [
+        (row.name, str(tolerance), *numbers, str(c.right), *_shares(c), *_shares(with_kind))
+        for tolerance, c, with_kind in zip(TOLERANCES, total.counts, total.with_kind, strict=True)
+    ]
+
+
+def _shares(counts: MinutiaeCounts) -> Cells:
+    return tuple(_percent(share) for share in (counts.precision, counts.recall, counts.f1))
+
+
+def _false_cells(row: MinutiaeSetResult) -> Cells:
+    causes = row.total.causes
+    return (row.name, str(causes.total()), *(str(causes[cause]) for cause in Cause))
+
+
+def _transform_cells(row: MinutiaeSetResult) -> Cells:
+    t = row.transforms
+    return (
+        *(row.name, str(row.genuine), str(t.judged), _percent(t.match), _percent(t.in_place)),
+        *(_number(v, "°") for v in (t.rotation_deg, t.rotation_deg_p95)),
+        *(_number(v, " px") for v in (t.shift_px, t.shift_px_p95)),
+        *(_number(v, " %") for v in (t.scale_percent, t.scale_percent_p95)),
+        *(_number(v, " px") for v in (t.residual_px, t.least_residual_px)),
+    )
+
+
+def _percent(share: float) -> str:
+    return _UNDEFINED if math.isnan(share) else f"{100 * share:.1f} %"
+
+
+def _number(value: float, unit: str) -> str:
+    return _UNDEFINED if math.isnan(value) else f"{value:.2f}{unit}"
+
+
+def _as_text(rows: list[Cells]) -> str:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = (
+        "  ".join(
+            cell.rjust(width) if column else cell.ljust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        )
+        for row in rows
+    )
+    return "\n".join(line.rstrip() for line in lines)

@@ -1,0 +1,224 @@
+"""The curves of an evaluation: DET, ROC, distributions of scores, and ranks of a search."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.evaluation.html import svg
+from fpmatch.evaluation.rates import error_curves
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+_SIZE: Final = (5.6, 4.4)  # inches; the page scales it
+_DET_TICKS: Final = (
+    *(0.00001, 0.0001, 0.001, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4),
+    *(0.6, 0.8),
+)
+_DET_HIGHEST: Final = 0.6
+_ROC_LOWEST_FMR: Final = 1e-4
+_RULE_OF_30: Final = 30  # errors from which on a rate is known to some 30 % (ISO/IEC 19795-1)
+_BINS: Final = 50
+_MOST_RANKS: Final = 10
+_LEAST_SPAN: Final = 0.9  # axes of shares near 1 begin no higher
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """Hold one line of a plot.
+
+    Parameters
+    ----------
+    label : str
+        What it is called.
+    genuine, impostor : ndarray of float64
+        Scores; greater for more alike.
+    bold : bool
+        Whether it stands out among the others.
+    """
+
+    label: str
+    genuine: NDArray[np.float64]
+    impostor: NDArray[np.float64]
+    bold: bool = False
+
+    @property
+    def separates(self) -> bool:
+        """Whether some threshold makes no error; the DET then has nothing to show."""
+        return bool(self.genuine.min() > self.impostor.max())
+
+
+def det_plot(curves: Sequence[Curve], name: str) -> str:
+    """Draw FNMR against FMR on axes of normal deviates, on which normal scores give a line.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+        The lines, none of them one-sided; the last one's impostors tell where rates get unsure.
+    name : str
+        As for `inline_svg`.
+
+    Returns
+    -------
+    str
+        An SVG element.
+
+    References
+    ----------
+    Martin, Doddington, Kamm, Ordowski, Przybocki, "The DET curve in assessment of detection task
+    performance", Eurospeech 1997.
+    """
+    from scipy.special import ndtri  # noqa: PLC0415
+
+    with svg.settings():
+        figure, axes = _axes()
+        low_x = min(0.5 / max(c.impostor.size for c in curves), 0.005)
+        low_y = min(0.5 / max(c.genuine.size for c in curves), 0.005)
+        for index, curve in enumerate(curves):
+            found = error_curves(curve.genuine, curve.impostor)
+            x = ndtri(np.clip(found.fmr, low_x / 2, 1 - low_x / 2))
+            y = ndtri(np.clip(found.fnmr, low_y / 2, 1 - low_y / 2))
+            _line(axes, x, y, index, curve)
+        unsure = _RULE_OF_30 / curves[-1].impostor.size
+        axes.axvspan(ndtri(low_x), ndtri(max(unsure, low_x)), color=svg.SHADE, zorder=0)
+        highest = ndtri(_DET_HIGHEST)
+        axes.plot([-9, highest], [-9, highest], color=svg.MUTED, linewidth=0.8, linestyle=":")
+        for set_ticks, low in ((axes.set_xticks, low_x), (axes.set_yticks, low_y)):
+            ticks = [t for t in _DET_TICKS if low <= t <= _DET_HIGHEST]
+            set_ticks([float(ndtri(t)) for t in ticks], [_in_percent(t) for t in ticks])
+        axes.set_xlim(ndtri(low_x), highest)
+        axes.set_ylim(ndtri(low_y), highest)
+        axes.set_xlabel("false match rate, %")
+        axes.set_ylabel("false non-match rate, %")
+        return svg.inline_svg(figure, name, "DET curves")
+
+
+def roc_plot(curves: Sequence[Curve], name: str) -> str:
+    """Draw the share of genuine pairs that match against FMR; else as `det_plot`."""
+    with svg.settings():
+        figure, axes = _axes()
+        lowest = 1.0
+        for index, curve in enumerate(curves):
+            found = error_curves(curve.genuine, curve.impostor)
+            _line(axes, found.fmr, 1 - found.fnmr, index, curve)
+            shown = found.fmr >= _ROC_LOWEST_FMR
+            lowest = min(lowest, float(1 - found.fnmr[shown].max()))
+        axes.set_xscale("log")
+        ticks = [1e-4, 1e-3, 1e-2, 1e-1, 1.0]
+        axes.set_xticks(ticks, [_in_percent(t) for t in ticks])
+        axes.minorticks_off()
+        axes.set_xlim(_ROC_LOWEST_FMR, 1)
+        axes.set_ylim(min(np.floor(lowest * 20) / 20, _LEAST_SPAN), 1.002)
+        axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g}")
+        axes.set_xlabel("false match rate, %")
+        axes.set_ylabel("genuine pairs that match, %")
+        return svg.inline_svg(figure, name, "ROC curves")
+
+
+def score_plot(curve: Curve, name: str, unit: str, threshold: float | None = None) -> str:
+    """Draw how scores of genuine and of impostor pairs are spread.
+
+    Parameters
+    ----------
+    curve : Curve
+        The scores.
+    name : str
+        As for `inline_svg`.
+    unit : str
+        What the scores are called.
+    threshold : float, optional
+        A score to mark.
+
+    Returns
+    -------
+    str
+        An SVG element.
+    """
+    with svg.settings():
+        figure, axes = _axes()
+        both = np.concatenate([curve.genuine, curve.impostor])
+        edges = np.linspace(both.min(), max(both.max(), both.min() + 1e-9), _BINS + 1)
+        for values, colour in ((curve.impostor, svg.IMPOSTOR), (curve.genuine, svg.GENUINE)):
+            share = np.histogram(values, edges)[0] / values.size
+            axes.stairs(share, edges, fill=True, color=colour, alpha=0.25)
+            axes.stairs(share, edges, color=colour, linewidth=1.6)
+        axes.set_yscale("log")
+        axes.set_ylim(0.5 / max(curve.genuine.size, curve.impostor.size), 1)
+        axes.yaxis.set_major_formatter(lambda share, _: _in_percent(share))
+        axes.minorticks_off()
+        if threshold is not None:
+            axes.axvline(threshold, color=svg.INK, linewidth=1, linestyle="--")
+            axes.text(threshold, 1.02, " default threshold", transform=axes.get_xaxis_transform())
+        axes.set_xlabel(unit)
+        axes.set_ylabel(f"pairs in each of {_BINS} bins, %")
+        return svg.inline_svg(figure, name, "distributions of scores")
+
+
+def rank_plot(found: Sequence[tuple[str, NDArray[np.float64]]], name: str) -> str:
+    """Draw the share of probes whose own finger is among the first so many.
+
+    Parameters
+    ----------
+    found : sequence of (str, ndarray of float64)
+        What each line is called, and its share at rank 1, 2, ….
+    name : str
+        As for `inline_svg`.
+
+    Returns
+    -------
+    str
+        An SVG element.
+    """
+    with svg.settings():
+        figure, axes = _axes()
+        ranks = min(_MOST_RANKS, max(share.size for _, share in found))
+        for index, (_, share) in enumerate(found):
+            axes.plot(
+                np.arange(1, share[:ranks].size + 1),
+                share[:ranks],
+                color=svg.series_colour(index),
+                linestyle=svg.series_dashes(index),
+                marker="o",
+                markersize=3.5,
+            )
+        lowest = min(float(share[0]) for _, share in found)
+        axes.set_ylim(min(np.floor(lowest * 20) / 20, _LEAST_SPAN), 1.005)
+        axes.set_xticks(range(1, ranks + 1))
+        axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g}")
+        axes.set_xlabel("rank")
+        axes.set_ylabel("own finger at this rank or before, %")
+        return svg.inline_svg(figure, name, "cumulative match characteristic")
+
+
+def _axes() -> tuple[Figure, Axes]:
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=_SIZE, layout="constrained")
+    return figure, figure.add_subplot()
+
+
+def _line(
+    axes: Axes, x: NDArray[np.float64], y: NDArray[np.float64], index: int, curve: Curve
+) -> None:
+    if curve.bold:
+        axes.plot(x, y, color=svg.INK, linewidth=2.4)
+    else:
+        axes.plot(x, y, color=svg.series_colour(index), linestyle=svg.series_dashes(index))
+
+
+def _in_percent(share: float) -> str:
+    """Write a share without needless digits.
+
+    Examples
+    --------
+    >>> _in_percent(0.0001), _in_percent(0.4)
+    ('0.01', '40')
+    """
+    return f"{100 * share:.6g}"

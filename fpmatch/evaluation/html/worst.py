@@ -1,0 +1,155 @@
+"""The pairs that went worst: prints of one finger least alike, of different fingers most alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.drawing.files import webp_bytes
+from fpmatch.drawing.overlay import draw
+from fpmatch.errors import FpmatchError, MatcherError
+from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.html.causes import explain_false_match, explain_false_non_match
+from fpmatch.image.io.read import read_image
+from fpmatch.image.quality.polarity import INVERTED
+from fpmatch.matching.verify import verify
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fpmatch.evaluation.extraction import Extraction
+    from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.image.io.read import GreyImage
+    from fpmatch.matching.result import Verification
+
+DEFAULT_WORST: Final = 6
+_PICTURE_WIDTH: Final = 900
+
+
+@dataclass(frozen=True, slots=True)
+class WorstPair:
+    """Hold one pair that went wrong, or nearly so.
+
+    Parameters
+    ----------
+    set_name, probe, reference : str
+        Its database and images.
+    score : float or None
+        Its score; None where the matcher has no calibration.
+    similarity : float
+        The matcher's own measure.
+    causes : tuple of str
+        Why, as far as the comparison can tell, in words.
+    picture : bytes
+        A WebP of the overlay; empty where there is none.
+    """
+
+    set_name: str
+    probe: str
+    reference: str
+    score: float | None
+    similarity: float
+    causes: tuple[str, ...]
+    picture: bytes
+
+
+def worst_genuine(report: EvaluationReport, count: int = DEFAULT_WORST) -> list[WorstPair]:
+    """Find the pairs of one finger that are least alike, and draw them.
+
+    Each print comes once, so that one bad print does not fill the list; pairs with a print that
+    gave no template are failures to enrol and are left out.
+
+    Parameters
+    ----------
+    report : EvaluationReport
+        The evaluation; its images must still be there to be drawn.
+    count : int
+        How many.
+
+    Returns
+    -------
+    list of WorstPair
+        The worst first.
+    """
+    return _worst(report, count, genuine=True)
+
+
+def worst_impostors(report: EvaluationReport, count: int = DEFAULT_WORST) -> list[WorstPair]:
+    """Find the pairs of different fingers that are most alike; else as `worst_genuine`."""
+    return _worst(report, count, genuine=False)
+
+
+def _worst(report: EvaluationReport, count: int, *, genuine: bool) -> list[WorstPair]:
+    """Go through the pairs of all databases, the worst first."""
+    indices, similarity, set_index = [], [], []
+    for k, row in enumerate(report.sets):
+        usable = row.outcomes["reason"] != NO_TEMPLATE
+        chosen = np.flatnonzero((row.pairs.genuine == genuine) & usable)
+        indices.append(chosen)
+        similarity.append(row.outcomes["similarity"][chosen])
+        set_index.append(np.full(chosen.size, k))
+    pair, of = np.concatenate(indices), np.concatenate(set_index)
+    towards = np.concatenate(similarity) * (1 if genuine else -1)
+    found: list[WorstPair] = []
+    seen: set[tuple[int, int]] = set()
+    for n in np.argsort(towards, kind="stable"):
+        row, k = report.sets[of[n]], int(pair[n])
+        sides = [(int(of[n]), int(row.pairs.probe[k])), (int(of[n]), int(row.pairs.reference[k]))]
+        if seen.isdisjoint(sides):
+            seen.update(sides)
+            found.append(_looked_at(report, row, k, genuine=genuine))
+        if len(found) >= count:
+            break
+    return found
+
+
+def _looked_at(report: EvaluationReport, row: SetResult, k: int, *, genuine: bool) -> WorstPair:
+    i, j = int(row.pairs.probe[k]), int(row.pairs.reference[k])
+    impressions, extractions = row.extracted.dataset.impressions, row.extracted.extractions
+    probe, reference = extractions[i].template, extractions[j].template
+    if probe is None or reference is None:
+        raise ValueError("a pair without templates cannot be looked at")
+    causes: tuple[str, ...]
+    score: float | None = None
+    picture = b""
+    try:
+        verification = verify(probe, reference, matcher=report.matcher)
+    except MatcherError as error:  # not one of the package's, or not calibrated
+        causes = (f"not drawn: {error}",)
+    else:
+        causes = (
+            explain_false_non_match(verification) if genuine else explain_false_match(verification)
+        )
+        score = verification.score
+        try:
+            images = (_as_extracted(impressions[m].path, extractions[m]) for m in (i, j))
+            picture = _picture(verification, *images)
+        except FpmatchError as error:
+            causes = (*causes, f"not drawn: {error}")
+    return WorstPair(
+        set_name=row.name,
+        probe=impressions[i].path.name,
+        reference=impressions[j].path.name,
+        score=score,
+        similarity=float(row.outcomes["similarity"][k]),
+        causes=causes,
+        picture=picture,
+    )
+
+
+def _as_extracted(path: Path, extraction: Extraction) -> GreyImage:
+    """Read an image with the polarity with which its template was extracted."""
+    return read_image(path, polarity="white" if INVERTED in extraction.notes else "dark")
+
+
+def _picture(verification: Verification, probe: GreyImage, reference: GreyImage) -> bytes:
+    import cv2  # noqa: PLC0415
+
+    drawn = draw(probe, reference, verification)
+    height, width = drawn.shape[:2]
+    if width > _PICTURE_WIDTH:
+        size = (_PICTURE_WIDTH, round(height * _PICTURE_WIDTH / width))
+        drawn = cv2.resize(drawn, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
+    return webp_bytes(drawn)

@@ -1,0 +1,1 @@
+"""Enhancement: orientation, period and contrast of the ridges, by a network or by Gabor filters."""

@@ -1,0 +1,147 @@
+"""Where the ridges run: mask, orientation and enhanced image, found in one of two ways.
+
+*Learned*: a small network finds the ridges, and mask and orientation are read off what it found.
+*Filters*: a windowed spectrum tells mask, orientation and period, and every pixel is filtered along
+its ridge, twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from fpmatch.image.enhancement.blend import blend
+from fpmatch.image.enhancement.gabor import enhance
+from fpmatch.image.enhancement.network import enhance_by_network
+from fpmatch.image.enhancement.orientation import (
+    enhanced_orientation,
+    orientation_at_pixels,
+    ridge_orientation,
+)
+from fpmatch.image.enhancement.ridge_period import ridge_period
+from fpmatch.image.enhancement.spectrum import ridge_spectrum
+from fpmatch.image.preprocess.blocks import Blocks, blocks_to_pixels
+from fpmatch.image.preprocess.segment import mask_at_pixels, segment, segment_enhanced
+from fpmatch.image.recorder import wants_every_stage
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import NDArray
+
+    from fpmatch.image.enhancement.orientation import OrientationField
+    from fpmatch.image.parameters import ExtractionParameters
+    from fpmatch.image.preprocess.normalize import NormalizedImage
+    from fpmatch.image.recorder import Recorder
+
+    Flow = Callable[[NormalizedImage, ExtractionParameters, Recorder], "EnhancedPrint"]
+
+CELL_PX: Final = 8  # side of the cells of the learned way, at 500 dpi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EnhancedPrint:
+    """Hold how the ridges of an image run.
+
+    Parameters
+    ----------
+    step_px : int
+        Side of the cells.
+    cells : ndarray of bool, shape (rows, columns)
+        Segmentation mask on the cells.
+    mask : ndarray of bool, shape (H, W)
+        The same at the pixels.
+    field : OrientationField
+        Ridge orientation of the cells.
+    enhanced : ndarray of float32, shape (H, W)
+        Enhanced image, ridges positive, 0 outside the mask.
+    """
+
+    step_px: int
+    cells: NDArray[np.bool_]
+    mask: NDArray[np.bool_]
+    field: OrientationField
+    enhanced: NDArray[np.float32]
+
+
+def enhance_learned(
+    image: NormalizedImage, parameters: ExtractionParameters, note: Recorder
+) -> EnhancedPrint:
+    """Let the network find the ridges, and read mask and orientation off them.
+
+    Parameters
+    ----------
+    image : NormalizedImage
+        Normalised image.
+    parameters : ExtractionParameters
+        Those of segmentation and orientation are used.
+    note : Recorder
+        Receives the stages.
+
+    Returns
+    -------
+    EnhancedPrint
+        Mask, orientation and enhanced image.
+    """
+    p = parameters
+    grid = Blocks(CELL_PX, (image.pixels.shape[0], image.pixels.shape[1]))
+    ridges = enhance_by_network(image.pixels)
+    cells = segment_enhanced(image, ridges, grid, p.segmentation)
+    mask = mask_at_pixels(cells, grid)
+    field = enhanced_orientation(ridges, cells, grid, p.orientation)
+    enhanced = np.asarray(cv2.copyTo(ridges, mask.view(np.uint8)), np.float32)
+    note.record("enhanced", enhanced)
+    note.record("mask", mask)
+    if wants_every_stage(note):
+        orientation = orientation_at_pixels(field.orientation, grid)
+        note.record("orientation", np.where(mask, orientation, np.nan))
+        note.record("coherence", blocks_to_pixels(field.coherence, grid))
+    return EnhancedPrint(CELL_PX, cells, mask, field, enhanced)
+
+
+def enhance_gabor(
+    image: NormalizedImage, parameters: ExtractionParameters, note: Recorder
+) -> EnhancedPrint:
+    """Measure orientation and period in the local spectrum, and filter the image along them.
+
+    Both are measured once more on a blend of the image and its enhancement.
+
+    Parameters
+    ----------
+    image : NormalizedImage
+        Normalised image.
+    parameters : ExtractionParameters
+        All up to the blend's are used.
+    note : Recorder
+        Receives the stages.
+
+    Returns
+    -------
+    EnhancedPrint
+        Mask, orientation and enhanced image.
+    """
+    p = parameters
+    spectrum = ridge_spectrum(image.pixels, p.spectrum)
+    cells = segment(image, spectrum, p.segmentation)
+    mask = mask_at_pixels(cells, spectrum)
+    note.record("mask", mask)
+    pixels = image.pixels
+    for last in (*[False] * p.blend.rounds, True):
+        field = ridge_orientation(spectrum, cells, p.orientation)
+        orientation = orientation_at_pixels(field.orientation, spectrum)
+        period = blocks_to_pixels(ridge_period(spectrum, field, cells, p.period), spectrum)
+        enhanced = enhance(pixels, mask, orientation, period, p.enhancement)
+        if not last:
+            spectrum = ridge_spectrum(blend(pixels, enhanced, mask, p.blend), p.spectrum)
+    note.record("orientation", np.where(mask, orientation, np.nan))
+    note.record("coherence", blocks_to_pixels(field.coherence, spectrum))
+    note.record("period", np.where(mask, period, np.nan))
+    note.record("enhanced", enhanced)
+    return EnhancedPrint(spectrum.step_px, cells, mask, field, enhanced)
+
+
+FLOWS: Final[Mapping[str, Flow]] = {"learned": enhance_learned, "filters": enhance_gabor}
+"""The ways by name."""

@@ -1,0 +1,111 @@
+"""Enhancement by a small network: it was shown synthetic prints, and the ridges they were made of.
+
+``scripts/train_enhancer`` trains it; OpenCV runs it. What it hands out is the same as what a bank
+of oriented filters does: an image whose ridges are positive, near 0 where it cannot tell.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from fpmatch.errors import FpmatchError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+NETWORK_FILE: Final = Path(__file__).with_name("network.onnx")
+NETWORK_SHA256: Final = "afb55ed31ea9b51a12ab0044e125623efeb70d38db7bb28c6d17f9794ce48f1a"
+PATCH_PX: Final = 4  # side of what is one place to the network
+SIDE_STEP_PX: Final = 16  # sides of what the network takes are multiples of this
+# OpenCV 5 has two engines, and its older, the only one of OpenCV 4, is the faster one here
+_ENGINE: Final = (cv2.dnn.ENGINE_CLASSIC,) if hasattr(cv2.dnn, "ENGINE_CLASSIC") else ()
+_own = threading.local()  # a network of OpenCV serves one thread
+
+
+def enhance_by_network(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Find the ridges of a normalised image.
+
+    Parameters
+    ----------
+    pixels : ndarray of float32, shape (H, W)
+        Normalised image at 500 dpi, ridges positive, 0 where invalid.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Twice the probability of a ridge less one: 1 for a ridge, -1 for a valley, about 0 where
+        there is no print or nothing can be told.
+
+    Raises
+    ------
+    FpmatchError
+        If the file of the network is missing, damaged or another, or OpenCV cannot use it.
+
+    References
+    ----------
+    Ronneberger, Fischer, Brox, "U-Net: convolutional networks for biomedical image segmentation",
+    MICCAI 2015.
+
+    Examples
+    --------
+    >>> x = np.arange(96, dtype=np.float32)
+    >>> waves = np.tile(1.4 * np.cos(2 * np.pi * x / 9), (96, 1)).astype(np.float32)
+    >>> ridges = enhance_by_network(waves)
+    >>> bool(np.corrcoef(ridges.ravel(), waves.ravel())[0, 1] > 0.9)
+    True
+    """
+    height, width = pixels.shape
+    rows, columns = (-(-side // SIDE_STEP_PX) * SIDE_STEP_PX for side in (height, width))
+    padded = np.zeros((rows, columns), np.float32)
+    padded[:height, :width] = pixels
+    network = _network()
+    network.setInput(_to_channels(padded))
+    logits = _from_channels(np.asarray(network.forward(), np.float32))
+    ridges = np.tanh(0.5 * logits[:height, :width])
+    return np.ascontiguousarray(ridges, np.float32)
+
+
+def _to_channels(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return pixels (H, W) as channels (1, 16, H/4, W/4), one for each place in 4 by 4 of them."""
+    rows, columns = (side // PATCH_PX for side in pixels.shape)
+    patches = pixels.reshape(rows, PATCH_PX, columns, PATCH_PX).transpose(1, 3, 0, 2)
+    return np.ascontiguousarray(patches.reshape(1, PATCH_PX**2, rows, columns))
+
+
+def _from_channels(channels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Undo `_to_channels`."""
+    rows, columns = channels.shape[2:]
+    patches = channels.reshape(PATCH_PX, PATCH_PX, rows, columns).transpose(2, 0, 3, 1)
+    return np.ascontiguousarray(patches.reshape(PATCH_PX * rows, PATCH_PX * columns))
+
+
+def _network() -> cv2.dnn.Net:
+    """Return this thread's network."""
+    if not hasattr(_own, "network"):
+        _own.network = _read_network(NETWORK_FILE)
+    network: cv2.dnn.Net = _own.network
+    return network
+
+
+def _read_network(path: Path) -> cv2.dnn.Net:
+    """Read a network that is whole: OpenCV may end the process over one that is not."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise FpmatchError(f"{path}: cannot be read ({error.strerror or error})") from error
+    digest = hashlib.sha256(content).hexdigest()
+    if digest != NETWORK_SHA256:
+        raise FpmatchError(
+            f"{path}: damaged, or the network of another version (its SHA-256 is {digest})"
+        )
+    try:
+        return cv2.dnn.readNetFromONNX(np.frombuffer(content, np.uint8), *_ENGINE)
+    except cv2.error as error:
+        version = cv2.__version__
+        raise FpmatchError(f"{path}: OpenCV {version} cannot use it ({error.err})") from error

@@ -1,0 +1,1 @@
+"""Image files become grey images: decoders, the registry of formats, limits and resolution."""

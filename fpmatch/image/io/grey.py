@@ -1,0 +1,145 @@
+"""From samples of any type and colour to 8-bit grey values."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.image.io.limits import DEFAULT_LIMITS
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.image.io.limits import ImageLimits
+
+LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
+_BAND_SAMPLES: Final = 4_000_000  # at a time: memory does not grow with the image
+_MAX_INVISIBLE: Final = 3  # grey levels between all pixels of a picture that shows nothing
+
+ON_WHITE: Final = "its transparent background was laid over white"
+ON_BLACK: Final = "its transparent background was laid over black, white showing nothing"
+ALL_TRANSPARENT: Final = "its transparency was ignored: every pixel is fully transparent"
+
+
+def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> NDArray[np.uint8]:
+    """Return an array of pixels as 8-bit grey values.
+
+    Parameters
+    ----------
+    array : array_like, shape (H, W), (H, W, 1), (H, W, 3) or (H, W, 4)
+        Grey, RGB or RGBA; transparent pixels are laid over white. Booleans are black and white;
+        uint8 is taken as it is; uint16 spans 0..65535; other integers span 0..255 if none is
+        larger, else 0..65535; floats span 0..1 if none is larger, else 0..255.
+    limits : ImageLimits
+        Sizes that are refused.
+
+    Returns
+    -------
+    ndarray of uint8, shape (H, W)
+        Contiguous; `array` itself where it already is that.
+
+    Raises
+    ------
+    ImageError
+        If the shape or the type is none of these, a value is not finite or leaves its span, or
+        the size breaks a limit.
+
+    Examples
+    --------
+    >>> as_grey(np.full((64, 64), 0.5)).max()
+    np.uint8(128)
+    """
+    try:
+        values = np.asarray(array)
+    except ValueError as error:
+        raise ImageError("an image must be an array of numbers") from error
+    if values.ndim not in (2, 3) or (values.ndim == 3 and values.shape[2] not in (1, 3, 4)):
+        raise ImageError(
+            f"an image must have shape (H, W), (H, W, 3) or (H, W, 4), not {values.shape}"
+        )
+    limits.check(values.shape[1], values.shape[0])
+    eight_bit = _eight_bit(values)
+    if eight_bit.ndim == 3:
+        eight_bit = _over(eight_bit, 255)
+    return np.ascontiguousarray(eight_bit)
+
+
+def flatten_transparency(colours: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
+    """Return the grey values of a picture with transparency, and a note on what was done.
+
+    Parameters
+    ----------
+    colours : ndarray of uint8, shape (H, W, 4)
+        RGBA.
+
+    Returns
+    -------
+    ndarray of uint8, shape (H, W)
+        Laid over white, or over black where nothing shows over white; as if nothing were
+        transparent where everything is.
+    tuple of str
+        No note where every pixel is opaque.
+    """
+    opacity = colours[..., 3]
+    if opacity.min() == 255:
+        return _over(colours[..., :3], 255), ()
+    if opacity.max() == 0:
+        return _over(colours[..., :3], 255), (ALL_TRANSPARENT,)
+    on_white = _over(colours, 255)
+    if int(on_white.max()) - int(on_white.min()) > _MAX_INVISIBLE:
+        return on_white, (ON_WHITE,)
+    return _over(colours, 0), (ON_BLACK,)
+
+
+def _eight_bit(values: NDArray[Any]) -> NDArray[np.uint8]:
+    """Scale `values` of any numeric type to 0..255."""
+    if values.dtype == np.uint8:
+        return values
+    if values.dtype == np.bool_:
+        return np.where(values, np.uint8(255), np.uint8(0))
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        raise ImageError("an image must not hold NaN or infinite values")
+    if values.dtype.kind not in "iuf":
+        raise ImageError(f"an image must hold numbers, not {values.dtype}")
+    is_float = values.dtype.kind == "f"
+    span = _span(float(values.max()), is_float=is_float, is_uint16=values.dtype.char == "H")
+    if values.min() < 0 or values.max() > span:
+        raise ImageError(
+            f"pixel values run from {values.min():g} to {values.max():g}, outside 0 to {span:g}"
+        )
+    scaled = np.empty(values.shape, np.uint8)
+    for rows in _bands(values.shape):
+        scaled[rows] = np.rint(values[rows].astype(np.float32) * (255.0 / span))
+    return scaled
+
+
+def _span(largest: float, *, is_float: bool, is_uint16: bool) -> float:
+    """Return the value that means white, as `as_grey` documents it."""
+    if is_uint16:
+        return 65535.0
+    if is_float:
+        return 1.0 if largest <= 1.0 else 255.0
+    return 255.0 if largest <= 255 else 65535.0
+
+
+def _over(colours: NDArray[np.uint8], ground: int) -> NDArray[np.uint8]:
+    """Return the brightness of grey, RGB or RGBA pixels, shape (H, W, 1, 3 or 4), over `ground`."""
+    if colours.shape[2] == 1:
+        return colours[..., 0]
+    luma = np.empty(colours.shape[:2], np.uint8)
+    for rows in _bands(colours.shape):
+        band = colours[rows]
+        grey = band[..., :3].astype(np.float32) @ np.array(LUMA, dtype=np.float32)
+        if colours.shape[2] == 4:
+            opacity = band[..., 3].astype(np.float32) / 255.0
+            grey = grey * opacity + ground * (1.0 - opacity)
+        luma[rows] = np.rint(grey)
+    return luma
+
+
+def _bands(shape: tuple[int, ...]) -> list[slice]:
+    """Return slices of rows that hold a bounded number of samples each."""
+    rows = max(1, _BAND_SAMPLES // max(1, int(np.prod(shape[1:]))))
+    return [slice(start, start + rows) for start in range(0, shape[0], rows)]

@@ -1,0 +1,287 @@
+"""Decode WSQ, the wavelet scalar quantisation in which police and border agencies keep prints.
+
+The format is that of the FBI's IAFIS-IC-0110 (version 3.1): a tree of wavelet subbands, quantised,
+run-length and Huffman coded. The decoder is this package's own: the one library on PyPI wraps C
+code that takes the process down on a damaged file.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from fpmatch.errors import ImageReadError
+from fpmatch.image.io.byte_reader import ByteReader, Picture
+from fpmatch.image.io.huffman import HuffmanTable, read_huffman_tables
+from fpmatch.image.io.resolution import usable_dpi
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.image.io.limits import ImageLimits
+
+    Filters = tuple[NDArray[np.float32], NDArray[np.float32]]
+
+START_OF_IMAGE: Final = b"\xff\xa0"
+_END, _FRAME, _BLOCK, _FILTERS, _QUANTISERS, _HUFFMAN, _COMMENT = (
+    *range(0xFFA1, 0xFFA7),
+    0xFFA8,
+)
+_LARGEST_TAP: Final = 2.0  # of a filter: those in use stay below 1
+MAX_SEGMENTS: Final = 1000
+SUBBANDS: Final = 60  # that are transmitted, of 64 that a quantiser table tells of
+MAX_MEGAPIXELS: Final = 16.0  # symbols are decoded one by one: about a second a megapixel
+_PPI: Final = re.compile(rb"(?:^|\n)PPI (\d{2,5})(?:\n|$)")
+
+# How the picture is split: each node into top left, top right, bottom left and bottom right.
+_LEAF: Final = ()
+_FOUR: Final = (_LEAF,) * 4
+_SIXTEEN: Final = (_FOUR,) * 4
+_LOWEST: Final = ((_FOUR, _LEAF, _LEAF, _LEAF), _FOUR, _FOUR, _FOUR)
+TREE: Final = ((_LOWEST, _SIXTEEN, _SIXTEEN, _LEAF), _FOUR, _FOUR, _LEAF)
+
+# Huffman symbols: up to 100 the length of a run of zeros, from 107 on a value; between them escapes
+# with the value or run length in the bits that follow.
+_LONGEST_RUN: Final = 100
+_ZERO_SYMBOL: Final = 180
+_ESCAPES: Final = {
+    101: (8, 1),
+    102: (8, -1),
+    103: (16, 1),
+    104: (16, -1),
+    105: (8, 0),
+    106: (16, 0),
+}
+
+
+@dataclass(slots=True)
+class _Header:
+    """What stands before the first block of coefficients, and between the blocks."""
+
+    size: tuple[int, int] | None = None  # width, height
+    shift: float = 0.0
+    scale: float = 1.0
+    filters: Filters | None = None  # of synthesis: low pass, high pass
+    bin_center: float = 0.0
+    bins: NDArray[np.float64] | None = None  # shape (64, 2): width of a bin, of the zero bin
+    tables: dict[int, HuffmanTable] = field(default_factory=dict)
+    comments: list[bytes] = field(default_factory=list)
+    values: list[int] = field(default_factory=list)
+
+
+def decode_wsq(data: bytes, limits: ImageLimits) -> Picture:
+    """Decode a WSQ file.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+    limits : ImageLimits
+        Sizes that are refused, before a coefficient is decoded; 16 megapixels at most.
+
+    Returns
+    -------
+    Picture
+        Grey values, and the resolution that a NIST comment in the file tells.
+
+    Raises
+    ------
+    ImageReadError
+        If the file is damaged, or uses filters of even length.
+    ImageError
+        If the picture is too small or too large.
+    """
+    header = _Header()
+    reader = ByteReader(data, "WSQ")
+    if reader.take(2) != START_OF_IMAGE:
+        raise ImageReadError("not a WSQ image")
+    segments = 0
+    while (marker := reader.u16()) != _END:
+        segments += 1
+        if segments > MAX_SEGMENTS:
+            raise ImageReadError(f"WSQ image of more than {MAX_SEGMENTS} segments, which is absurd")
+        if marker == _BLOCK:
+            _read_block(reader, header)
+        else:
+            _read_segment(marker, reader, header, limits)
+    if header.size is None or header.filters is None or header.bins is None:
+        raise ImageReadError("damaged WSQ image (its frame, filters or quantisers are missing)")
+    subbands = _dequantised(header, header.size, header.bins)
+    joined = _join_node(TREE, header.size, subbands, header.filters)
+    grey = joined * np.float32(header.scale) + np.float32(header.shift) + np.float32(0.5)
+    told = next((m[1] for c in header.comments if (m := _PPI.search(c))), None)
+    return Picture(
+        np.clip(np.nan_to_num(grey), 0, 255).astype(np.uint8),
+        dpi=usable_dpi(told),
+        format="WSQ",
+    )
+
+
+def _read_segment(marker: int, reader: ByteReader, header: _Header, limits: ImageLimits) -> None:
+    """Read one marker segment into `header`."""
+    body = ByteReader(reader.take(reader.u16() - 2), "WSQ")
+    if marker == _FRAME:
+        if header.size is not None:
+            raise ImageReadError("damaged WSQ image (two frames)")
+        body.take(2)  # black and white
+        height, width = body.u16(), body.u16()
+        limits.check(width, height, max_megapixels=MAX_MEGAPIXELS)
+        header.size = width, height
+        header.shift, header.scale = _decimal(body), _decimal(body)
+    elif marker == _FILTERS:
+        header.filters = _synthesis_filters(body)
+    elif marker == _QUANTISERS:
+        header.bin_center = _decimal(body)
+        header.bins = np.array([[_decimal(body), _decimal(body)] for _ in range(64)])
+    elif marker == _HUFFMAN:
+        header.tables |= read_huffman_tables(body)
+    elif marker == _COMMENT:
+        header.comments.append(body.rest())
+    elif not 0xFFA0 < marker <= 0xFFAF:
+        raise ImageReadError("damaged WSQ image (a marker is missing)")
+
+
+def _decimal(body: ByteReader) -> float:
+    """Read a number of 16 bits with its decimal exponent before it."""
+    exponent = body.u8()
+    return body.u16() / 10.0**exponent
+
+
+def _synthesis_filters(body: ByteReader) -> Filters:
+    """Return the low and high pass filters of the synthesis from those of the analysis."""
+    lengths = body.u8(), body.u8()
+    if any(length % 2 == 0 for length in lengths):
+        raise ImageReadError("WSQ image with filters of even length, which cannot be read")
+    high, low = (_alternating(body, length) for length in lengths)
+    if max(np.abs(high).max(), np.abs(low).max()) > _LARGEST_TAP:
+        raise ImageReadError("damaged WSQ image (a filter amplifies)")
+    return low, high
+
+
+def _alternating(body: ByteReader, length: int) -> NDArray[np.float32]:
+    """Read half a symmetric filter, from its middle on; return all of it, signs alternating."""
+    half = []
+    for k in range((length + 1) // 2):
+        sign = -1 if body.u8() else 1
+        exponent = body.u8()
+        half.append((-1) ** k * sign * body.u32() / 10.0**exponent)
+    return np.array([*half[:0:-1], *half], np.float32)
+
+
+def _read_block(reader: ByteReader, header: _Header) -> None:
+    """Decode one block of coefficients."""
+    body = ByteReader(reader.take(reader.u16() - 2), "WSQ")
+    table = header.tables.get(body.u8())
+    if header.size is None or table is None:
+        raise ImageReadError("damaged WSQ image (coefficients before their tables)")
+    width, height = header.size
+    _decode_values(table, reader.entropy_coded(), header.values, width * height)
+
+
+def _decode_values(table: HuffmanTable, data: bytes, values: list[int], most: int) -> None:
+    """Append the coefficients that `data` codes to `values`, `most` of them altogether."""
+    symbols, lengths = table.symbols, table.lengths
+    padded = data + bytes(4)
+    at, end = 0, 8 * len(data)
+    while at < end and len(values) < most:
+        byte = at >> 3
+        word = int.from_bytes(padded[byte : byte + 3], "big") >> (8 - (at & 7)) & 0xFFFF
+        length = lengths[word]
+        if not length or at + length > end:
+            break  # the ones that fill up the last byte
+        at += length
+        symbol = symbols[word]
+        if symbol > 106:
+            values.append(symbol - _ZERO_SYMBOL)
+        elif 0 < symbol <= _LONGEST_RUN:
+            values.extend([0] * symbol)
+        elif symbol in _ESCAPES:
+            bits, sign = _ESCAPES[symbol]
+            byte = at >> 3
+            word = int.from_bytes(padded[byte : byte + 3], "big") >> (8 - (at & 7)) & 0xFFFF
+            number = word >> (16 - bits)
+            at += bits
+            if sign:
+                values.append(sign * number)
+            elif number:
+                values.extend([0] * number)
+            else:
+                raise ImageReadError("damaged WSQ image (a run of no coefficients)")
+        else:
+            raise ImageReadError("damaged WSQ image (a coefficient has no meaning)")
+
+
+def _dequantised(
+    header: _Header, size: tuple[int, int], bins: NDArray[np.float64]
+) -> list[NDArray[np.float32]]:
+    """Return the subbands, in the order of the leaves of the tree."""
+    values = np.array(header.values, np.float64)
+    subbands, start = [], 0
+    for number, (width, height) in enumerate(_leaf_sizes(TREE, size)):
+        step, zero = bins[number]
+        if number >= SUBBANDS or step == 0:
+            subbands.append(np.zeros((height, width), np.float32))
+            continue
+        count = width * height
+        quantised = values[start : start + count]
+        if quantised.size != count:
+            raise ImageReadError("damaged WSQ image (coefficients are missing)")
+        start += count
+        sign = np.sign(quantised)
+        value = sign * (step * (np.abs(quantised) - header.bin_center) + zero / 2)
+        subbands.append(value.reshape(height, width).astype(np.float32))
+    if start != len(values):
+        raise ImageReadError("damaged WSQ image (it has too many coefficients)")
+    return subbands
+
+
+def _leaf_sizes(
+    node: tuple[object, ...], size: tuple[int, int], *, right: bool = False, below: bool = False
+) -> list[tuple[int, int]]:
+    """Return width and height of each leaf below `node`, which lies so within its parent."""
+    if not node:
+        return [size]
+    sizes = []
+    for quarter, part in enumerate(node):
+        in_right, in_below = bool(quarter & 1), bool(quarter & 2)
+        # Right and lower parts are high frequencies, whose own halves change places.
+        width = _half(size[0], low=in_right == right)
+        height = _half(size[1], low=in_below == below)
+        sizes += _leaf_sizes(part, (width, height), right=in_right, below=in_below)  # type: ignore[arg-type]
+    return sizes
+
+
+def _half(length: int, *, low: bool) -> int:
+    """Return how many coefficients of low or high frequency a line has."""
+    return (length + 1) // 2 if low else length // 2
+
+
+def _join_node(
+    node: tuple[object, ...],
+    size: tuple[int, int],
+    subbands: list[NDArray[np.float32]],
+    filters: Filters,
+    *,
+    right: bool = False,
+    below: bool = False,
+) -> NDArray[np.float32]:
+    """Join the subbands below `node`, taken from the front of `subbands`, to a picture."""
+    if not node:
+        return subbands.pop(0)
+    width, height = size
+    joined = np.zeros((height, width), np.float32)
+    for quarter, part in enumerate(node):
+        in_right, in_below = bool(quarter & 1), bool(quarter & 2)
+        high_x, high_y = in_right != right, in_below != below
+        inner = _half(width, low=not high_x), _half(height, low=not high_y)
+        picture = _join_node(part, inner, subbands, filters, right=in_right, below=in_below)  # type: ignore[arg-type]
+        spread = np.zeros((height, width), np.float32)
+        spread[int(high_y) :: 2, int(high_x) :: 2] = picture
+        joined += cv2.sepFilter2D(
+            spread, cv2.CV_32F, filters[high_x], filters[high_y], borderType=cv2.BORDER_REFLECT_101
+        )
+    return joined

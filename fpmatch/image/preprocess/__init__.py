@@ -1,0 +1,1 @@
+"""Preprocessing: normalization, segmentation, and images as grids of blocks."""

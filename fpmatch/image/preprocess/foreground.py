@@ -1,0 +1,132 @@
+"""Foreground: the box of an image in which there is anything to see, found cheaply and first.
+
+What comes after works on that box alone. It is no segmentation: it may hold much besides the print,
+but leaves nothing of it out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import cv2
+import numpy as np
+
+from fpmatch.image.preprocess.percentiles import percentiles
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+ALIGNMENT_PX: Final = 16  # of the box's first row and column: the cells of a template's field
+
+
+@dataclass(frozen=True, slots=True)
+class ForegroundParameters:
+    """Set how the foreground is found; lengths in pixels at 500 dpi, ranges in grey levels."""
+
+    window_px: int = 9
+    cell_px: int = 8
+    strong_percentile: float = 95.0
+    min_relative_range: float = 0.15
+    min_range: int = 12
+    opening_cells: int = 3
+    margin_px: int = 16
+    min_side_px: int = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """Hold a box of an image: rows `top` to before `bottom`, columns `left` to before `right`."""
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """What cuts the box out of an array (H, W)."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    def placed(
+        self, array: NDArray[Any], shape: tuple[int, int], step_px: int = 1, around: float = 0
+    ) -> NDArray[Any]:
+        """Return what belongs to the box as what belongs to its image.
+
+        Parameters
+        ----------
+        array : ndarray, shape (h, w)
+            A value for each square of `step_px` pixels' side in the box; `top` and `left` are
+            multiples of that.
+        shape : tuple of int
+            Height and width of the image.
+        step_px : int
+            Side of the squares.
+        around : float
+            The value outside the box.
+
+        Returns
+        -------
+        ndarray, shape (H, W)
+            A value for each square in the image.
+        """
+        whole = np.full([-(-side // step_px) for side in shape], around, array.dtype)
+        top, left = self.top // step_px, self.left // step_px
+        whole[top : top + array.shape[0], left : left + array.shape[1]] = array
+        return whole
+
+
+def foreground_box(grey: NDArray[np.uint8], parameters: ForegroundParameters | None = None) -> Box:
+    """Find the box that holds whatever varies in grey level.
+
+    Parameters
+    ----------
+    grey : ndarray of uint8, shape (H, W)
+        Grey image at 500 dpi.
+    parameters : ForegroundParameters, optional
+        Windows and limits.
+
+    Returns
+    -------
+    Box
+        The box, its first row and column multiples of `ALIGNMENT_PX`, its last ones too or those
+        of the image; the whole image where nothing stands out.
+
+    Examples
+    --------
+    >>> page = np.full((400, 400), 255, np.uint8)
+    >>> page[100:200, 150:300:9] = 0
+    >>> foreground_box(page)
+    Box(top=64, bottom=224, left=128, right=336)
+    """
+    p = parameters or ForegroundParameters()
+    height, width = grey.shape
+    spread = local_range(grey, p.window_px)
+    cells = spread[p.cell_px // 2 :: p.cell_px, p.cell_px // 2 :: p.cell_px]
+    if not cells.size:
+        return Box(0, height, 0, width)
+    strong = float(percentiles(cells.ravel().astype(np.float32), p.strong_percentile)[0])
+    lively = (cells > max(p.min_range, p.min_relative_range * strong)).astype(np.uint8)
+    element = np.ones((p.opening_cells, p.opening_cells), np.uint8)
+    opened = np.asarray(cv2.morphologyEx(lively, cv2.MORPH_OPEN, element), bool)
+    rows, columns = np.atleast_1d(opened.any(axis=1), opened.any(axis=0))
+    return Box(*_side(rows, height, p), *_side(columns, width, p))
+
+
+def local_range(grey: NDArray[np.uint8], window_px: int) -> NDArray[np.uint8]:
+    """Return by how much the grey levels in a square window around each pixel differ, (H, W)."""
+    window = np.ones((window_px, window_px), np.uint8)
+    return np.asarray(cv2.subtract(cv2.dilate(grey, window), cv2.erode(grey, window)), np.uint8)
+
+
+def _side(lively: NDArray[np.bool_], size: int, p: ForegroundParameters) -> tuple[int, int]:
+    """Return where the box begins and ends on one side of the image, which has `size` pixels."""
+    where = np.flatnonzero(lively)
+    if not len(where):
+        return 0, size
+    first = int(where[0]) * p.cell_px - p.margin_px
+    last = (int(where[-1]) + 1) * p.cell_px + p.margin_px
+    lacking = max(0, p.min_side_px - (last - first))
+    first = max(0, first - lacking) // ALIGNMENT_PX * ALIGNMENT_PX
+    last = -(-(last + lacking) // ALIGNMENT_PX) * ALIGNMENT_PX
+    return first, min(last, size)

@@ -1,0 +1,1 @@
+"""Quality and polarity of a print, estimated from its image."""

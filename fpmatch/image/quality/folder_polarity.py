@@ -1,0 +1,119 @@
+"""Polarity of folders: one sensor has one polarity, so that the images of a folder share theirs."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
+
+import numpy as np
+
+from fpmatch.errors import FpmatchError
+from fpmatch.image.io.dataset_folder import read_dataset_info
+from fpmatch.image.io.read import GreyImage, read_image
+from fpmatch.image.quality.polarity import common_polarity, polarity_evidence
+from fpmatch.minutiae import STANDARD_DPI
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from fpmatch.image.quality.polarity import Polarity
+
+MOST_IMAGES: Final = 32  # of a folder that are looked at, evenly chosen
+MOST_IN_ALL: Final = 256  # of all folders, unless there are more folders
+
+Read = TypeVar("Read")
+
+
+@dataclass(frozen=True, slots=True)
+class PolarityReader(Generic[Read]):
+    """Read images with the polarity of their folders.
+
+    Parameters
+    ----------
+    reader : callable
+        Reads a file; it takes ``polarity`` and ``dpi`` as `fpmatch.image.io.read.read_image` does.
+    folders : mapping of Path to str
+        Polarity by folder, from `find_polarities`; "auto" for others.
+    dpi : float, optional
+        Resolution of all images; by default each file's own.
+    """
+
+    reader: Callable[..., Read]
+    folders: Mapping[Path, Polarity]
+    dpi: float | None = None
+
+    def __call__(self, path: Path) -> Read:
+        """Read one file."""
+        return self.reader(path, polarity=self.folders.get(path.parent, "auto"), dpi=self.dpi)
+
+
+def find_polarities(
+    paths: Iterable[str | os.PathLike[str]],
+    *,
+    polarity: Polarity = "auto",
+    dpi: float | None = None,
+    reader: Callable[..., object] = read_image,
+) -> dict[Path, Polarity]:
+    """Find the polarity of the folders in which some images lie.
+
+    Parameters
+    ----------
+    paths : iterable of path-like
+        The images; files that cannot be read as images are passed over.
+    polarity : str
+        That of them all; "auto": what the ``dataset.toml`` beside them says, else what the sum of
+        their evidence says. Folders whose own images leave doubt are decided together.
+    dpi : float, optional
+        Resolution of them all; by default what ``dataset.toml`` says, else each file's own.
+    reader : callable
+        Reads an image; it takes ``polarity`` and ``dpi`` as `fpmatch.image.io.read.read_image` does.
+
+    Returns
+    -------
+    dict of Path to str
+        By folder: "dark", "white", or "auto" where it is for each image to decide.
+
+    Raises
+    ------
+    DatasetError
+        If a ``dataset.toml`` is malformed.
+    """
+    folders: dict[Path, list[Path]] = defaultdict(list)
+    for path in map(Path, paths):
+        folders[path.parent].append(path)
+    if polarity != "auto":
+        return dict.fromkeys(folders, polarity)
+    description = cache(read_dataset_info)
+    found = {folder: description(folder).polarity for folder in folders}
+    open_ = [folder for folder, known in found.items() if known == "auto"]
+    most = max(1, min(MOST_IMAGES, MOST_IN_ALL // max(1, len(open_))))
+    if sum(len(folders[folder]) for folder in open_) < 2:  # a single image decides for itself
+        return found
+    doubtful: dict[Path, list[float]] = {}
+    for folder in open_:
+        resolution = dpi or description(folder).dpi
+        evidence = [
+            polarity_evidence(image.pixels, resolution or image.dpi or STANDARD_DPI)
+            for image in _sample(folders[folder], most, reader)
+        ]
+        found[folder] = common_polarity(evidence)
+        if found[folder] == "auto":
+            doubtful[folder] = evidence
+    together = common_polarity([one for evidence in doubtful.values() for one in evidence])
+    return found | dict.fromkeys(doubtful, together)
+
+
+def _sample(paths: Sequence[Path], most: int, reader: Callable[..., object]) -> Iterable[GreyImage]:
+    """Yield some images of a folder, as they are."""
+    count = min(most, len(paths))
+    for number in np.linspace(0, len(paths) - 1, count).round().astype(int).tolist():
+        try:
+            image = reader(paths[number], polarity="dark")
+        except FpmatchError:
+            continue
+        if isinstance(image, GreyImage):
+            yield image

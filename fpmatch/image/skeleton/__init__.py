@@ -1,0 +1,1 @@
+"""From the enhanced image to minutiae: binarize, thin, crossing number, spurious minutiae."""

@@ -1,0 +1,120 @@
+"""Crossing number: the endings and bifurcations of a skeleton, and the branches that leave them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.image.skeleton import _trace_kernel as kernel
+from fpmatch.image.skeleton.thin import bordered, crossing_number_table, neighbour_code
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+# (dy, dx) of the neighbours: east, north, west, south, then the corners between them.
+_STEP: Final = np.array(
+    [[0, 1], [-1, 0], [0, -1], [1, 0], [-1, 1], [-1, -1], [1, -1], [1, 1]], np.int32
+)
+_MAX_BRANCHES: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class SkeletonNodes:
+    """Hold the nodes of a skeleton and the beginnings of their branches.
+
+    Parameters
+    ----------
+    y, x : ndarray of int32, shape (N,)
+        Pixels of the nodes.
+    crossing_number : ndarray of uint8, shape (N,)
+        1 for an ending, 3 for a bifurcation, 4 for a crossing.
+    paths : ndarray of int32, shape (N, 4, L, 2)
+        Pixels (y, x) of up to four branches, walking away from the node.
+    steps : ndarray of int32, shape (N, 4)
+        Number of pixels of each branch that were walked, at most L.
+    target : ndarray of int32, shape (N, 4)
+        The node that ends the branch, or -1 where the walk met none.
+    """
+
+    y: NDArray[np.int32]
+    x: NDArray[np.int32]
+    crossing_number: NDArray[np.uint8]
+    paths: NDArray[np.int32]
+    steps: NDArray[np.int32]
+    target: NDArray[np.int32]
+
+
+def crossing_number(skeleton: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Compute the crossing number of every skeleton pixel.
+
+    Parameters
+    ----------
+    skeleton : ndarray of bool, shape (H, W)
+        Skeleton one pixel wide.
+
+    Returns
+    -------
+    ndarray of uint8, shape (H, W)
+        Half the number of changes between neighbours on the way around the pixel: 0 isolated,
+        1 ending, 2 ridge, 3 bifurcation, 4 crossing; 0 off the skeleton.
+
+    References
+    ----------
+    Rutovitz, "Pattern recognition", J. Royal Statistical Society A 129 (1966).
+
+    Examples
+    --------
+    >>> line = np.zeros((3, 5), bool)
+    >>> line[1, 1:4] = True
+    >>> crossing_number(line)[1].tolist()
+    [0, 1, 2, 1, 0]
+    """
+    image = np.asarray(skeleton, bool).astype(np.uint8)
+    return np.asarray(crossing_number_table()[neighbour_code(image)] * image)
+
+
+def find_nodes(skeleton: NDArray[np.bool_], branch_px: int) -> SkeletonNodes:
+    """Find the endings, bifurcations and crossings of a skeleton and trace their branches.
+
+    Parameters
+    ----------
+    skeleton : ndarray of bool, shape (H, W)
+        Skeleton one pixel wide.
+    branch_px : int
+        How many pixels of each branch are walked, at most.
+
+    Returns
+    -------
+    SkeletonNodes
+        Nodes in raster order.
+
+    Examples
+    --------
+    >>> line = np.zeros((3, 9), bool)
+    >>> line[1, 1:8] = True
+    >>> nodes = find_nodes(line, 20)
+    >>> nodes.x.tolist(), nodes.steps[:, 0].tolist(), nodes.target[:, 0].tolist()
+    ([1, 7], [6, 6], [1, 0])
+    """
+    padded = bordered(skeleton)
+    pixels = np.flatnonzero(padded.view(np.bool_)).astype(np.int32)
+    yx = np.empty((len(pixels), 2), np.int32)
+    number = np.empty(len(pixels), np.uint8)
+    count = kernel.list_nodes(padded, pixels, crossing_number_table(), yx, number)
+    nodes = yx[:count].copy()
+    padded[nodes[:, 0], nodes[:, 1]] = 2
+    paths = np.zeros((count, _MAX_BRANCHES, branch_px, 2), np.int32)
+    steps = np.zeros((count, _MAX_BRANCHES), np.int32)
+    target = np.full((count, _MAX_BRANCHES), -1, np.int32)
+    if branch_px > 0:
+        kernel.trace_branches(padded, nodes, _STEP, paths, steps, target)
+    return SkeletonNodes(
+        y=nodes[:, 0] - 1,
+        x=nodes[:, 1] - 1,
+        crossing_number=number[:count].copy(),
+        paths=paths,
+        steps=steps,
+        target=target,
+    )

@@ -1,0 +1,214 @@
+"""Spurious minutiae: what the skeleton shows and the finger does not have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from fpmatch.image.skeleton.crossing_number import find_nodes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.image.skeleton.crossing_number import SkeletonNodes
+
+
+@dataclass(frozen=True, slots=True)
+class SpuriousParameters:
+    """Set which structures are spurious; lengths in pixels at 500 dpi, angles in degrees."""
+
+    max_spur_px: int = 8
+    max_island_px: int = 14
+    max_bridge_px: int = 8
+    min_mask_distance_px: float = 6.0
+    min_border_distance_px: float = 4.0
+    crowded_px: float = 6.0
+    broken_px: float = 10.0
+    broken_angle_deg: float = 50.0
+    direction_px: int = 14
+
+    @property
+    def branch_px(self) -> int:
+        """How much of each branch the directions and the search for bridges need."""
+        return max(self.direction_px, self.max_bridge_px)
+
+
+def remove_spurs_and_islands(
+    skeleton: NDArray[np.bool_], parameters: SpuriousParameters | None = None
+) -> NDArray[np.bool_]:
+    """Erase short side branches and short ridges of no company from a skeleton.
+
+    Parameters
+    ----------
+    skeleton : ndarray of bool, shape (H, W)
+        Skeleton one pixel wide.
+    parameters : SpuriousParameters, optional
+        ``max_spur_px`` and ``max_island_px``.
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+        The skeleton without them.
+
+    Examples
+    --------
+    >>> line = np.zeros((20, 60), bool)
+    >>> line[10, 5:55] = True
+    >>> line[6:10, 30] = True
+    >>> int(remove_spurs_and_islands(line)[:10].sum())
+    0
+    """
+    p = parameters or SpuriousParameters()
+    nodes = find_nodes(skeleton, max(p.max_island_px, p.max_spur_px))
+    steps, target = nodes.steps[:, 0], nodes.target[:, 0]
+    island = nodes.crossing_number[target] == 1
+    short = steps <= np.where(island, p.max_island_px, p.max_spur_px)
+    to_delete = np.flatnonzero((nodes.crossing_number == 1) & (target >= 0) & short)
+    length = (steps - ~island)[to_delete, None]  # the node that a spur leads to stays
+    y, x = nodes.paths[to_delete, 0][np.arange(nodes.paths.shape[2]) < length].T
+    kept = np.array(skeleton, bool)
+    kept[y, x] = False
+    kept[nodes.y[to_delete], nodes.x[to_delete]] = False
+    return kept
+
+
+def directions(nodes: SkeletonNodes, length_px: int) -> NDArray[np.float32]:
+    """Compute the direction of each minutia from the first `length_px` pixels of its branches.
+
+    Parameters
+    ----------
+    nodes : SkeletonNodes
+        Nodes with their traced branches.
+    length_px : int
+        How far along a branch its direction is taken.
+
+    Returns
+    -------
+    ndarray of float32, shape (N,)
+        Radians in [0, 2π), ISO/IEC 19794-2: for an ending along its ridge; for a bifurcation
+        along the valley between its two closest branches.
+    """
+    last = np.clip(np.minimum(nodes.steps, length_px) - 1, 0, None)
+    ends = np.take_along_axis(nodes.paths, last[..., None, None], axis=2)[:, :, 0]
+    dx = (ends[..., 1] - nodes.x[:, None]).astype(np.float64)
+    dy = (ends[..., 0] - nodes.y[:, None]).astype(np.float64)
+    branch = np.where(nodes.steps > 0, dx - 1j * dy, 0)
+    branch = branch / np.maximum(np.abs(branch), 1e-9)
+    towards = branch[:, 0].copy()
+    forks = np.flatnonzero(np.count_nonzero(nodes.steps, axis=1) >= 3)
+    u = branch[forks, :3]
+    closeness = (u * np.conj(np.roll(u, -1, axis=1))).real
+    pair = closeness.argmax(axis=1)[:, None] + np.arange(3)
+    near, next_, third = np.take_along_axis(u, pair % 3, axis=1).T
+    towards[forks] = near + next_ - third
+    angle = np.mod(np.angle(towards), 2 * np.pi)
+    return np.asarray(angle, np.float32)
+
+
+def filter_spurious(
+    nodes: SkeletonNodes,
+    angle: NDArray[np.float32],
+    mask: NDArray[np.bool_],
+    parameters: SpuriousParameters | None = None,
+) -> NDArray[np.bool_]:
+    """Tell the minutiae that may be genuine from those that have a known innocent cause.
+
+    Refused are nodes near the mask's or the image's border, both ends of a bridge or lake, the
+    two ends of a broken ridge, and minutiae that crowd each other.
+
+    Parameters
+    ----------
+    nodes : SkeletonNodes
+        Nodes of the cleaned skeleton.
+    angle : ndarray of float32, shape (N,)
+        Their directions.
+    mask : ndarray of bool, shape (H, W)
+        Segmentation mask.
+    parameters : SpuriousParameters, optional
+        Limits.
+
+    Returns
+    -------
+    ndarray of bool, shape (N,)
+        True where the node is kept.
+    """
+    p = parameters or SpuriousParameters()
+    known = (nodes.crossing_number == 1) | (nodes.crossing_number == 3)
+    keep: NDArray[np.bool_] = known & ~_bridged(nodes, p)
+    here = np.flatnonzero(keep)
+    here = here[_inside(nodes.x[here], nodes.y[here], mask, p)]
+    keep[:] = False
+    keep[here] = ~_crowded(nodes, angle, here, p)
+    return keep
+
+
+def _inside(
+    x: NDArray[np.int32], y: NDArray[np.int32], mask: NDArray[np.bool_], p: SpuriousParameters
+) -> NDArray[np.bool_]:
+    """Tell which pixels keep their distance from the mask's border and from the image's."""
+    height, width = mask.shape
+    edge = np.minimum.reduce([x, y, width - 1 - x, height - 1 - y])
+    dy, dx = _nearer(p.min_mask_distance_px)
+    rows = np.clip(y[:, None] + dy, 0, height - 1)
+    columns = np.clip(x[:, None] + dx, 0, width - 1)
+    far = mask[rows, columns].all(axis=1)
+    return np.asarray(far & (edge >= p.min_border_distance_px), bool)
+
+
+@cache
+def _nearer(distance_px: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the offsets (dy, dx) of all pixels nearer than a distance, as OpenCV measures it."""
+    reach = int(np.ceil(distance_px))
+    others = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    others[reach, reach] = 0
+    dy, dx = np.nonzero(cv2.distanceTransform(others, cv2.DIST_L2, 3) < distance_px)
+    return dy - reach, dx - reach
+
+
+def _bridged(nodes: SkeletonNodes, p: SpuriousParameters) -> NDArray[np.bool_]:
+    """Tell which bifurcations are joined to another by a short branch: a bridge or a lake."""
+    forked = nodes.crossing_number >= 3
+    near = (nodes.target >= 0) & (nodes.steps <= p.max_bridge_px)
+    both = forked[:, None] & forked[np.maximum(nodes.target, 0)]
+    return np.asarray((near & both).any(axis=1), bool)
+
+
+def _crowded(
+    nodes: SkeletonNodes,
+    angle: NDArray[np.float32],
+    index: NDArray[np.intp],
+    p: SpuriousParameters,
+) -> NDArray[np.bool_]:
+    """Tell which of the minutiae `index` crowd another, or face another across a broken ridge."""
+    i, j = _near_pairs(nodes.x[index], nodes.y[index], max(p.crowded_px, p.broken_px))
+    z = nodes.x[index] - 1j * nodes.y[index]
+    away = z[i] - z[j]
+    distance = np.abs(away)
+    # an ending's direction runs along its own ridge: away from the other across a break
+    along = np.exp(1j * angle[index].astype(np.float64))
+    limit = distance * np.cos(np.radians(p.broken_angle_deg))
+    apart = ((away * np.conj(along[i])).real > limit) & ((-away * np.conj(along[j])).real > limit)
+    ending = nodes.crossing_number[index] == 1
+    broken = (distance < p.broken_px) & apart & ending[i] & ending[j]
+    refused = (distance < p.crowded_px) | broken
+    crowded = np.zeros(len(index), bool)
+    crowded[i[refused]] = crowded[j[refused]] = True
+    return crowded
+
+
+def _near_pairs(
+    x: NDArray[np.int32], y: NDArray[np.int32], reach: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return each pair once whose x and y both differ by at most `reach`."""
+    by_y = y.argsort(kind="stable")
+    last = y[by_y].searchsorted(y[by_y] + reach, "right")
+    partners = last - np.arange(1, len(y) + 1)
+    first = np.repeat(np.arange(len(y)), partners)
+    second = np.arange(len(first)) + np.repeat(last - partners.cumsum(), partners)
+    i, j = by_y[first], by_y[second]
+    near = np.abs(x[i] - x[j]) <= reach
+    return i[near], j[near]

@@ -1,0 +1,199 @@
+"""Kernel: a prepared print as the other kernels see it, and how it is unpacked from few bytes.
+
+Minutiae, neighbourhoods and regions are as `fpmatch.matching.prepare` and
+`fpmatch.matching.neighbourhood` have them. Interpreted, the classes run as they stand.
+"""
+
+import cython
+import numpy as np
+
+if cython.compiled:
+    from cython.cimports.libc.math import sqrt
+else:
+    from math import sqrt
+
+COMPILED = cython.compiled
+
+
+@cython.final
+@cython.cclass
+class Print:
+    """A prepared print: its minutiae, neighbourhoods, codes, and the cells of its region.
+
+    The arrays may be larger than what they hold: `size` is the number of minutiae. The region's
+    codes begin at entry `cell_at` of `cell`, row by row, and the pictures of its ridges at the same
+    entry of `ridges`, where there are any.
+    """
+
+    def __init__(self, points, quality, count, frame) -> None:
+        self.size = points.shape[1]
+        self.points = points
+        self.quality = quality
+        self.count = count
+        self.frame = frame
+        self.xy = np.empty((0, 2), np.float32)
+        self.turn = np.empty(0, np.uint8)
+        self.around = np.empty((0, 0), np.uint16)
+        self.along = np.empty((0, 0), np.uint8)
+        self.cell = np.empty(0, np.uint8)
+        self.ridges = np.empty(0, np.uint64)
+        self.cell_at = 0
+        self.rows = 0
+        self.columns = 0
+        self.first_row = 0
+        self.first_column = 0
+        self.inside = 0
+        self.step = 1.0
+        self.per_px = 1.0
+        self.has_flow = False
+        self.has_ridges = False
+
+    def set_bit_descriptors(self, xy, turn, around, along) -> None:
+        """Take the codes; see `fpmatch.matching.bit_descriptors`."""
+        self.xy = xy
+        self.turn = turn
+        self.around = around
+        self.along = along
+
+    def set_region(self, code, ridges, first_row, first_column, step, inside, has_flow) -> None:
+        """Take the region: `code` (rows, columns) is 0 outside, else says the orientation.
+
+        `ridges`, of the same shape, are pictures of the ridges, or None.
+        """
+        self.rows, self.columns = code.shape
+        self.cell = code.ravel()
+        self.has_ridges = ridges is not None
+        if ridges is not None:
+            self.ridges = ridges.ravel()
+        self.first_row = first_row
+        self.first_column = first_column
+        self.step = step
+        self.per_px = 1.0 / step
+        self.inside = inside
+        self.has_flow = has_flow
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def contains(self, x: cython.double, y: cython.double) -> cython.bint:
+        """Return whether a place lies in the print area."""
+        x = x * self.per_px - self.first_column
+        y = -y * self.per_px - self.first_row
+        if not (0.0 <= x < self.columns and 0.0 <= y < self.rows):
+            return False
+        return (
+            self.cell[
+                self.cell_at
+                + cython.cast(cython.Py_ssize_t, y) * self.columns
+                + cython.cast(cython.Py_ssize_t, x)
+            ]
+            > 0
+        )
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def contains_with_margin(
+        self, x: cython.double, y: cython.double, margin: cython.double
+    ) -> cython.bint:
+        """Return whether the places so far to all four sides lie in the print area."""
+        return (
+            self.contains(x - margin, y)
+            and self.contains(x + margin, y)
+            and self.contains(x, y - margin)
+            and self.contains(x, y + margin)
+        )
+
+
+@cython.final
+@cython.cclass
+class PackedView:
+    """The arrays of an `fpmatch.matching.packed_templates.PackedTemplates`."""
+
+    def __init__(self, many, quality_of, root_weight_of, tolerance) -> None:
+        self.minutiae_start = many.minutiae_start
+        self.cell_start = many.cell_start
+        self.xy = many.xy
+        self.direction = many.direction
+        self.quality = many.quality
+        self.count = many.count
+        self.cell = many.cell
+        self.ridges = many.ridges
+        self.has_ridges = many.has_ridges
+        self.neighbour = many.neighbour
+        self.turn = many.turn
+        self.around = many.around
+        self.along = many.along
+        self.root_weight = many.root_weight
+        self.shape = many.shape
+        self.step = many.step
+        self.has_flow = many.has_flow
+        self.inside = many.inside
+        self.quality_of = quality_of
+        self.root_weight_of = root_weight_of
+        self.tolerance, self.tolerance_growth = tolerance
+
+    @cython.ccall
+    @cython.nogil
+    @cython.boundscheck(False)
+    @cython.wraparound(False)
+    @cython.cdivision(True)
+    @cython.exceptval(check=False)
+    def unpack(self, k: cython.Py_ssize_t, into: Print) -> cython.int:
+        """Put print k into one that has room for it, without codes and region.
+
+        The region stays where it is.
+        """
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        m: cython.Py_ssize_t
+        first: cython.Py_ssize_t = self.minutiae_start[k]
+        x: cython.double
+        y: cython.double
+        c: cython.double
+        s: cython.double
+        dx: cython.double
+        dy: cython.double
+        tolerance: cython.double
+        into.size = self.minutiae_start[k + 1] - first
+        for i in range(into.size):
+            into.points[0, i] = self.xy[first + i, 0]
+            into.points[1, i] = self.xy[first + i, 1]
+            into.points[2, i] = self.direction[first + i, 0]
+            into.points[3, i] = self.direction[first + i, 1]
+            into.quality[i] = self.quality_of[self.quality[first + i]]
+            into.count[i] = self.count[first + i]
+        for i in range(into.size):
+            x = into.points[0, i]
+            y = into.points[1, i]
+            c = into.points[2, i]
+            s = into.points[3, i]
+            for m in range(into.count[i]):
+                j = self.neighbour[first + i, m]
+                dx = into.points[0, j] - x
+                dy = into.points[1, j] - y
+                tolerance = self.tolerance + self.tolerance_growth * sqrt(dx * dx + dy * dy)
+                into.frame[i, 0, m] = cython.cast(cython.float, c * dx + s * dy)
+                into.frame[i, 1, m] = cython.cast(cython.float, c * dy - s * dx)
+                dx = into.points[2, j]
+                dy = into.points[3, j]
+                into.frame[i, 2, m] = cython.cast(cython.float, c * dx + s * dy)
+                into.frame[i, 3, m] = cython.cast(cython.float, c * dy - s * dx)
+                into.frame[i, 4, m] = cython.cast(cython.float, 1.0 / (tolerance * tolerance))
+                into.frame[i, 5, m] = cython.cast(
+                    cython.float, self.root_weight_of[self.root_weight[first + i, m]]
+                )
+        into.cell_at = self.cell_start[k]
+        into.rows = self.shape[k, 0]
+        into.columns = self.shape[k, 1]
+        into.first_row = self.shape[k, 2]
+        into.first_column = self.shape[k, 3]
+        into.step = self.step[k]
+        into.per_px = 1.0 / into.step
+        into.inside = self.inside[k]
+        into.has_flow = self.has_flow[k]
+        into.has_ridges = self.has_ridges[k]
+        return 0

@@ -1,0 +1,106 @@
+"""A shortlist of many prints: those that may be of one print's finger, told from their codes.
+
+See `fpmatch.matching.bit_descriptors`: what the codes of two prints have in common takes a few hundredths of
+the time of a whole comparison to tell, so that this is needed for a small part of the prints alone.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.matching.bit_descriptors import prefilter_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.matching.packed_templates import PackedTemplates
+    from fpmatch.matching.prepare import PreparedTemplate
+
+FEW_MINUTIAE: Final = 5
+"""Added to the minutiae of the smaller print, by which what the codes say is divided."""
+
+
+def prefilter_scores(
+    probe: PreparedTemplate, prints: PackedTemplates, first: int = 0, last: int | None = None
+) -> NDArray[np.int32]:
+    """Say how much the codes of each print have in common with those of the probe.
+
+    Parameters
+    ----------
+    probe : PreparedTemplate
+        What `prepare` returned.
+    prints : PackedTemplates
+        Many such, packed.
+    first, last : int
+        Those from `first` up to, not including, `last` (default: all).
+
+    Returns
+    -------
+    ndarray of int32, shape (last - first,)
+        0 for nothing.
+    """
+    first, last, _ = slice(first, last).indices(len(prints))
+    found = np.zeros(max(last - first, 0), np.int32)
+    m = prints
+    prefilter_of(probe.codes).weigh_many(
+        first, m.minutiae_start, m.xy, m.turn, m.around, m.along, m.has_flow, found
+    )
+    return found
+
+
+def normalized_prefilter_scores(
+    probe: PreparedTemplate, prints: PackedTemplates
+) -> NDArray[np.float64]:
+    """Say how much the codes of each print have in common with the probe's, for its minutiae.
+
+    Parameters
+    ----------
+    probe : PreparedTemplate
+        What `prepare` returned.
+    prints : PackedTemplates
+        Many such, packed.
+
+    Returns
+    -------
+    ndarray of float64, shape (N,)
+        By this they are ranked: the greater, the likelier of one finger.
+    """
+    smaller = np.minimum(np.diff(prints.minutiae_start), len(probe))
+    found: NDArray[np.float64] = prefilter_scores(probe, prints) / (smaller + FEW_MINUTIAE)
+    return found
+
+
+def shortlist(probe: PreparedTemplate, prints: PackedTemplates, count: int) -> NDArray[np.intp]:
+    """Return the prints whose codes say the most, for as many minutiae as there are.
+
+    Parameters
+    ----------
+    probe : PreparedTemplate
+        What `prepare` returned.
+    prints : PackedTemplates
+        Many such, packed.
+    count : int
+        How many.
+
+    Returns
+    -------
+    ndarray of intp, shape (min(count, N),)
+        Their numbers, ascending; of equals, the first.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> from fpmatch.matching.prepare import prepare
+    >>> from fpmatch.matching.packed_templates import PackedTemplates
+    >>> near = Minutiae([50, 90, 60, 70, 85, 30], [40, 50, 80, 60, 90, 60], [0, 1, 2, 3, 4, 5])
+    >>> far = Minutiae([20, 150, 60, 70, 9, 80], [40, 50, 80, 160, 90, 90], [3, 1, 0, 2, 5, 1])
+    >>> prints = [prepare(Template(m, 200, 200)) for m in (far, near, far)]
+    >>> shortlist(prints[1], PackedTemplates.of(prints), 1).tolist()
+    [1]
+    """
+    if count >= len(prints):
+        return np.arange(len(prints))
+    order = np.argsort(-normalized_prefilter_scores(probe, prints), kind="stable")
+    return np.sort(order[: max(count, 0)])

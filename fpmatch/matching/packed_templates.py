@@ -1,0 +1,421 @@
+"""Many prepared prints in flat arrays: small in memory, and as quickly opened as a file is mapped.
+
+The file is a line that names the format, a line of JSON that says where each array lies, and the
+arrays, in the order of the bytes of little-endian machines. It holds nothing that the templates do
+not; where they or the matcher change, it is made again.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import MatcherError
+from fpmatch.matching._template_view_kernel import PackedView, Print
+from fpmatch.matching.bit_descriptors import (
+    ALONG,
+    AROUND,
+    MOST_ALONG,
+    BitDescriptorParameters,
+    BitDescriptors,
+)
+from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
+from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, PrintArea, content_key
+from fpmatch.matching.quantization import (
+    QUALITIES,
+    ROOT_WEIGHTS,
+    root_weight_codes,
+)
+from fpmatch.output import atomic_write
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import NDArray
+
+FORMAT: Final = b"fpmatch prepared prints 3\n"
+ALIGNMENT: Final = 64  # bytes
+MOST_MINUTIAE: Final = 256  # that a byte can number
+PRINTS_AT_ONCE: Final = 1024  # packed before their arrays are joined
+
+
+@dataclass(frozen=True, eq=False)
+class PackedTemplates:
+    """Hold T prepared prints of M minutiae in all.
+
+    Parameters
+    ----------
+    minutiae_start, cell_start : ndarray of int64, shape (T + 1,)
+        Where the minutiae and the cells of each print begin.
+    xy, direction : ndarray of float32, shape (M, 2)
+        Positions in pixels at 500 dpi, y pointing up, and unit vectors of the directions.
+    quality : ndarray of uint8, shape (M,)
+        In hundredths.
+    index : ndarray of int32, shape (M,)
+        Places among the template's minutiae.
+    count : ndarray of uint8, shape (M,)
+        Numbers of neighbours.
+    neighbour, root_weight : ndarray of uint8, shape (M, size)
+        The neighbours, numbered from the print's first minutia, and the square roots of their
+        weights in hundredths.
+    turn, around, along : ndarray of uint8 (M,), uint16 (M, 12) and uint8 (M, 12)
+        See `fpmatch.matching.bit_descriptors.BitDescriptors`.
+    cell : ndarray of uint8, shape (C,)
+        BitDescriptors of the cells of the regions, row by row.
+    ridges : ndarray of uint64, shape (C,)
+        Pictures of the ridges in these cells; 0 where they are not known.
+    shape : ndarray of int32, shape (T, 4)
+        Rows and columns of cells, first row and first column.
+    step, zoom : ndarray of float64, shape (T,)
+        Side of a cell, and 500 / dpi.
+    has_flow, has_ridges : ndarray of uint8, shape (T,)
+        1 where the orientation is known, and where the ridges are.
+    inside : ndarray of int32, shape (T,)
+        Numbers of cells inside the regions.
+    """
+
+    minutiae_start: NDArray[np.int64]
+    cell_start: NDArray[np.int64]
+    xy: NDArray[np.float32]
+    direction: NDArray[np.float32]
+    quality: NDArray[np.uint8]
+    index: NDArray[np.int32]
+    count: NDArray[np.uint8]
+    neighbour: NDArray[np.uint8]
+    root_weight: NDArray[np.uint8]
+    turn: NDArray[np.uint8]
+    around: NDArray[np.uint16]
+    along: NDArray[np.uint8]
+    cell: NDArray[np.uint8]
+    ridges: NDArray[np.uint64]
+    shape: NDArray[np.int32]
+    step: NDArray[np.float64]
+    zoom: NDArray[np.float64]
+    has_flow: NDArray[np.uint8]
+    has_ridges: NDArray[np.uint8]
+    inside: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, prints: Iterable[PreparedTemplate]) -> PackedTemplates:
+        """Pack prepared prints, in their order.
+
+        Parameters
+        ----------
+        prints : iterable of PreparedTemplate
+            What `prepare` returned, with the usual parameters.
+
+        Returns
+        -------
+        PackedTemplates
+            The prints.
+
+        Raises
+        ------
+        MatcherError
+            If a print has more minutiae than 256.
+        """
+        joined: list[PackedTemplates] = []
+        few: list[PackedTemplates] = []
+        for print_ in prints:
+            few.append(_packed(print_))
+            if len(few) == PRINTS_AT_ONCE:
+                joined.append(cls.joined(few))
+                few.clear()
+        return cls.joined([*joined, *few])
+
+    @classmethod
+    def joined(cls, parts: Sequence[PackedTemplates]) -> PackedTemplates:
+        """Return the prints of all `parts`, one after the other."""
+        columns: dict[str, Any] = {}
+        for name in (f.name for f in fields(cls)):
+            arrays = [getattr(part, name) for part in parts] or [getattr(_nothing(), name)]
+            if name in _STARTS:
+                ends = np.cumsum([0, *(int(array[-1]) for array in arrays)])
+                moved = [a[:-1] + end for a, end in zip(arrays, ends, strict=False)]
+                columns[name] = np.concatenate([*moved, ends[-1:]])
+            else:
+                columns[name] = np.concatenate(arrays)
+        return cls(**columns)
+
+    def __len__(self) -> int:
+        return len(self.step)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        return sum(getattr(self, f.name).nbytes for f in fields(self))
+
+    @cached_property
+    def most_minutiae(self) -> int:
+        """The most minutiae of a print."""
+        return int(np.diff(self.minutiae_start).max(initial=0))
+
+    @cached_property
+    def most_columns(self) -> int:
+        """The most columns of cells of a print's region."""
+        return int(self.shape[:, 1].max(initial=0))
+
+    @cached_property
+    def packed(self) -> PackedView:
+        """The prints as the kernels see them."""
+        p = NeighbourhoodParameters()
+        return PackedView(
+            self,
+            QUALITIES,
+            ROOT_WEIGHTS,
+            (p.tolerance_px, p.tolerance_per_px),
+        )
+
+    def __getitem__(self, k: int) -> PreparedTemplate:
+        """Return print k as `prepare` made it."""
+        if not 0 <= k < len(self):
+            raise IndexError(f"print {k} of {len(self)}")
+        minutiae = slice(*self.minutiae_start[k : k + 2].tolist())
+        n = minutiae.stop - minutiae.start
+        found = Neighbourhoods(
+            count=np.zeros(n, np.int32),
+            neighbour=self.neighbour[minutiae].astype(np.int32),
+            frame=np.zeros((n, 6, self.neighbour.shape[1]), np.float32),
+        )
+        points, quality = np.zeros((4, n)), np.zeros(n)
+        self.packed.unpack(k, Print(points, quality, found.count, found.frame))
+        rows, columns, first_row, first_column = self.shape[k].tolist()
+        cells = slice(*self.cell_start[k : k + 2].tolist())
+        code = self.cell[cells].reshape(rows, columns)
+        ridges = self.ridges[cells].reshape(rows, columns) if self.has_ridges[k] else None
+        known = bool(self.has_flow[k])
+        region = PrintArea(float(self.step[k]), code, first_row, first_column, known, ridges)
+        return PreparedTemplate(
+            points=points,
+            quality=quality,
+            index=self.index[minutiae],
+            neighbourhoods=found,
+            region=region,
+            codes=BitDescriptors(
+                self.xy[minutiae],
+                self.turn[minutiae],
+                self.around[minutiae],
+                self.along[minutiae],
+                known,
+            ),
+            zoom=float(self.zoom[k]),
+            key=content_key(points, quality, region),
+        )
+
+    def taken(self, which: NDArray[np.integer]) -> PackedTemplates:
+        """Return some of the prints.
+
+        Parameters
+        ----------
+        which : ndarray of int, shape (K,)
+            Their numbers, in any order.
+
+        Returns
+        -------
+        PackedTemplates
+            A copy of these, in this order.
+        """
+        columns: dict[str, Any] = {name: getattr(self, name)[which] for name in _OF_PRINTS}
+        for starts, names in _OWNED.items():
+            begin = getattr(self, starts)[which]
+            length = getattr(self, starts)[which + 1] - begin
+            columns[starts] = np.concatenate([[0], np.cumsum(length)])
+            entry = np.repeat(begin - columns[starts][:-1], length) + np.arange(length.sum())
+            columns |= {name: getattr(self, name)[entry] for name in names}
+        return PackedTemplates(**columns)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the prints to a file that appears whole or not at all.
+
+        Parameters
+        ----------
+        path : path-like
+            The file to write or replace.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written.
+        """
+        entries, at = {}, 0
+        for name, dtype in _DTYPES.items():
+            array = getattr(self, name)
+            entries[name] = {"dtype": dtype, "shape": array.shape, "at": at}
+            at += -(-array.nbytes // ALIGNMENT) * ALIGNMENT
+        header = json.dumps({"prepared": _how_prepared(), "bytes": at, "arrays": entries}).encode()
+        room = -(len(FORMAT) + len(header) + 1) % ALIGNMENT
+        with atomic_write(path) as stream:
+            stream.write(FORMAT + header + b" " * room + b"\n")
+            for name, dtype in _DTYPES.items():
+                array = np.ascontiguousarray(getattr(self, name), dtype)
+                stream.write(array.data if array.size else b"")
+                stream.write(bytes(-array.nbytes % ALIGNMENT))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], *, mmap: bool = True) -> PackedTemplates:
+        """Read what `save` wrote.
+
+        Parameters
+        ----------
+        path : path-like
+            The file.
+        mmap : bool
+            Whether the arrays stay in the file and are read where they are used (default).
+
+        Returns
+        -------
+        PackedTemplates
+            The prints.
+
+        Raises
+        ------
+        MatcherError
+            If the file cannot be read, is damaged, or was made by another version of fpmatch,
+            whose matcher prepares prints in another way.
+        """
+        try:
+            with Path(path).open("rb") as stream:
+                known = stream.readline(len(FORMAT)) == FORMAT
+                header = json.loads(stream.readline()) if known else {}
+                begin = stream.tell()
+            if not known or header["prepared"] != _how_prepared():
+                raise MatcherError(f"{path}: not prepared by this version of fpmatch")
+            content: Any = np.memmap(path, np.uint8, "r") if mmap else np.fromfile(path, np.uint8)
+            found = cls(**{k: _array(content, begin, e) for k, e in header["arrays"].items()})
+            whole = len(content) == begin + header["bytes"] and found._is_sound()
+        except OSError as error:
+            raise MatcherError(f"{path}: {(error.strerror or str(error)).lower()}") from error
+        except (ValueError, TypeError, KeyError) as error:
+            raise MatcherError(f"{path}: not a file of prepared prints, or damaged") from error
+        if not whole:
+            raise MatcherError(f"{path}: damaged")
+        return found
+
+    def _is_sound(self) -> bool:
+        """Tell whether every number that is a place or a size points to something that is there."""
+        minutiae, cells = (getattr(self, name) for name in _STARTS)
+        owned = ((minutiae, self.xy), (cells, self.cell), (cells, self.ridges))
+        for starts, array in owned:
+            if len(starts) != len(self) + 1 or starts[0] or starts[-1] != len(array):
+                return False
+            if (np.diff(starts) < 0).any():
+                return False
+        n, size = np.diff(minutiae), self.neighbour.shape[1]
+        rows, columns = self.shape[:, 0].astype(np.int64), self.shape[:, 1].astype(np.int64)
+        checks = (
+            np.isfinite(self.xy),
+            np.isfinite(self.direction),
+            self.count <= size,
+            _most_of_each(self.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
+            self.along <= MOST_ALONG,
+            (rows >= 0) & (columns >= 0) & (rows * columns == np.diff(cells)),
+        )
+        return all(bool(check.all()) for check in checks)
+
+
+_STARTS: Final = ("minutiae_start", "cell_start")
+_OWNED: Final = {
+    "minutiae_start": (
+        *("xy", "direction", "quality", "index", "count", "neighbour", "root_weight"),
+        *("turn", "around", "along"),
+    ),
+    "cell_start": ("cell", "ridges"),
+}
+_OF_PRINTS: Final = ("shape", "step", "zoom", "has_flow", "has_ridges", "inside")
+_SIZE: Final = NeighbourhoodParameters().size
+_SHAPES: Final = {
+    "minutiae_start": ("<i8", ()),
+    "cell_start": ("<i8", ()),
+    "xy": ("<f4", (2,)),
+    "direction": ("<f4", (2,)),
+    "quality": ("|u1", ()),
+    "index": ("<i4", ()),
+    "count": ("|u1", ()),
+    "neighbour": ("|u1", (_SIZE,)),
+    "root_weight": ("|u1", (_SIZE,)),
+    "turn": ("|u1", ()),
+    "around": ("<u2", (AROUND,)),
+    "along": ("|u1", (ALONG,)),
+    "cell": ("|u1", ()),
+    "ridges": ("<u8", ()),
+    "shape": ("<i4", (4,)),
+    "step": ("<f8", ()),
+    "zoom": ("<f8", ()),
+    "has_flow": ("|u1", ()),
+    "has_ridges": ("|u1", ()),
+    "inside": ("<i4", ()),
+}
+_DTYPES: Final = {name: dtype for name, (dtype, _) in _SHAPES.items()}
+
+
+def _nothing() -> PackedTemplates:
+    """Return no prints."""
+    return PackedTemplates(
+        **{
+            name: np.zeros((int(name in _STARTS), *shape), dtype)
+            for name, (dtype, shape) in _SHAPES.items()
+        }
+    )
+
+
+def _packed(print_: PreparedTemplate) -> PackedTemplates:
+    """Return one print."""
+    n, region = print_.neighbourhoods, print_.region
+    if len(print_) > MOST_MINUTIAE:
+        raise MatcherError(f"a print of {len(print_)} minutiae; {MOST_MINUTIAE} can be packed")
+    place = (*region.code.shape, region.first_row, region.first_column)
+    columns: dict[str, Any] = {
+        "minutiae_start": [0, len(print_)],
+        "cell_start": [0, region.code.size],
+        "xy": print_.points[:2].T,
+        "direction": print_.points[2:].T,
+        "quality": np.rint(print_.quality * 100.0),
+        "index": print_.index,
+        "count": n.count,
+        "neighbour": n.neighbour,
+        "root_weight": root_weight_codes(n.frame[:, 5]),
+        "turn": print_.codes.turn,
+        "around": print_.codes.around,
+        "along": print_.codes.along,
+        "cell": region.code.ravel(),
+        "ridges": np.zeros(region.code.size) if region.ridges is None else region.ridges.ravel(),
+        "shape": [place],
+        "step": [region.step],
+        "zoom": [print_.zoom],
+        "has_flow": [region.has_flow],
+        "has_ridges": [region.ridges is not None],
+        "inside": [region.inside],
+    }
+    return PackedTemplates(
+        **{name: np.ascontiguousarray(columns[name], dtype) for name, dtype in _DTYPES.items()}
+    )
+
+
+def _most_of_each(values: NDArray[Any], starts: NDArray[np.int64]) -> NDArray[Any]:
+    """Return the greatest of the values of each print; 0 for one that has none."""
+    found = np.zeros(len(starts) - 1, values.dtype)
+    some = np.flatnonzero(np.diff(starts))
+    if len(some):
+        found[some] = np.maximum.reduceat(values, starts[some])
+    return found
+
+
+def _how_prepared() -> str:
+    """Return the parameters on which the contents of the arrays depend."""
+    return f"{PreparationParameters()} {NeighbourhoodParameters()} {BitDescriptorParameters()}"
+
+
+def _array(content: NDArray[np.uint8], begin: int, entry: dict[str, Any]) -> NDArray[Any]:
+    """Return one of the arrays in the content of a file."""
+    dtype = np.dtype(entry["dtype"])
+    at = begin + entry["at"]
+    size = int(np.prod(entry["shape"], dtype=np.int64)) * dtype.itemsize
+    found = content[at : at + size].view(dtype).reshape(entry["shape"])
+    native: NDArray[Any] = found.astype(dtype.newbyteorder("="), copy=False).view(np.ndarray)
+    return native

@@ -1,0 +1,1 @@
+"""Point pattern matching by similar triangles of the Delaunay triangulation."""

@@ -1,0 +1,169 @@
+"""Triangles with their shapes: those of a triangulation, and those of one-rings with gaps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from fpmatch.pointset.grid import sort_into_cells
+from fpmatch.pointset.triangles import _triangle_kernel as kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.pointset._grid_kernel import CellGrid
+    from fpmatch.pointset.delaunay.triangulation import Triangulation
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int32]
+
+_LEFT: Final = -0.1  # shapes lie a little beyond 0..1 where a side is only nearly the longest
+_RIGHT: Final = 1.1
+_HIGH: Final = 1.0
+_NARROWEST_BIN: Final = 0.02
+_WIDEST_BIN: Final = 0.2
+_MEDIAN_AREA: Final = 0.377  # of the Delaunay triangles of random points, one a unit of area
+_RING_REACH: Final = 8  # places in a ring: more than half of nearly every one
+
+
+class TriangleDescriptors(NamedTuple):
+    """Hold triangles as seen from their longest sides; the first `number` entries count.
+
+    Parameters
+    ----------
+    number : int
+        How many there are.
+    corner : ndarray of int32, shape (C, 3)
+        Ends of the longest side and the apex, counter-clockwise.
+    shape : ndarray of float64, shape (2, C)
+        Real and imaginary part of the apex once that side lies from 0 to 1.
+    side : ndarray of float64, shape (C,)
+        Length of that side.
+    negative_information : ndarray of float64, shape (C,) or (0,)
+        Less what a match would tell, times the chance that the triangle exists in the other set,
+        where it was asked for.
+    """
+
+    number: int
+    corner: Ints
+    shape: Floats
+    side: Floats
+    negative_information: Floats
+
+
+def delaunay_triangles(mesh: Triangulation, _: Floats) -> Ints:
+    """Return the triangles of a mesh, shape (T, 3)."""
+    return mesh.triangles
+
+
+def ring_triangles(mesh: Triangulation, points: Floats) -> Ints:
+    """Return all triangles of a point and two of its neighbours, each once, shape (T, 3).
+
+    `points` are those of the mesh, shape (2, N).
+    """
+    degree = np.diff(mesh.ring_start).astype(np.int64)
+    each = np.minimum(degree * (degree - 1) // 2, degree * _RING_REACH)
+    triangles = np.empty((int(each.sum()), 3), np.int32)
+    count = kernel.ring_triangles(points, mesh.ring_start, mesh.ring, _RING_REACH, triangles)
+    return triangles[:count]
+
+
+def density_over_hull(mesh: Triangulation, points: Floats) -> float:
+    """Return points to a unit of area of the convex hull; `points` are the mesh's, (2, N)."""
+    return len(mesh) / float(kernel.polygon_area(points, mesh.hull))
+
+
+def density_of(mesh: Triangulation, points: Floats) -> float:
+    """Return points to a unit of area, where most of the points are.
+
+    Over the convex hull, or as the median triangle tells where that is denser: of points in
+    clusters, or with an outlier, the hull has more area than most of them see.
+
+    Parameters
+    ----------
+    mesh : Triangulation
+        A triangulation that has triangles.
+    points : ndarray of float64, shape (2, N)
+        Its points.
+
+    Returns
+    -------
+    float
+        The density.
+    """
+    area = np.empty(len(mesh.triangles))
+    kernel.triangle_areas(points, mesh.triangles, area)
+    middle = len(area) // 2
+    area.partition(middle)
+    over_hull = density_over_hull(mesh, points)
+    return max(over_hull, _MEDIAN_AREA / float(area[middle])) if area[middle] > 0 else over_hull
+
+
+def describe_all(points: Floats, triangles: Ints, strangers: float) -> TriangleDescriptors:
+    """Return triangles as seen from their longest sides, with what they would tell.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (2, N)
+        The points.
+    triangles : ndarray of int32, shape (T, 3)
+        Corners, counter-clockwise.
+    strangers : float
+        Points without partner to a unit of area, which may split a triangle.
+    """
+    return _label(points, triangles, 1.0, 0.0, strangers, np.empty(3 * len(triangles)))
+
+
+def describe_large(
+    points: Floats, triangles: Ints, near_tie: float, shortest: float
+) -> TriangleDescriptors:
+    """Return triangles as seen from each side that is the longest to within `near_tie`.
+
+    Parameters
+    ----------
+    points, triangles
+        As for `describe_all`.
+    near_tie : float
+        A side counts as longest where it is at least so much of it.
+    shortest : float
+        Sides under this length are left out.
+    """
+    return _label(points, triangles, near_tie, shortest, 0.0, np.empty(0))
+
+
+def _label(
+    points: Floats,
+    triangles: Ints,
+    near_tie: float,
+    shortest: float,
+    strangers: float,
+    telling: Floats,
+) -> TriangleDescriptors:
+    most = 3 * len(triangles)
+    corner, shape, side = np.empty((most, 3), np.int32), np.empty((2, most)), np.empty(most)
+    count = kernel.label_triangles(
+        points, triangles, near_tie, shortest, strangers, corner, shape, side, telling
+    )
+    return TriangleDescriptors(count, corner, shape, side, telling)
+
+
+def sort_by_shape(triangles: TriangleDescriptors, widest: float) -> CellGrid:
+    """Return triangles in bins by shape.
+
+    Parameters
+    ----------
+    triangles : TriangleDescriptors
+        The triangles.
+    widest : float
+        Largest distance of shapes that will be looked for.
+
+    Returns
+    -------
+    CellGrid
+        Their shapes.
+    """
+    width = min(max(widest / 2, _NARROWEST_BIN), _WIDEST_BIN)
+    return sort_into_cells(
+        triangles.shape, width, low=(_LEFT, 0.0), high=(_RIGHT, _HIGH), count=triangles.number
+    )

@@ -1,0 +1,332 @@
+"""Kernel: map one-rings to the unit circle, lay one on another, and overlay the whole sets.
+
+Rings are flat: the ring of centre ``centre[i]`` is ``vertex[start[i]:start[i + 1]]``, counter-
+clockwise. Points, circles and images are arrays (2, N) of x and y. A move is (s·cos θ, s·sin θ,
+tx, ty) of the paper's eq. (1). Interpreted, the functions run as they stand and give the same.
+"""
+
+import cython
+
+if cython.compiled:
+    from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
+else:
+    from fpmatch.pointset._grid_kernel import CellGrid
+
+COMPILED = cython.compiled
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+def centre_images(
+    point: cython.const[cython.double][:, ::1],
+    centre: cython.int[::1],
+    start: cython.int[::1],
+    vertex: cython.int[::1],
+    circle: cython.double[:, ::1],
+    weight: cython.double[::1],
+    image: cython.double[:, ::1],
+) -> None:
+    """Write the shape-preserving weights λ_k of eq. (4), and each centre's image Σ λ_k u_k.
+
+    `circle` (2, M) holds u_k for each entry of `vertex`; `weight` (M) and `image` (2, R) are
+    written, with x = 2 (outside the circle) where a ring does not go round its centre.
+    """
+    i: cython.Py_ssize_t
+    line: cython.Py_ssize_t
+    px: cython.const[cython.double][::1] = point[0]
+    py: cython.const[cython.double][::1] = point[1]
+    for i in range(centre.shape[0]):
+        image[0, i] = 2.0
+        image[1, i] = 0.0
+        if shape_preserving_weights(
+            px, py, vertex, start[i], start[i + 1], px[centre[i]], py[centre[i]], weight
+        ):
+            image[0, i] = 0.0
+            for line in range(start[i], start[i + 1]):
+                image[0, i] += weight[line] * circle[0, line]
+                image[1, i] += weight[line] * circle[1, line]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+@cython.exceptval(check=False)
+def shape_preserving_weights(
+    px: cython.const[cython.double][::1],
+    py: cython.const[cython.double][::1],
+    vertex: cython.const[cython.int][::1],
+    begin: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    x: cython.double,
+    y: cython.double,
+    weight: cython.double[::1],
+) -> cython.bint:
+    """Write the weights λ_k of eq. (4) of the point (x, y) in the ring ``vertex[begin:end]``.
+
+    ``weight[begin:end]`` are written: they sum to 1, and Σ λ_k p_k is (x, y). Return whether the
+    ring, counter-clockwise, goes round the point; the weights mean nothing where it does not.
+    """
+    line: cython.Py_ssize_t
+    r: cython.Py_ssize_t
+    s: cython.Py_ssize_t
+    far: cython.Py_ssize_t
+    first: cython.Py_ssize_t = begin
+    from_x: cython.double
+    from_y: cython.double
+    side: cython.double
+    next_side: cython.double
+    own: cython.double
+    whole: cython.double
+    degree: cython.double = end - begin
+    for line in range(begin, end):
+        weight[line] = 0.0
+    for line in range(begin, end):
+        from_x = px[vertex[line]] - x
+        from_y = py[vertex[line]] - y
+        # the line from this vertex through the centre leaves by the side (far, far + 1), which
+        # moves on round the ring as the vertex does
+        first = line if first < line else first
+        far = first if first < end else first - (end - begin)
+        side = from_x * (py[vertex[far]] - y) - from_y * (px[vertex[far]] - x)
+        side = 0.0 if first == line else side
+        next_side = 0.0
+        far = -1
+        for r in range(first, line + (end - begin)):
+            s = r + 1 if r + 1 < end else r + 1 - (end - begin)
+            next_side = from_x * (py[vertex[s]] - y) - from_y * (px[vertex[s]] - x)
+            if side >= 0.0 and next_side < 0.0:
+                far = r if r < end else r - (end - begin)
+                first = r
+                break
+            side = next_side
+        if far < 0:
+            return False
+        s = far + 1 if far + 1 < end else begin
+        own = (px[vertex[far]] - x) * (py[vertex[s]] - y) - (py[vertex[far]] - y) * (
+            px[vertex[s]] - x
+        )
+        whole = own - next_side + side
+        if not (own > 0.0 and whole > 0.0):
+            return False
+        whole = 1.0 / (whole * degree)
+        weight[line] += own * whole
+        weight[far] -= next_side * whole
+        weight[s] += side * whole
+    return True
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+def fit_ring_pairs(
+    pair: cython.int[:, ::1],
+    p_point: cython.double[:, ::1],
+    p_centre: cython.int[::1],
+    p_start: cython.int[::1],
+    p_vertex: cython.int[::1],
+    p_circle: cython.double[:, ::1],
+    p_image: cython.double[:, ::1],
+    q_point: cython.double[:, ::1],
+    q_centre: cython.int[::1],
+    q_start: cython.int[::1],
+    q_vertex: cython.int[::1],
+    q_circle: cython.double[:, ::1],
+    q_image: cython.double[:, ::1],
+    move: cython.double[:, ::1],
+) -> None:
+    """Write the move of each ring pair (K, 2): the best turn of its circles, then least squares.
+
+    The turn is the cyclic shift for which the boundary points and the centre's images of the two
+    unit circles, the image counting as much as the whole boundary, correlate most under rotation.
+    ``move[k]`` (K, 4) maps the first ring with its centre onto the second by eq. (1); it is all 0
+    where the points of a side coincide.
+    """
+    k: cython.Py_ssize_t
+    a: cython.Py_ssize_t
+    b: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    shift: cython.Py_ssize_t
+    degree: cython.Py_ssize_t
+    best_shift: cython.Py_ssize_t
+    even: cython.double
+    odd: cython.double
+    strength: cython.double
+    most: cython.double
+    image_even: cython.double
+    image_odd: cython.double
+    for k in range(pair.shape[0]):
+        a = pair[k, 0]
+        b = pair[k, 1]
+        degree = p_start[a + 1] - p_start[a]
+        image_even = degree * (p_image[0, a] * q_image[0, b] + p_image[1, a] * q_image[1, b])
+        image_odd = degree * (p_image[0, a] * q_image[1, b] - p_image[1, a] * q_image[0, b])
+        most = -1.0
+        best_shift = 0
+        for shift in range(degree):
+            even = image_even
+            odd = image_odd
+            m = q_start[b] + shift
+            for j in range(p_start[a], p_start[a + 1]):
+                even += p_circle[0, j] * q_circle[0, m] + p_circle[1, j] * q_circle[1, m]
+                odd += p_circle[0, j] * q_circle[1, m] - p_circle[1, j] * q_circle[0, m]
+                m += 1
+                if m == q_start[b + 1]:
+                    m = q_start[b]
+            strength = even * even + odd * odd
+            if strength > most:
+                most = strength
+                best_shift = shift
+        _fit(
+            p_point, p_vertex, p_start[a], degree, p_centre[a],
+            q_point, q_vertex, q_start[b], best_shift, q_centre[b],
+            move[k],
+        )  # fmt: skip
+
+
+@cython.cfunc
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+@cython.exceptval(check=False)
+def _fit(
+    p_point: cython.double[:, ::1],
+    p_vertex: cython.int[::1],
+    p_begin: cython.Py_ssize_t,
+    degree: cython.Py_ssize_t,
+    p_centre: cython.Py_ssize_t,
+    q_point: cython.double[:, ::1],
+    q_vertex: cython.int[::1],
+    q_begin: cython.Py_ssize_t,
+    shift: cython.Py_ssize_t,
+    q_centre: cython.Py_ssize_t,
+    move: cython.double[::1],
+) -> cython.void:
+    """Fit eq. (1) to one ring and its centre, vertex j on vertex j + shift, by least squares."""
+    j: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    px: cython.double
+    py: cython.double
+    qx: cython.double
+    qy: cython.double
+    n: cython.double = degree + 1
+    # sums of the offsets from the centres; a centre itself adds nothing to them
+    sum_px: cython.double = 0.0
+    sum_py: cython.double = 0.0
+    sum_qx: cython.double = 0.0
+    sum_qy: cython.double = 0.0
+    spread: cython.double = 0.0
+    even: cython.double = 0.0
+    odd: cython.double = 0.0
+    for j in range(degree):
+        m = j + shift
+        if m >= degree:
+            m -= degree
+        i = p_vertex[p_begin + j]
+        px = p_point[0, i] - p_point[0, p_centre]
+        py = p_point[1, i] - p_point[1, p_centre]
+        i = q_vertex[q_begin + m]
+        qx = q_point[0, i] - q_point[0, q_centre]
+        qy = q_point[1, i] - q_point[1, q_centre]
+        sum_px += px
+        sum_py += py
+        sum_qx += qx
+        sum_qy += qy
+        spread += px * px + py * py
+        even += px * qx + py * qy
+        odd += px * qy - py * qx
+    spread -= (sum_px * sum_px + sum_py * sum_py) / n
+    even -= (sum_px * sum_qx + sum_py * sum_qy) / n
+    odd -= (sum_px * sum_qy - sum_py * sum_qx) / n
+    if spread <= 0.0:
+        move[0] = move[1] = move[2] = move[3] = 0.0
+        return
+    even = even / spread
+    odd = odd / spread
+    px = p_point[0, p_centre] + sum_px / n
+    py = p_point[1, p_centre] + sum_py / n
+    move[0] = even
+    move[1] = odd
+    move[2] = q_point[0, q_centre] + sum_qx / n - (even * px - odd * py)
+    move[3] = q_point[1, q_centre] + sum_qy / n - (odd * px + even * py)
+
+
+@cython.ccall
+@cython.boundscheck(False)
+@cython.wraparound(False)
+@cython.cdivision(True)
+def best_overlay(
+    move: cython.double[:, ::1],
+    p_point: cython.double[:, ::1],
+    grid: CellGrid,
+    tolerance: cython.double,
+    enough: cython.int,
+    last_met: cython.int[::1],
+    found: cython.int[::1],
+) -> None:
+    """Find the move under which the most points match, the first of them where several tie.
+
+    A move's count is the smaller of: points of P with a point of Q within `tolerance`; points of
+    Q met so. The search ends at the first move that reaches `enough`. `grid` holds the points of
+    Q, within [0, 1]². `last_met` (N of Q,) starts at -1; ``found``
+    receives the index of the move (-1 where none matches a point) and its count.
+    """
+    k: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    row: cython.Py_ssize_t
+    n: cython.int = p_point.shape[1]
+    met_p: cython.int
+    met_q: cython.int
+    near: cython.int
+    left: cython.int
+    right: cython.int
+    x: cython.double
+    y: cython.double
+    dx: cython.double
+    dy: cython.double
+    squared: cython.double = tolerance * tolerance
+    found[0] = -1
+    found[1] = 0
+    for k in range(move.shape[0]):
+        met_p = 0
+        met_q = 0
+        for i in range(n):
+            if met_p + n - i <= found[1]:
+                break
+            x = move[k, 0] * p_point[0, i] - move[k, 1] * p_point[1, i] + move[k, 2]
+            y = move[k, 1] * p_point[0, i] + move[k, 0] * p_point[1, i] + move[k, 3]
+            if not (
+                x + tolerance >= 0.0
+                and y + tolerance >= 0.0
+                and x - tolerance < 1.0
+                and y - tolerance < 1.0
+            ):
+                continue
+            left = grid.column(x - tolerance)
+            right = grid.column(x + tolerance) + 1
+            near = 0
+            for row in range(grid.row(y - tolerance), grid.row(y + tolerance) + 1):
+                for j in range(
+                    grid.start[row * grid.columns + left], grid.start[row * grid.columns + right]
+                ):
+                    dx = grid.x[j] - x
+                    dy = grid.y[j] - y
+                    if dx * dx + dy * dy <= squared:
+                        near = 1
+                        if last_met[j] != k:
+                            last_met[j] = k
+                            met_q += 1
+            met_p += near
+        met_p = min(met_p, met_q)
+        if met_p > found[1]:
+            found[0] = k
+            found[1] = met_p
+            if met_p >= enough:
+                break

@@ -1,0 +1,133 @@
+"""All one-rings of a triangulation mapped to the unit circle at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.pointset.unit_circle import _one_ring_kernel as kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.pointset.delaunay.triangulation import Triangulation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OneRings:
+    """Hold R closed one-rings on the unit circle, ordered by degree and then by area.
+
+    Parameters
+    ----------
+    centre : ndarray of int32, shape (R,)
+        The point each ring goes round.
+    start : ndarray of int32, shape (R + 1,)
+        Ring i is ``vertex[start[i]:start[i + 1]]``.
+    vertex : ndarray of int32, shape (M,)
+        Points of the rings, counter-clockwise.
+    circle : ndarray of float64, shape (2, M)
+        The points of the rings on the unit circle (eq. 3), x and y.
+    weight : ndarray of float64, shape (M,)
+        Their shape-preserving weights (eq. 4), which sum to 1 over a ring.
+    image : ndarray of float64, shape (2, R)
+        The centres' images by shape-preserving weights (eq. 4), x and y.
+    area : ndarray of float64, shape (R,)
+        Areas of the inscribed polygons.
+    """
+
+    centre: NDArray[np.int32]
+    start: NDArray[np.int32]
+    vertex: NDArray[np.int32]
+    circle: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    image: NDArray[np.float64]
+    area: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.centre)
+
+    @property
+    def degree(self) -> NDArray[np.int32]:
+        """Number of points of each ring."""
+        return np.diff(self.start)
+
+
+def map_to_unit_circle(mesh: Triangulation) -> OneRings:
+    """Map the one-ring of every interior point of `mesh` to the unit circle.
+
+    Does for all rings, compiled, what `fpmatch.pointset.unit_circle.parametrize.parametrize` does for one.
+
+    Parameters
+    ----------
+    mesh : Triangulation
+        A triangulation.
+
+    Returns
+    -------
+    OneRings
+        One ring an interior point; fewer only where rounding has put a point outside its ring.
+
+    Examples
+    --------
+    >>> from fpmatch.pointset.delaunay.triangulate import triangulate
+    >>> mesh = triangulate([[0, 0], [4, 0], [4, 4], [0, 4], [2, 1]])
+    >>> rings = map_to_unit_circle(mesh)
+    >>> rings.centre.tolist(), rings.degree.tolist(), rings.area.round(6).tolist()
+    ([4], [4], [2.0])
+    """
+    centre = mesh.interior.nonzero()[0].astype(np.int32)
+    start, entry = _gather(mesh.ring_start[centre], mesh.ring_start[centre + 1])
+    vertex = mesh.ring[entry]
+    xy = np.array(mesh.points.T, order="C")
+    angle, side = _chord_angles(xy, start, vertex)
+    circle = np.stack([np.cos(angle), np.sin(angle)])
+    weight = np.empty(len(vertex))
+    image = np.empty((2, len(centre)))
+    kernel.centre_images(xy, centre, start, vertex, circle, weight, image)
+    area = _sums(np.sin(side), start) / 2
+    inside = (image[0] <= 1).nonzero()[0]
+    order = inside[np.lexsort((area[inside], np.diff(start)[inside]))]
+    start, entry = _gather(start[order], start[order + 1])
+    return OneRings(
+        centre=centre[order],
+        start=start,
+        vertex=vertex[entry],
+        circle=np.ascontiguousarray(circle[:, entry]),
+        weight=weight[entry],
+        image=np.ascontiguousarray(image[:, order]),
+        area=area[order],
+    )
+
+
+def _gather(
+    begin: NDArray[np.int32], end: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Return the starts of runs begin..end laid end to end, and the entries they take."""
+    length = end - begin
+    start = np.zeros(len(length) + 1, np.int32)
+    length.cumsum(out=start[1:])
+    entry = np.repeat(begin - start[:-1], length) + np.arange(start[-1])
+    return start, entry
+
+
+def _chord_angles(
+    xy: NDArray[np.float64], start: NDArray[np.int32], vertex: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the angle of each ring point on its circle (eq. 3), and of the side after it."""
+    following = np.arange(1, len(vertex) + 1)
+    following[start[1:] - 1] = start[:-1]
+    x, y = xy[:, vertex]
+    side = np.hypot(x[following] - x, y[following] - y)
+    length = np.diff(start)
+    side *= np.repeat(2 * np.pi / _sums(side, start), length)
+    along = side.cumsum() - side
+    return along - np.repeat(along[start[:-1]], length), side
+
+
+def _sums(values: NDArray[np.float64], start: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Return the sum of `values` over each run (no run is empty)."""
+    if len(start) == 1:
+        return np.empty(0)
+    return np.asarray(np.add.reduceat(values, start[:-1]))

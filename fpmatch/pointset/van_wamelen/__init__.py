@@ -1,0 +1,1 @@
+"""Point pattern matching after van Wamelen, Li and Iyengar (2004)."""

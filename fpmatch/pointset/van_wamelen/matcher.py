@@ -1,0 +1,301 @@
+"""The algorithm of van Wamelen, Li and Iyengar (2004), the one the paper measures itself against.
+
+A pivot of P is laid on each point of Q in turn, one of its far neighbours on a neighbour of
+similar rank there. Where enough of the pivot's k nearest neighbours then fall within 2t of points
+of Q (a local match), least squares and one-to-one pairing within t follow by turns over the whole
+of P, until the number of pairs stops growing; ρm pairs are a match. If no point of Q will do, the
+next pivot is tried.
+
+With λ and ρ as in the paper, t = λ·r/(2√n), and ln the natural logarithm:
+
+- k = ⌈ln m / (2(ρ - λ²/4)²)⌉ neighbours make the local test;
+- k3 = ⌈2λ√(k/π)⌉, made odd, ranks of Q's list are tried for each base neighbour;
+- k2 = ⌈ln 0.05 / ln(1 - ρ)⌉ base neighbours, the farthest whose window of ranks fits, are tried;
+- ⌈ln(1 - c) / ln(1 - ρ)⌉ random pivots hold, with confidence c, one that has a partner. That one
+  may still fail the tests, so by default all of P is tried.
+
+What is left open there, and how it is settled here: r/(2√n) is taken by density, over the area of
+Q's convex hull; the rounds of least squares go on past ρm for as long as they gain pairs; lists are
+found through a grid of cell side r/√n, which also answers "is there a point near x"; and the
+search gives up, as if there were no match, after a given amount of work.
+
+References
+----------
+Van Wamelen, Li, Iyengar, "A fast expected time algorithm for the 2-D point pattern matching
+problem", Pattern Recognition 37 (2004), 1699-1711.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.frames import between_sets, frame_of
+from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.points import as_points
+from fpmatch.pointset.random_sets import share_of
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.van_wamelen import _search_kernel as kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.pointset.points import UnitFrame
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int32]
+
+FEWEST_POINTS: Final = 3
+"""Any two points lie on any two others: a smaller set says nothing."""
+
+MOST_NEIGHBOURS: Final = 256
+"""Bound of k where ρ is hardly more than λ²/4, and so of the memory for the lists."""
+
+MOST_LOOKS: Final = 2_000_000_000
+"""Default bound of a search: points and cells looked at, some tens of seconds."""
+
+BASE_DOUBT: Final = 0.05
+"""Chance that none of the base neighbours has a partner, in the formula for k2."""
+
+
+@dataclass(frozen=True, slots=True)
+class SearchPlan:
+    """Hold the numbers that follow from the sizes of the sets, ρ and λ.
+
+    Parameters
+    ----------
+    neighbours : int
+        k: neighbours of a pivot in the local test.
+    window : int
+        k3, odd: ranks of Q's list tried for each base neighbour.
+    bases : int
+        k2: base neighbours tried.
+    pivots : int
+        Pivots tried.
+    enough_near : int
+        Neighbours that make a local match.
+    enough : int
+        Pairs that make a global match.
+    """
+
+    neighbours: int
+    window: int
+    bases: int
+    pivots: int
+    enough_near: int
+    enough: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _CellGrid:
+    """Hold a set in its unit frame, ordered by the cells of a grid of side r/√n.
+
+    `point` are the points (2, N) in the order of the cells, `order` their indices in the set.
+    `spacing` is r/(2√n), in the frame.
+    """
+
+    frame: UnitFrame
+    point: Floats
+    order: NDArray[np.int64]
+    start: Ints
+    shape: Ints
+    per_unit: float
+    spacing: float
+
+
+def match_van_wamelen(
+    p: ArrayLike,
+    q: ArrayLike,
+    *,
+    rho: float,
+    lambda_: float,
+    tolerance: float | None = None,
+    confidence: float = 1.0,
+    seed: int = 0,
+    most_looks: int = MOST_LOOKS,
+) -> PointMatch:
+    """Match the pattern `p` with a part of `q` by local neighbourhoods.
+
+    Parameters
+    ----------
+    p, q : array_like of float, shape (M, 2) and (N, 2)
+        The pattern and the larger set.
+    rho : float
+        ρ in (0, 1]: share of `p` that must be paired; more than λ²/4.
+    lambda_ : float
+        λ: matching distance in mean nearest-neighbour distances of `q`.
+    tolerance : float, optional
+        The matching distance t itself, in the units of `q`, where it is known; λ then serves the
+        sizes of lists and windows only.
+    confidence : float
+        c in (0, 1]: chance that the pivots tried include one that has a partner; 1 tries all.
+    seed : int
+        Seed of the order in which pivots and points are tried.
+    most_looks : int
+        Bound of the work: points and cells looked at.
+
+    Returns
+    -------
+    PointMatch
+        The first transform of `p` onto `q` that pairs ρM points; none, with a share of 0, where
+        the search found none or gave up. `local_matches` counts alike neighbourhoods.
+
+    Raises
+    ------
+    PointSetError
+        If a set is malformed, its coordinates or extent are beyond 2**±300, or a parameter is
+        outside its range.
+
+    Examples
+    --------
+    >>> q = np.random.default_rng(7).uniform(0, 100, (80, 2))
+    >>> move = Similarity(scale=2.0, rotation=0.5, tx=10.0, ty=-4.0)
+    >>> match = match_van_wamelen(move.inverse().apply(q[20:60]), q, rho=0.9, lambda_=0.4)
+    >>> match.matched_share, round(match.transform.scale, 6), round(match.transform.rotation, 6)
+    (1.0, 2.0, 0.5)
+    """
+    given_p, given_q = as_points(p, "p"), as_points(q, "q")
+    _check(rho, lambda_, tolerance, confidence)
+    frame_p, frame_q = frame_of(given_p, "p"), frame_of(given_q, "q")
+    if min(len(given_p), len(given_q)) < FEWEST_POINTS:
+        return PointMatch.none()
+    plan = plan_search(len(given_p), len(given_q), rho, lambda_, confidence)
+    grid_p, grid_q = _sort_into_cells(given_p, frame_p), _sort_into_cells(given_q, frame_q)
+    if tolerance is None:
+        reach = lambda_ * grid_q.spacing
+    else:
+        reach = math.ldexp(tolerance, -grid_q.frame.exponent)
+    found, move, pairs = _search(grid_p, grid_q, plan, reach, seed, most_looks)
+    if not len(pairs):
+        return PointMatch.none(found)
+    transform = between_sets(move, grid_p.frame, grid_q.frame)
+    residual = move.apply(grid_p.point.T[pairs[:, 0]]) - grid_q.point.T[pairs[:, 1]]
+    rms = math.sqrt(float((residual * residual).sum(axis=1).mean()))
+    in_sets = np.column_stack([grid_p.order[pairs[:, 0]], grid_q.order[pairs[:, 1]]])
+    return PointMatch(
+        transform=transform,
+        pairs=in_sets[in_sets[:, 0].argsort()].astype(np.int32),
+        matched_share=len(pairs) / min(len(given_p), len(given_q)),
+        rms=math.ldexp(rms, grid_q.frame.exponent),
+        local_matches=found,
+    )
+
+
+def plan_search(m: int, n: int, rho: float, lambda_: float, confidence: float = 1.0) -> SearchPlan:
+    """Return the sizes of lists and windows, by the formulas at the top of this module.
+
+    Parameters
+    ----------
+    m, n : int
+        Points of P and of Q, 3 or more.
+    rho, lambda_, confidence : float
+        As in `match_van_wamelen`.
+
+    Returns
+    -------
+    SearchPlan
+        The sizes, kept within what the sets have to offer.
+
+    Examples
+    --------
+    >>> plan = plan_search(400, 800, rho=0.6, lambda_=0.61)
+    >>> plan.neighbours, plan.window, plan.bases, plan.enough_near
+    (12, 3, 4, 8)
+    """
+    margin = rho - lambda_**2 / 4
+    wanted = math.log(m) / (2 * margin**2)
+    k = max(1, min(math.ceil(min(wanted, MOST_NEIGHBOURS)), min(m, n) - 1))
+    ranks = math.ceil(2 * lambda_ * math.sqrt(k / math.pi))
+    half = min(ranks // 2, (k - 1) // 2)
+    bases = _tries(BASE_DOUBT, rho)
+    return SearchPlan(
+        neighbours=k,
+        window=2 * half + 1,
+        bases=min(bases, k - 2 * half),
+        pivots=m if confidence == 1 else min(m, _tries(1 - confidence, rho)),
+        enough_near=share_of(rho, k),
+        enough=share_of(rho, m),
+    )
+
+
+def _tries(doubt: float, rho: float) -> int:
+    """Return how many tries of chance ρ all fail with no more chance than `doubt`."""
+    rounding = 1e-9  # ln 0.05 / ln(1 - 0.95) is 1.0000000000000002 in floating point
+    return 1 if rho == 1 else max(1, math.ceil(math.log(doubt) / math.log1p(-rho) - rounding))
+
+
+def _search(
+    p: _CellGrid, q: _CellGrid, plan: SearchPlan, tolerance: float, seed: int, most_looks: int
+) -> tuple[int, Similarity, Ints]:
+    """Return the number of local matches, the move between frames, and the pairs (K, 2)."""
+    m, n = len(p.order), len(q.order)
+    rng = np.random.default_rng(seed)
+    # permutations of the sets as given: the search is the same whatever the grids
+    pivots = p.order.argsort()[rng.permutation(m)[: plan.pivots]]
+    scene = q.order.argsort()[rng.permutation(n)]
+    move = np.empty(4)
+    pair = np.empty((2, 2, m + 1), np.int32)
+    found = np.zeros(2, np.int32)
+    kernel.search(
+        *(p.point, p.start, p.shape, p.per_unit),
+        *(q.point, q.start, q.shape, q.per_unit),
+        *(pivots.astype(np.int32), scene.astype(np.int32)),
+        np.empty(plan.neighbours, np.int32),
+        np.full((n, plan.neighbours), -1, np.int32),
+        np.empty(plan.neighbours),
+        *(plan.bases, plan.window, plan.enough_near, plan.enough),
+        *(tolerance, most_looks),
+        *(move, pair, np.zeros(n, np.int32), np.zeros(1, np.int64), found),
+    )
+    pairs, local_matches = found.tolist()
+    if not pairs:
+        return local_matches, Similarity(), np.empty((0, 2), np.int32)
+    a, b, tx, ty = move.tolist()
+    similarity = Similarity(math.hypot(a, b), math.atan2(b, a), tx, ty)
+    return local_matches, similarity, pair[0, :, :pairs].T
+
+
+def _sort_into_cells(points: Floats, frame: UnitFrame) -> _CellGrid:
+    """Sort a set of one point or more into the cells of a grid."""
+    unit = frame.apply(points)
+    n = len(unit)
+    by_x = np.ascontiguousarray(unit[np.lexsort((unit[:, 1], unit[:, 0]))].T)
+    area = kernel.hull_area(by_x, np.empty(n + 1, np.int32))
+    per_unit = _cells_per_unit(area, n, *unit.max(axis=0).tolist())
+    column, row = (unit.T * per_unit).astype(np.int64)
+    columns, rows = int(column.max()) + 1, int(row.max()) + 1
+    cell = row * columns + column
+    order = cell.argsort(kind="stable")
+    return _CellGrid(
+        frame=frame,
+        point=np.ascontiguousarray(unit[order].T),
+        order=order,
+        start=np.append(0, np.bincount(cell, minlength=rows * columns).cumsum()).astype(np.int32),
+        shape=np.array([rows, columns], np.int32),
+        per_unit=per_unit,
+        spacing=0.5 * math.sqrt(area / n),
+    )
+
+
+def _cells_per_unit(area: float, n: int, width: float, height: float) -> float:
+    """Return the reciprocal of r/√n; less where the grid would have far more cells than points."""
+    most_per_point = 4
+    side = max(
+        math.sqrt(area / n),
+        math.sqrt(width * height / (most_per_point * n)),
+        max(width, height) / (most_per_point * n),
+    )
+    return 1.0 / side if side > 0 else 1.0
+
+
+def _check(rho: float, lambda_: float, tolerance: float | None, confidence: float) -> None:
+    if not 0 < rho <= 1 or not 0 < confidence <= 1:
+        raise PointSetError(f"rho and confidence must be in (0, 1], not {rho:g}, {confidence:g}")
+    if not (lambda_ >= 0 and lambda_**2 / 4 < rho):
+        raise PointSetError(f"lambda must be 0 or more, its square less than 4 rho: {lambda_:g}")
+    if tolerance is not None and not 0 <= tolerance < math.inf:
+        raise PointSetError(f"tolerance must be 0 or more, not {tolerance:g}")

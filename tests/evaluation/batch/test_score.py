@@ -1,0 +1,314 @@
+"""`fpmatch.evaluation.batch.score`: what a run writes, leaves undone, goes on with, and refuses."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import os
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fpmatch.errors import EngineError, MatcherError, OutputError, ScoringError
+from fpmatch.evaluation.batch import rows
+from fpmatch.evaluation.batch.plan import AllPairs
+from fpmatch.evaluation.batch.score import score
+from fpmatch.evaluation.batch.store import Store
+from fpmatch.matching.calibration import Calibration
+
+FOLDER = Path(__file__).parent
+sys.path.insert(0, str(FOLDER))
+
+from scoring_fakes import Line, Near  # noqa: E402  (spawned workers must find it by this name)
+
+needs_pyarrow = pytest.mark.skipif(
+    importlib.util.find_spec("pyarrow") is None, reason="pyarrow (extra parquet) is not installed"
+)
+REFERENCES = Line([0.0, 10.0, 20.0, 30.0, 40.0], "reference")
+PROBES = Line([1.0, None, 39.0], "probe")
+TEN_A_UNIT = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
+
+
+def rows(path):
+    with path.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.fixture
+def output(tmp_path):
+    return tmp_path / "scores.csv"
+
+
+def run(output, **options):
+    return score(REFERENCES, PROBES, output, **{"matcher": Near(), **options})
+
+
+def test_a_row_a_pair_probe_by_probe(output):
+    done = run(output, calibration=TEN_A_UNIT)
+    written = rows(output)
+    assert [(r["probe"], r["reference"]) for r in written] == [
+        (p, r) for p in PROBES.names for r in REFERENCES.names
+    ]
+    assert float(written[1]["similarity"]) == 1 / 10
+    assert float(written[1]["score"]) == pytest.approx(5)
+    assert (done.pairs, done.rows, done.resumed, done.failed_pairs) == (15, 15, 0, 5)
+
+
+def test_a_print_that_fails_is_rows_with_its_reason(output):
+    done = run(output)
+    failed = [r for r in rows(output) if r["reason"]]
+    assert {tuple(r.values()) for r in failed} == {
+        ("probe_1", name, "", "", "probe: no image, but text") for name in REFERENCES.names
+    }
+    (failure,) = done.failures
+    assert (failure.side, failure.name) == ("probes", "probe_1")
+
+
+def test_what_was_noticed_is_told_once_of_both_sides(output):
+    told = {"it is far off": ("reference: reference_4", "probe: probe_2")}
+    assert run(output).noted == told
+    side = Line([7.0, 40.0, 41.0])
+    assert score(side, side, output, matcher=Near()).noted == {
+        "it is far off": ("line: line_1", "line: line_2")
+    }
+
+
+def test_bands_of_references(output):
+    run(output, pairs=AllPairs(3, 5, band=2, pairs_per_chunk=4))
+    order = [(r["probe"][-1], r["reference"][-1]) for r in rows(output)]
+    assert order[:6] == [(p, r) for p in "012" for r in "01"]
+    assert order[-3:] == [(p, "4") for p in "012"]
+
+
+def test_a_threshold_keeps_candidates_and_what_nobody_knows(output):
+    done = run(output, calibration=TEN_A_UNIT, threshold=20)
+    kept = [(r["probe"], r["reference"]) for r in rows(output)]
+    assert kept == [
+        ("probe_0", "reference_0"),
+        *(("probe_1", name) for name in REFERENCES.names),
+        ("probe_2", "reference_4"),
+    ]
+    assert (done.pairs, done.rows) == (15, 7)
+
+
+def test_listed_pairs_in_their_order(output, tmp_path):
+    listed = tmp_path / "pairs.csv"
+    listed.write_text("reference_3,probe_0\n")
+    with pytest.raises(ScoringError, match="line 1: there is no probe 'reference_3'"):
+        run(output, pairs=listed)
+    listed.write_text("probe_2,reference_3\nprobe_0,reference_1\n")
+    told = []
+    done = run(output, pairs=listed, progress=lambda *state: told.append(state))
+    assert [r["reference"] for r in rows(output)] == ["reference_3", "reference_1"]
+    assert (done.probes, done.references, done.failures) == (2, 2, ())
+    assert ("probes", 2, 2) in told
+
+
+def test_one_folder_on_both_sides_is_read_once(output):
+    side = Line([1.0, 7.0, None])
+    stages = []
+    done = score(
+        side, side, output, matcher=Near(), progress=lambda stage, *_: stages.append(stage)
+    )
+    assert list(dict.fromkeys(stages)) == ["references", "compare"]
+    assert len(done.failures) == 1
+    assert done.dpi_assumed == ("line: line_1",)
+
+
+@needs_pyarrow
+def test_parquet_holds_the_same(output, monkeypatch):
+    from pyarrow import parquet
+
+    monkeypatch.setattr(rows, "_BLOCK_BYTES", 400)
+    run(output)
+    table = output.with_suffix(".parquet")
+    run(table)
+    found = parquet.read_table(table).to_pylist()
+    expected = rows(output)
+    assert parquet.ParquetFile(table).num_row_groups > 1
+    assert [r["probe"] for r in found] == [r["probe"] for r in expected]
+    assert [r["similarity"] for r in found] == [
+        float(r["similarity"]) if r["similarity"] else None for r in expected
+    ]
+    assert found[7]["score"] is None
+    assert found[7]["reason"] == "probe: no image, but text"
+
+
+@pytest.mark.parametrize("suffix", [".csv", pytest.param(".parquet", marks=needs_pyarrow)])
+def test_killed_at_ten_random_moments(tmp_path, suffix):
+    done = subprocess.run(
+        [sys.executable, FOLDER / "scoring_kills.py", tmp_path, suffix, "10"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(FOLDER), *sys.path])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 0
+
+
+class Broken(Exception):
+    pass
+
+
+@pytest.fixture
+def unfinished(output):
+    """Leave a run undone after some of its rows, with half a row too many."""
+    told = []
+
+    def stop(stage, done, total):
+        told.append(done)
+        if stage == "compare" and done >= 6:
+            raise Broken
+
+    with pytest.raises(Broken):
+        run(output, pairs=AllPairs(3, 5, band=2, pairs_per_chunk=2), progress=stop)
+    folder = output.with_name("scores.csv.unfinished")
+    with (folder / "rows.csv").open("ab") as stream:
+        stream.write(b"probe_2,refer")
+    return folder
+
+
+def go_on(output, **options):
+    return run(output, pairs=AllPairs(3, 5, band=2, pairs_per_chunk=2), **options)
+
+
+def test_an_unfinished_run_goes_on(output, unfinished, tmp_path):
+    assert not output.exists()
+    done = go_on(output)
+    assert done.resumed == 6
+    assert done.noted == {"it is far off": ("reference: reference_4", "probe: probe_2")}
+    go_on(tmp_path / "whole.csv")
+    assert output.read_bytes() == (tmp_path / "whole.csv").read_bytes()
+    assert not unfinished.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "what"),
+    [
+        ({"matcher": "unit-circle"}, "matcher"),
+        ({"calibration": TEN_A_UNIT}, "calibration"),
+        ({"calibration": TEN_A_UNIT, "threshold": 3}, "calibration"),
+        ({"pairs": AllPairs(3, 5)}, "list of pairs"),
+    ],
+)
+def test_another_run_does_not_go_on_with_it(output, unfinished, options, what):
+    with pytest.raises(ScoringError, match=f"an unfinished run, but with another {what}; "):
+        run(output, **{"pairs": AllPairs(3, 5, band=2, pairs_per_chunk=2), **options})
+
+
+def test_other_prints_do_not_go_on_with_it(output, unfinished):
+    with pytest.raises(ScoringError, match="another set of probes"):
+        score(
+            REFERENCES,
+            Line([1.0, None, 38.0], "probe"),
+            output,
+            matcher=Near(),
+            pairs=AllPairs(3, 5, band=2, pairs_per_chunk=2),
+        )
+
+
+@pytest.mark.parametrize("name", ["state.db", "rows.csv"])
+def test_a_damaged_rest_is_one_line(output, unfinished, name):
+    (unfinished / name).write_bytes(b"?" * 5)
+    with pytest.raises(ScoringError, match="delete the folder and start again"):
+        go_on(output)
+
+
+def test_rows_that_are_gone_are_made_again(output, unfinished):
+    (unfinished / "rows.csv").unlink()
+    assert go_on(output).resumed == 0
+    assert len(rows(output)) == 15
+
+
+def test_a_run_that_was_killed_while_clearing_up(output, unfinished, tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "clear", lambda self: None)
+        go_on(output)
+    assert unfinished.exists()
+    done = go_on(output)
+    assert (done.pairs, done.resumed, done.rows) == (15, 15, 15)
+    assert len(rows(output)) == 15
+    assert not unfinished.exists()
+
+
+def test_two_runs_do_not_write_one_output(output, unfinished):
+    other = sqlite3.connect(unfinished / "state.db")
+    other.execute("BEGIN EXCLUSIVE")
+    with pytest.raises(ScoringError, match="another run is writing this output"):
+        go_on(output)
+    other.close()
+
+
+def test_a_finished_file_is_replaced_whole(output):
+    output.write_text("old")
+    run(output)
+    assert len(rows(output)) == 15
+
+
+def test_a_full_disk_is_one_line_and_the_run_goes_on(output, monkeypatch):
+    def full(stream):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("fpmatch.evaluation.batch.run.flush", full)
+        with pytest.raises(OutputError, match=r"scores.csv: cannot be written: no space left"):
+            run(output)
+    assert run(output).rows == 15
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("scores.txt", "scores are written as .csv or .parquet"),
+        ("nowhere/scores.csv", "cannot be written: no such file or directory"),
+        ("folder.csv", "it is a folder"),
+    ],
+)
+def test_outputs_that_cannot_be(tmp_path, name, reason):
+    (tmp_path / "folder.csv").mkdir()
+    with pytest.raises(OutputError, match=reason):
+        run(tmp_path / name)
+
+
+def test_without_pyarrow_the_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(OutputError, match=r"pip install 'fpmatch\[parquet\]'"):
+        run(tmp_path / "scores.parquet")
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"threshold": 30}, "'near' has no calibration"),
+        ({"threshold": 101, "calibration": TEN_A_UNIT}, "threshold must lie in 0..100, not 101"),
+        ({"matcher": "nobody"}, "unknown matcher"),
+    ],
+)
+def test_scores_that_cannot_be(output, options, reason):
+    with pytest.raises(MatcherError, match=reason):
+        run(output, **options)
+    assert not list(output.parent.iterdir())
+
+
+def test_an_engine_that_breaks_down_leaves_what_is_done(output):
+    class Breaking:
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def map(self, work, shared, chunks):
+            for number, chunk in enumerate(chunks):
+                if number == 2:
+                    raise EngineError("broke down")
+                yield work(shared, chunk)
+
+    with pytest.raises(EngineError):
+        go_on(output, engine=Breaking(), save_every_s=1000)
+    assert go_on(output).resumed == 4

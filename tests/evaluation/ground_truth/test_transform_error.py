@@ -1,0 +1,87 @@
+"""`fpmatch.evaluation.ground_truth.transform_error`: errors that were put in come out."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from truth_files import truth_of
+
+from fpmatch.evaluation.ground_truth.transform_error import common_minutiae, measure_transform
+from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
+from fpmatch.minutiae import Minutiae
+from fpmatch.pointset.similarity import Similarity
+
+RNG = np.random.default_rng(4)
+FINGER = RNG.uniform(50, 350, (20, 2))
+TO_PROBE = Similarity(1.02, 0.3, 40.0, -20.0)
+TO_REFERENCE = Similarity(0.97, -0.2, 5.0, 60.0)
+TRUE = TO_REFERENCE.after(TO_PROBE.inverse())
+
+
+def pressed(transform: Similarity, stretch: float = 0.0) -> ImpressionTruth:
+    """Return an impression of `FINGER`, with minutiae pulled about by `stretch` pixels."""
+    xy = transform.apply(FINGER) + stretch * np.sin(FINGER[:, ::-1])
+    return truth_of(Minutiae(*xy.T, np.zeros(len(xy))), transform=transform)
+
+
+PROBE, REFERENCE = pressed(TO_PROBE), pressed(TO_REFERENCE)
+
+
+def test_the_true_transform_has_no_error() -> None:
+    error = measure_transform(TRUE, PROBE, REFERENCE)
+    assert error.rotation_deg == pytest.approx(0, abs=1e-9)
+    assert error.shift_px == pytest.approx(0, abs=1e-9)
+    assert error.scale == pytest.approx(1)
+    assert error.residual_px == pytest.approx(0, abs=1e-3)  # float32 positions
+    assert error.match
+
+
+@given(st.floats(-180, 180), st.floats(0.8, 1.25), st.floats(-20, 20), st.floats(-20, 20))
+def test_what_is_off_is_measured(degrees: float, scale: float, dx: float, dy: float) -> None:
+    """The found transform turns and grows about the middle of the overlap, and shifts it."""
+    middle = REFERENCE.visible_xy.mean(axis=0)
+    turn = Similarity(scale, math.radians(degrees))
+    tx, ty = middle - turn.apply([middle])[0] + np.array([dx, dy])
+    found = Similarity(scale, turn.rotation, tx, ty).after(TRUE)
+    error = measure_transform(found, PROBE, REFERENCE, match=False)
+    assert error.rotation_deg == pytest.approx(abs(degrees), abs=1e-6)
+    assert error.shift_px == pytest.approx(math.hypot(dx, dy), abs=1e-3)
+    assert error.scale == pytest.approx(scale)
+    assert not error.match
+
+
+def test_the_residual_of_stretched_skin() -> None:
+    error = measure_transform(TRUE, PROBE, pressed(TO_REFERENCE, stretch=3.0))
+    assert error.residual_px == pytest.approx(3.0, abs=0.5)
+    assert 0 < error.least_residual_px < error.residual_px
+
+
+def test_lengths_are_brought_to_500_dpi() -> None:
+    found = Similarity(tx=8.0).after(TRUE)
+    error = measure_transform(found, PROBE, REFERENCE, dpi=1000)
+    assert (error.shift_px, error.residual_px) == pytest.approx((4, 4), abs=1e-3)
+
+
+def test_no_transform_has_no_error_but_the_pair_is_known() -> None:
+    error = measure_transform(None, PROBE, REFERENCE, match=False)
+    figures = (error.rotation_deg, error.shift_px, error.scale, error.residual_px)
+    assert all(map(math.isnan, figures))
+    assert error.least_residual_px == pytest.approx(0, abs=1e-3)
+
+
+def test_common_are_the_same_minutiae_seen_in_both() -> None:
+    minutiae = Minutiae(x=[0, 1, 2, 3], y=[0, 0, 0, 0], angle=[0, 0, 0, 0])
+    one = truth_of(minutiae, [True, True, False, True])
+    shuffled = ImpressionTruth(
+        transform=Similarity(),
+        minutiae=Minutiae(x=[30, 20, 10], y=[0, 0, 0], angle=[0, 0, 0]),
+        master=np.array([3, 2, 1]),
+        visible=np.array([True, True, False]),
+        hidden_xy=np.empty((0, 2)),
+    )
+    p, q = common_minutiae(one, shuffled)
+    assert (p[:, 0].tolist(), q[:, 0].tolist()) == ([3], [30])

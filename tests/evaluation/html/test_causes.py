@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+import numpy as np
+
+from fpmatch.evaluation.html.causes import explain_false_match, explain_false_non_match
+from fpmatch.matching.result import Verification
+from fpmatch.minutiae import Minutiae, Template
+from fpmatch.pointset.similarity import Similarity
+
+NEARLY_IN_PLACE = Similarity(1.0, 0.05, 3.0, 4.0)
+
+
+def template(count=40, quality=80):
+    x = np.linspace(10, 290, count)
+    return Template(Minutiae(x, x, np.zeros(count), quality=np.full(count, quality)), 300, 300)
+
+
+def verification(
+    probe=None,
+    reference=None,
+    transform=NEARLY_IN_PLACE,
+    agreement=0.7,
+    overlap=0.9,
+    rms_px=2.0,
+    reason="",
+    pairs=12,
+):
+    return Verification(
+        match=False,
+        score=5.0,
+        fmr=0.3,
+        threshold=40.0,
+        matcher="unit-circle",
+        transform=transform,
+        pairs=np.zeros((pairs, 2), np.int32),
+        rms_px=rms_px,
+        agreement=agreement,
+        overlap=overlap,
+        reason=reason,
+        probe=probe or template(),
+        reference=reference or template(),
+    )
+
+
+def test_nothing_stands_out():
+    assert explain_false_non_match(verification()) == ("12 pairs agree; nothing stands out",)
+
+
+def test_each_cause_is_named():
+    assert explain_false_non_match(verification(probe=template(7))) == (
+        "the probe has only 7 minutiae",
+    )
+    (poor,) = explain_false_non_match(verification(reference=template(quality=20)))
+    assert poor == "the reference is poor: its minutiae have a median quality of 20"
+    assert "overlap by only 31%" in explain_false_non_match(verification(overlap=0.31))[0]
+    assert "only 12% of the minutiae" in explain_false_non_match(verification(agreement=0.12))[0]
+    assert "lie 7.5 px" in explain_false_non_match(verification(rms_px=7.5))[0]
+
+
+def test_the_matchers_own_reason_comes_with_the_rest():
+    found = explain_false_non_match(verification(reason="too few agree", overlap=0.2))
+    assert found[0] == "too few agree"
+    assert len(found) == 2
+    assert explain_false_non_match(verification(transform=None, reason="no ridges")) == (
+        "no ridges",
+    )
+
+
+def test_a_wrong_placement_makes_other_measures_idle():
+    turned = verification(transform=Similarity(1.0, 3.0, 0.0, 0.0), overlap=0.1, agreement=0.1)
+    assert explain_false_non_match(turned) == ("placed wrongly, it seems: after a turn by 172°",)
+    grown = verification(transform=Similarity(1.25, 0.0, 0.0, 0.0))
+    assert explain_false_non_match(grown) == (
+        "placed wrongly, it seems: after a change of size by +25%",
+    )
+
+
+def test_a_difference_of_resolution_is_no_change_of_size():
+    half = Template(template().minutiae, 300, 300, dpi=250)
+    found = verification(probe=half, transform=Similarity(2.0, 0.0, 0.0, 0.0))
+    assert explain_false_non_match(found) == ("12 pairs agree; nothing stands out",)
+
+
+def test_impostors_that_agree():
+    found = explain_false_match(verification(overlap=0.3, transform=Similarity(1.0, 2.0, 0.0, 0.0)))
+    assert found == (
+        "12 pairs, 70% of the minutiae where they overlap, agree by chance",
+        "they overlap by only 30% of the smaller print, which leaves little to disagree",
+        "only after a turn by 115°",
+    )

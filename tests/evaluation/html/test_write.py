@@ -1,0 +1,185 @@
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fpmatch.errors import OutputError
+from fpmatch.evaluation.analysis import analyse, compare_matchers
+from fpmatch.evaluation.html import markup, write
+from fpmatch.evaluation.html.worst import worst_genuine, worst_impostors
+from fpmatch.evaluation.run import evaluate, evaluate_matchers
+from fpmatch.evaluation.scores_reader import scores_of
+from fpmatch.minutiae import Minutiae, Template
+
+pytest.importorskip("matplotlib")
+VOID = {"meta", "img", "input"}
+
+
+class Reader(HTMLParser):
+    """Check that elements close in order; gather words and what is loaded from elsewhere."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.words: list[str] = []
+        self.loaded: list[str] = []
+        self.feed(page)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in VOID:
+            self.open.append(tag)
+        self.loaded += [v for k, v in attrs if k in {"src", "href", "xlink:href"} and v]
+
+    def handle_startendtag(self, tag, attrs):
+        pass
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open[-1:] != ["style"]:
+            self.words.append(data)
+
+
+@pytest.fixture
+def options(bench):
+    return {"matcher": bench.MATCHER, "extractor": bench.extractor, "workers": 1}
+
+
+@pytest.fixture
+def database(tmp_path):
+    folder = tmp_path / "db"
+    folder.mkdir()
+    for finger in range(1, 7):
+        for number in range(1, 4):
+            (folder / f"{finger}_{number}.tif").write_text("print")
+    (folder / "2_2.tif").write_text("broken")
+    (folder / "dataset.toml").write_text('name = "A & <b>"')
+    return folder
+
+
+def test_a_page_closes_what_it_opens_and_loads_nothing(options, database, tmp_path):
+    report = evaluate([database], **options)
+    baseline = scores_of(report)
+    target = write.write_page(tmp_path / "out", [analyse(report, resamples=30, baseline=baseline)])
+    read = Reader(target.read_text(encoding="utf-8"))
+    assert all(value.startswith(("data:", "#")) for value in read.loaded)
+    words = "".join(read.words)
+    assert "A & <b>" in words
+    assert "2_2.tif: broken" in words
+    assert "Compared with the baseline" in words
+    assert "no change" in words
+
+
+def test_two_matchers_stand_side_by_side_and_share_no_identifier(bench, options, database):
+    class Other(bench.Fake):
+        name = "other"
+
+        def prepare(self, template):
+            return min(super().prepare(template), 250.0)
+
+    reports = evaluate_matchers(
+        [database], [bench.MATCHER, Other()], extractor=bench.extractor, workers=1
+    )
+    analyses = [analyse(report, resamples=30) for report in reports]
+    page = write.page(analyses, compare_matchers(analyses, resamples=30))
+    words = "".join(Reader(page).words)
+    assert "Matchers side by side" in words
+    assert "other against fake, pair by pair" in words
+    identifiers = re.findall(r'\bid="([^"]+)"', page)
+    assert len(identifiers) == len(set(identifiers))
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("paper", "Where more than a share rho = 0.6 of the minutiae must be paired, "),
+        ("unit-circle", "At the default threshold of 40, "),
+        ("fake", ""),
+    ],
+)
+def test_the_decisions_are_those_of_verify(bench, options, database, name, rule):
+    class Named(bench.Fake):
+        def __init__(self):
+            self.name = name
+
+    report = evaluate([database], **{**options, "matcher": Named()})
+    words = "".join(Reader(write.page([analyse(report, resamples=0)])).words)
+    assert ("genuine pairs do not match" in words) == bool(rule)
+    assert rule in words
+
+
+def test_a_database_of_genuine_pairs_alone(options, tmp_path):
+    for number in (1, 2, 3):
+        (tmp_path / f"1_{number}.tif").write_text("print")
+    found = analyse(evaluate([tmp_path], **options), resamples=10)
+    assert "No curves" in write.page([found])
+    assert compare_matchers([found, found]) == []
+    assert "side by side" in write.page([found, found])
+
+
+def test_the_first_matcher_without_intervals(options, database):
+    page = write.page([analyse(evaluate([database], **options), resamples=0)])
+    assert "<small>" not in page
+
+
+def test_the_worst_come_first_and_each_print_once(options, database):
+    report = evaluate([database], **options)
+    for worst, genuine in ((worst_genuine(report, 4), True), (worst_impostors(report, 4), False)):
+        values = [pair.similarity for pair in worst]
+        assert values == sorted(values, reverse=not genuine)
+        named = [name for pair in worst for name in (pair.probe, pair.reference)]
+        assert len(named) == len(set(named))
+        assert "2_2.tif" not in named
+        chosen = (report.sets[0].pairs.genuine == genuine) & (
+            report.sets[0].outcomes["reason"] != "no template"
+        )
+        every = report.sets[0].outcomes["similarity"][chosen]
+        assert values[0] == (every.min() if genuine else every.max())
+        assert all(("unknown matcher 'fake'" in pair.causes[0]) for pair in worst)
+
+
+def printed(path, dpi):
+    """Extract minutiae that lie where a picture's name says, with nothing to look at."""
+    finger, number = map(int, path.stem.split("_"))
+    rng = np.random.default_rng(finger)
+    xy = rng.uniform(20, 130, (24, 2)) + np.random.default_rng([finger, number]).normal(
+        0, 1, (24, 2)
+    )
+    return Template(Minutiae(*xy.T, rng.uniform(0, 6, 24)), 150, 150)
+
+
+def test_the_worst_are_drawn_and_explained(tmp_path):
+    for finger in (1, 2, 3):
+        for number in (1, 2):
+            noise = np.random.default_rng([finger, number]).integers(0, 255, (150, 150), np.uint8)
+            Image.fromarray(noise).save(tmp_path / f"{finger}_{number}.png")
+    report = evaluate([tmp_path], extractor=printed, workers=1)
+    (worst, *_) = worst_impostors(report, 1)
+    assert worst.picture[8:12] == b"WEBP"
+    assert worst.score is not None
+    assert worst.causes
+    (tmp_path / worst.probe).unlink()
+    (again, *_) = worst_impostors(report, 1)
+    assert again.picture == b""
+    assert again.causes[-1].startswith("not drawn: ")
+
+
+def test_a_folder_that_cannot_be_is_refused(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="no folder can be made"):
+        write.prepare_page(tmp_path / "file" / "below")
+    (tmp_path / "index.html").mkdir()
+    with pytest.raises(OutputError, match="it is a folder"):
+        write.prepare_page(tmp_path)
+
+
+def test_words_are_escaped():
+    assert markup.element("p", markup.text("<&>"), title='"') == (
+        '<p title="&quot;">&lt;&amp;&gt;</p>'
+    )

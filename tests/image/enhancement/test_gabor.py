@@ -1,0 +1,228 @@
+"""`fpmatch.image.enhancement.gabor`: each pixel by the filter of its ridge; the kernel and its twins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_images import concentric_rings, plane_wave
+
+from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
+from fpmatch.image.enhancement.gabor import (
+    EnhancementParameters,
+    enhance,
+    filter_bank,
+    filter_with_numpy,
+)
+
+Filter = Callable[..., None]
+needs_compiled = pytest.mark.skipif(
+    not kernel.COMPILED, reason="this kernel uses C pointers: uncompiled, its numpy form runs"
+)
+FILTERS = [
+    pytest.param(filter_with_numpy, id="numpy"),
+    pytest.param(kernel.filter_pixels, id="kernel", marks=needs_compiled),
+]
+PARAMETERS = EnhancementParameters()
+
+
+def constant(shape: tuple[int, int], value: float) -> np.ndarray:
+    return np.full(shape, value, np.float32)
+
+
+def enhanced(pixels: np.ndarray, angle_deg: float, period: float) -> np.ndarray:
+    """Enhance with one orientation and period everywhere."""
+    shape = pixels.shape
+    angle = constant(shape, np.radians(angle_deg))
+    return enhance(pixels, np.ones(shape, bool), angle, constant(shape, period))
+
+
+def correlation(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.corrcoef(a.ravel(), b.ravel())[0, 1])
+
+
+INSIDE = (slice(20, -20), slice(20, -20))
+
+
+@pytest.mark.parametrize("period", PARAMETERS.periods_px[1:-1:2])
+@pytest.mark.parametrize("angle", np.arange(0, 180, 22.5))
+def test_a_wave_passes_its_own_filter_unchanged(angle: float, period: float) -> None:
+    wave = plane_wave(angle, period)
+    out = enhanced(wave, angle, period)
+    assert out[INSIDE] == pytest.approx(wave[INSIDE], abs=0.05)
+
+
+@pytest.mark.parametrize("angle", [0, 30, 75, 90, 140])
+def test_a_wave_across_is_suppressed(angle: float) -> None:
+    out = enhanced(plane_wave(angle + 90, 9), angle, 9)
+    assert np.abs(out[INSIDE]).max() < 0.1
+
+
+def test_brightness_is_suppressed() -> None:
+    assert np.abs(enhanced(constant((80, 80), 3.0), 20, 8)[INSIDE]).max() < 1e-3
+
+
+@pytest.mark.parametrize("angle", [0, 45, 110])
+def test_ridges_come_out_of_noise(angle: float, rng: np.random.Generator) -> None:
+    wave = plane_wave(angle, 9)
+    noisy = wave + rng.normal(0, 1, wave.shape).astype(np.float32)
+    assert correlation(noisy, wave) < 0.65
+    assert correlation(enhanced(noisy, angle, 9)[INSIDE], wave[INSIDE]) > 0.9
+
+
+def test_the_filter_is_chosen_pixel_by_pixel() -> None:
+    pixels = concentric_rings((140, 140), 9)
+    y, x = np.mgrid[:140, :140] - 69.5
+    around = np.mod(np.arctan2(-y, x) + np.pi / 2, np.pi).astype(np.float32)
+    out = enhance(pixels, np.ones((140, 140), bool), around, constant((140, 140), 9))
+    ring = (np.hypot(x, y) > 25) & (np.hypot(x, y) < 55)
+    assert correlation(out[ring], pixels[ring]) > 0.98
+
+
+def test_an_angle_just_below_pi_is_that_of_zero(rng: np.random.Generator) -> None:
+    pixels = rng.normal(0, 1, (50, 50)).astype(np.float32)
+    assert np.array_equal(enhanced(pixels, 179.99, 9), enhanced(pixels, 0, 9))
+
+
+@pytest.mark.parametrize(("period", "nearest"), [(0.1, 0), (1000, -1), (np.nan, -1)])
+def test_a_period_outside_the_bank_takes_its_last_filter(
+    period: float, nearest: int, rng: np.random.Generator
+) -> None:
+    pixels = rng.normal(0, 1, (40, 40)).astype(np.float32)
+    last = PARAMETERS.periods_px[nearest]
+    assert np.array_equal(enhanced(pixels, 30, period), enhanced(pixels, 30, last))
+
+
+def test_outside_the_mask_is_zero_and_inside_does_not_depend_on_it(
+    rng: np.random.Generator,
+) -> None:
+    pixels = rng.normal(0, 1, (60, 70)).astype(np.float32)
+    angle, period = constant((60, 70), 1.0), constant((60, 70), 8.0)
+    mask = rng.random((60, 70)) < 0.3
+    out = enhance(pixels, mask, angle, period)
+    assert not out[~mask].any()
+    whole = enhance(pixels, np.ones_like(mask), angle, period)
+    assert out[mask] == pytest.approx(whole[mask], abs=1e-5)
+    assert not enhance(pixels, np.zeros_like(mask), angle, period).any()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 40), (40, 1), (5, 3)])
+def test_small_images(shape: tuple[int, int]) -> None:
+    out = enhanced(np.ones(shape, np.float32), 45, 8)
+    assert out.shape == shape
+    assert np.isfinite(out).all()
+
+
+def test_memory_layout_does_not_matter_and_nothing_is_changed(rng: np.random.Generator) -> None:
+    pixels = rng.normal(0, 1, (50, 70)).astype(np.float32)
+    kept = pixels.copy()
+    pixels.setflags(write=False)
+    plain = enhanced(pixels, 30, 8)
+    assert np.array_equal(pixels, kept)
+    wide = np.repeat(pixels, 2, axis=1)
+    for other in (np.asfortranarray(pixels), wide[:, ::2], pixels[::-1][::-1]):
+        assert np.array_equal(enhanced(other, 30, 8), plain)
+
+
+@pytest.mark.parametrize("odd_one", range(4))
+def test_arrays_of_different_shapes_are_refused(odd_one: int) -> None:
+    arrays = [np.ones((20, 20), np.float32) for _ in range(4)]
+    arrays[odd_one] = np.ones((30, 20), np.float32)
+    with pytest.raises(ValueError, match="one shape"):
+        enhance(arrays[0], arrays[1] > 0, arrays[2], arrays[3])
+
+
+def test_each_filter_of_the_bank_ignores_brightness_and_fits_its_row() -> None:
+    bank = filter_bank(PARAMETERS)
+    side = 2 * PARAMETERS.radius_px + 1
+    assert bank.shape == (PARAMETERS.angles * len(PARAMETERS.periods_px), side, kernel.ROW)
+    assert np.abs(bank.sum(axis=(1, 2))).max() < 1e-5
+    assert not bank[:, :, side:].any()
+    turned = bank[:, ::-1, :side][:, :, ::-1]
+    assert turned == pytest.approx(bank[:, :, :side], abs=1e-6)
+
+
+def filter_pixel_by_pixel(
+    padded: np.ndarray, y: np.ndarray, x: np.ndarray, which: np.ndarray, bank: np.ndarray
+) -> list[float]:
+    """Return the sums that the kernel's first line names: the slow, obvious twin."""
+    _, rows, columns = bank.shape
+    return [
+        sum(
+            float(bank[k, r, c]) * float(padded[top + r, left + c])
+            for r in range(rows)
+            for c in range(columns)
+        )
+        for top, left, k in zip(y.tolist(), x.tolist(), which.tolist(), strict=True)
+    ]
+
+
+def some_pixels(
+    rng: np.random.Generator, shape: tuple[int, int], filters: int, rows: int, count: int
+) -> tuple[np.ndarray, ...]:
+    """Return a padded image, distinct listed pixels, their filters and a bank."""
+    height, width = shape
+    padded = rng.normal(0, 1, (height + rows - 1, width + kernel.ROW)).astype(np.float32)
+    at = rng.permutation(height * width)[:count]
+    y, x = (index.astype(np.int32) for index in np.divmod(at, width))
+    which = rng.integers(0, filters, len(at)).astype(np.int32)
+    bank = rng.normal(0, 1, (filters, rows, kernel.ROW)).astype(np.float32)
+    return padded, y, x, which, bank
+
+
+@pytest.mark.parametrize("filter_listed", FILTERS)
+@settings(max_examples=25)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    shape=st.tuples(st.integers(1, 12), st.integers(1, 12)),
+    filters=st.integers(1, 5),
+    rows=st.integers(1, 9),
+    count=st.integers(0, 6),
+)
+def test_agrees_with_the_twin_and_touches_only_the_listed_pixels(
+    filter_listed: Filter,
+    seed: int,
+    shape: tuple[int, int],
+    filters: int,
+    rows: int,
+    count: int,
+) -> None:
+    rng = np.random.default_rng(seed)
+    padded, y, x, which, bank = some_pixels(rng, shape, filters, rows, count)
+    out = np.full(shape, 7, np.float32)
+    filter_listed(padded, y, x, which, bank, out)
+    assert out[y, x] == pytest.approx(filter_pixel_by_pixel(padded, y, x, which, bank), abs=1e-3)
+    out[y, x] = 7
+    assert (out == 7).all()
+
+
+@needs_compiled
+@pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
+def test_the_kernel_agrees_with_numpy_on_a_whole_image(
+    scale: float, rng: np.random.Generator
+) -> None:
+    padded, y, x, which, bank = some_pixels(rng, (90, 110), 40, 25, 90 * 110)
+    padded *= np.float32(scale)
+    one, other = np.zeros((90, 110), np.float32), np.zeros((90, 110), np.float32)
+    kernel.filter_pixels(padded, y, x, which, bank, one)
+    filter_with_numpy(padded, y, x, which, bank, other)
+    assert one / scale == pytest.approx(other / scale, abs=1e-3)
+
+
+@pytest.mark.parametrize("filter_listed", FILTERS)
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_value_that_is_not_finite_stays_within_its_neighbourhood(
+    filter_listed: Filter, bad: float
+) -> None:
+    padded = np.zeros((30, 10 + kernel.ROW), np.float32)
+    padded[12, 14] = bad
+    bank = np.ones((1, 5, kernel.ROW), np.float32)
+    y, x = (index.astype(np.int32).ravel() for index in np.mgrid[:26, :10])
+    out = np.zeros((26, 10), np.float32)
+    filter_listed(padded, y, x, np.zeros(260, np.int32), bank, out)
+    touched = np.zeros((26, 10), bool)
+    touched[8:13] = True
+    assert np.array_equal(~np.isfinite(out), touched)

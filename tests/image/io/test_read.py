@@ -1,0 +1,319 @@
+"""`fpmatch.image.io.read`: the same grey values whatever the container; nothing else gets in."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from PIL import Image, TiffImagePlugin
+
+from fpmatch.errors import FpmatchError, ImageError, ImageReadError, ResolutionError
+from fpmatch.image.io.read import GreyImage, ImageLimits, as_grey, decode_image, read_image
+
+Pixels = NDArray[np.uint8]
+
+
+@pytest.fixture
+def grey(rng: np.random.Generator) -> Pixels:
+    """Return a picture in which every grey value occurs."""
+    return rng.permutation(np.arange(60 * 64) % 256).reshape(64, 60).astype(np.uint8)
+
+
+def save(path: Path, picture: Image.Image, **options: Any) -> Path:
+    picture.save(path, **options)
+    return path
+
+
+def test_bytes_are_read_as_the_file_is(tmp_path: Path, grey: Pixels) -> None:
+    path = save(tmp_path / "print.png", Image.fromarray(grey), dpi=(500, 500))
+    image = decode_image(path.read_bytes(), "sent.png")
+    assert np.array_equal(image.pixels, read_image(path).pixels)
+    assert (image.source, image.dpi) == ("sent.png", 500.0)
+    for data, words in (
+        (b"", "is empty"),
+        (bytes(2_000_000), "larger than 1 MB"),
+        (b"x", "not an"),
+    ):
+        with pytest.raises(ImageReadError, match=rf"^sent\.png: .*{words}"):
+            decode_image(data, "sent.png", limits=ImageLimits(max_file_megabytes=1))
+
+
+@pytest.mark.parametrize("suffix", ["tif", "png", "bmp", "pgm", "gif"])
+def test_lossless_formats_give_the_pixels_back(tmp_path: Path, grey: Pixels, suffix: str) -> None:
+    path = save(tmp_path / f"print.{suffix}", Image.fromarray(grey))
+    assert np.array_equal(read_image(path).pixels, grey)
+
+
+@pytest.mark.parametrize("compression", ["tiff_lzw", "tiff_adobe_deflate", "packbits"])
+def test_compressed_tiff(tmp_path: Path, grey: Pixels, compression: str) -> None:
+    path = save(tmp_path / "print.tif", Image.fromarray(grey), compression=compression)
+    assert np.array_equal(read_image(path).pixels, grey)
+
+
+@pytest.mark.parametrize(("suffix", "tolerance"), [("jpg", 4), ("jp2", 2), ("webp", 6)])
+def test_lossy_formats_come_close(
+    tmp_path: Path, whorl: Pixels, suffix: str, tolerance: float
+) -> None:
+    path = save(tmp_path / f"print.{suffix}", Image.fromarray(whorl), quality=95)
+    error = np.abs(read_image(path).pixels.astype(int) - whorl)
+    assert error.mean() < tolerance
+
+
+def test_the_format_is_found_by_content(tmp_path: Path, grey: Pixels) -> None:
+    path = save(tmp_path / "print.png", Image.fromarray(grey), format="TIFF")
+    assert np.array_equal(read_image(path).pixels, grey)
+
+
+@pytest.mark.parametrize("suffix", ["tif", "png", "pgm"])
+def test_sixteen_bits_are_scaled_to_eight(tmp_path: Path, grey: Pixels, suffix: str) -> None:
+    path = save(tmp_path / f"print.{suffix}", Image.fromarray(grey.astype(np.uint16) * 257))
+    assert np.array_equal(read_image(path).pixels, grey)
+
+
+def test_sixteen_bit_tiff_of_other_byte_order_and_polarity(tmp_path: Path, grey: Pixels) -> None:
+    deep = grey.astype(np.uint16) * 257
+    big_endian = save(tmp_path / "big.tif", Image.frombytes("I;16B", (60, 64), deep.astype(">u2")))
+    assert np.array_equal(read_image(big_endian).pixels, grey)
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    tags[262] = 0  # white is zero
+    inverted = save(tmp_path / "inverted.tif", Image.fromarray(deep), tiffinfo=tags)
+    with Image.open(inverted) as picture:
+        assert picture.tag_v2[262] == 0
+    assert np.array_equal(read_image(inverted).pixels, 255 - grey)
+
+
+def test_bilevel_palette_colour_and_float_files(tmp_path: Path, grey: Pixels) -> None:
+    black_white = grey > 127
+    pictures = {
+        "bilevel.png": (Image.fromarray(black_white), black_white * 255),
+        "palette.png": (Image.fromarray(grey).quantize(256), grey),
+        "rgb.png": (Image.fromarray(np.dstack([grey] * 3)), grey),
+        "rgb.bmp": (Image.fromarray(np.dstack([grey] * 3)), grey),
+        "rgb.ppm": (Image.fromarray(np.dstack([grey] * 3)), grey),
+        "float.tif": (Image.fromarray((grey / 255).astype(np.float32)), grey),
+        "int.tif": (Image.fromarray(grey.astype(np.int32)), grey),
+    }
+    for name, (picture, expected) in pictures.items():
+        assert np.array_equal(read_image(save(tmp_path / name, picture)).pixels, expected), name
+
+
+def test_transparent_pixels_lie_over_white(tmp_path: Path, grey: Pixels) -> None:
+    opacity = np.where(np.arange(60) < 30, 255, 0).astype(np.uint8)
+    opacity = np.broadcast_to(opacity, grey.shape)
+    expected = np.where(opacity == 255, grey, 255)
+    rgba = Image.fromarray(np.dstack([grey, grey, grey, opacity]))
+    assert np.array_equal(read_image(save(tmp_path / "rgba.png", rgba)).pixels, expected)
+    grey_alpha = rgba.convert("LA")
+    assert np.array_equal(read_image(save(tmp_path / "la.png", grey_alpha)).pixels, expected)
+    keyed = save(tmp_path / "keyed.png", Image.fromarray(grey), transparency=7)
+    assert np.array_equal(read_image(keyed).pixels, np.where(grey == 7, 255, grey))
+
+
+@pytest.mark.parametrize("suffix", ["tif", "png", "bmp", "jpg"])
+@pytest.mark.parametrize("dpi", [500, 569, 1000])
+def test_resolution_comes_from_the_tag(
+    tmp_path: Path, whorl: Pixels, suffix: str, dpi: float
+) -> None:
+    path = save(tmp_path / f"print.{suffix}", Image.fromarray(whorl), dpi=(dpi, dpi))
+    assert read_image(path).dpi == dpi
+
+
+def test_resolution_per_centimetre(tmp_path: Path, grey: Pixels) -> None:
+    picture = Image.fromarray(grey)
+    path = save(tmp_path / "print.tif", picture, resolution_unit="cm", resolution=200.0)
+    assert read_image(path).dpi == pytest.approx(508.0)
+
+
+@pytest.mark.parametrize("dpi", [(1, 1), (72, 72), (96, 96), (100, 100), (4001, 4001), (500, 600)])
+def test_a_placeholder_for_the_resolution_is_unknown(
+    tmp_path: Path, grey: Pixels, dpi: tuple[int, int]
+) -> None:
+    path = save(tmp_path / "print.tif", Image.fromarray(grey), dpi=dpi)
+    assert read_image(path).dpi is None
+
+
+def test_no_tag_no_resolution(tmp_path: Path, grey: Pixels) -> None:
+    assert read_image(save(tmp_path / "print.pgm", Image.fromarray(grey))).dpi is None
+
+
+def test_bad_paths_are_named_with_their_reason(tmp_path: Path) -> None:
+    (tmp_path / "empty.tif").touch()
+    (tmp_path / "text.tif").write_text("This is not an image.\n")
+    os.mkfifo(tmp_path / "pipe.tif")
+    reasons = {
+        "gone.tif": "no such file",
+        ".": "is a folder, not an image",
+        "empty.tif": "the file is empty",
+        "text.tif": "not an image of a known format",
+        "pipe.tif": "is not a regular file, not an image",
+    }
+    for name, reason in reasons.items():
+        path = tmp_path / name
+        with pytest.raises(ImageReadError) as caught:
+            read_image(path)
+        assert str(caught.value) == f"{path}: {reason}"
+    with pytest.raises(ImageReadError):
+        read_image("nul\0")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+def test_a_file_without_permission(tmp_path: Path, grey: Pixels) -> None:
+    path = save(tmp_path / "print.png", Image.fromarray(grey))
+    path.chmod(0)
+    with pytest.raises(ImageReadError, match="Permission denied"):
+        read_image(path)
+
+
+@pytest.mark.parametrize("suffix", ["tif", "png", "bmp", "jpg", "pgm", "gif"])
+@pytest.mark.parametrize("share", [0.05, 0.5, 0.9])
+def test_a_truncated_file_is_damaged(
+    tmp_path: Path, rng: np.random.Generator, suffix: str, share: float
+) -> None:
+    noise = rng.integers(0, 256, (80, 70), dtype=np.uint8)
+    path = save(tmp_path / f"print.{suffix}", Image.fromarray(noise))
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    with pytest.raises(ImageReadError, match="damaged"):
+        read_image(path)
+
+
+def test_sizes_beyond_the_limits(tmp_path: Path) -> None:
+    sizes = {
+        (47, 300): "image of 47 x 300 pixels is smaller than one ridge neighbourhood",
+        (1, 1): "image of 1 x 1 pixels is smaller",
+        (10_001, 48): "image of 10001 x 48 pixels is too large: a side may have 10000 pixels",
+        (9_000, 9_000): "image of 9000 x 9000 pixels is too large: more than 64 megapixels",
+        (11_000, 11_000): "image is too large: more than 64 megapixels",
+        (20_000, 20_000): "image is too large: more than 64 megapixels",
+    }
+    for (width, height), reason in sizes.items():
+        path = tmp_path / "print.pgm"
+        path.write_bytes(b"P5 %d %d 255\n" % (width, height))
+        with pytest.raises(ImageError) as caught:
+            read_image(path)
+        assert str(caught.value).startswith(f"{path}: {reason}")
+
+
+def test_limits_can_be_set(grey: Pixels) -> None:
+    assert as_grey(grey[:10, :10], limits=ImageLimits(min_side_px=10)).shape == (10, 10)
+    with pytest.raises(ImageError, match="a side may have 63 pixels"):
+        as_grey(grey, limits=ImageLimits(max_side_px=63))
+
+
+def test_pillow_stays_as_it_was(tmp_path: Path, grey: Pixels) -> None:
+    before = Image.MAX_IMAGE_PIXELS, list(warnings.filters)
+    read_image(save(tmp_path / "print.png", Image.fromarray(grey)))
+    assert (Image.MAX_IMAGE_PIXELS, list(warnings.filters)) == before
+
+
+def test_formats_that_start_other_programs_stay_shut(tmp_path: Path, grey: Pixels) -> None:
+    path = save(tmp_path / "print.eps", Image.fromarray(grey))
+    with pytest.raises(ImageReadError, match="not an image of a known format"):
+        read_image(path)
+
+
+@given(
+    st.binary(max_size=400),
+    st.sampled_from(["TIFF", "PNG", "BMP", "JPEG", "PPM", "GIF", "WEBP", "JPEG2000"]),
+    st.integers(2, 80),
+)
+def test_arbitrary_bytes_are_refused_in_words(
+    tmp_path_factory: pytest.TempPathFactory, data: bytes, start: str, kept: int
+) -> None:
+    whole = BytesIO()
+    Image.new("L", (64, 64), 128).save(whole, format=start)
+    path = tmp_path_factory.mktemp("bytes") / "print"
+    path.write_bytes(whole.getvalue()[:kept] + data)
+    message = f"{path}: (as it should be)"
+    try:
+        assert min(read_image(path).pixels.shape) >= ImageLimits().min_side_px
+    except FpmatchError as error:
+        message = str(error)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+
+
+def test_arrays_of_every_type_mean_the_same(grey: Pixels) -> None:
+    deep = grey.astype(np.uint16) * 257
+    same: dict[str, Any] = {
+        "uint8": grey,
+        "uint16": deep,
+        "big-endian": deep.astype(">u2"),
+        "wide ints of 8 bits": grey.astype(np.int64),
+        "wide ints of 16 bits": deep.astype(np.int64),
+        "floats to 1": grey / 255,
+        "halves to 1": (grey / 255).astype(np.float16),
+        "floats to 255": grey.astype(np.float32),
+        "rgb": np.dstack([grey] * 3),
+        "rgba": np.dstack([grey, grey, grey, np.full_like(grey, 255)]),
+        "one channel": grey[..., None],
+        "deep rgb": np.dstack([deep] * 3),
+        "lists": grey.tolist(),
+        "Fortran order": np.asfortranarray(grey),
+        "a view": np.repeat(grey, 2, axis=1)[:, ::2],
+    }
+    for name, array in same.items():
+        result = as_grey(array)
+        assert result.flags.c_contiguous, name
+        assert result.dtype == np.uint8, name
+        assert np.array_equal(result, grey), name
+
+
+def test_booleans_are_black_and_white() -> None:
+    result = as_grey(np.eye(50, dtype=bool))
+    assert np.array_equal(result, 255 * np.eye(50))
+
+
+def test_colours_count_by_brightness_and_alpha_lies_over_white() -> None:
+    red_half = np.zeros((50, 50, 4), np.uint8)
+    red_half[..., 0], red_half[..., 3] = 255, 128
+    assert as_grey(red_half[..., :3])[0, 0] == 76  # 0.299 * 255
+    assert as_grey(red_half)[0, 0] == round(76 * 128 / 255 + 127)
+
+
+def test_read_only_arrays_are_taken_and_left_alone(grey: Pixels) -> None:
+    grey.setflags(write=False)
+    assert as_grey(grey) is grey
+    deep = grey.astype(np.uint16)
+    deep.setflags(write=False)
+    assert as_grey(deep).max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("array", "reason"),
+    [
+        (np.full((50, 50), np.nan), "NaN or infinite"),
+        (np.full((50, 50), np.inf), "NaN or infinite"),
+        (np.full((50, 50), -1), "outside 0 to 255"),
+        (np.full((50, 50), 70_000), "outside 0 to 65535"),
+        (np.full((50, 50), 256.0), "outside 0 to 255"),
+        (np.full((50, 50), 1j), "must hold numbers, not complex128"),
+        (np.full((50, 50), "a"), "must hold numbers, not <U1"),
+        (np.full((50, 50), None), "must hold numbers, not object"),
+        (np.zeros(2500), r"not \(2500,\)"),
+        (np.zeros((50, 50, 2)), r"not \(50, 50, 2\)"),
+        (np.zeros((50, 50, 3, 1)), r"not \(50, 50, 3, 1\)"),
+        (np.zeros((0, 50)), "smaller than one ridge neighbourhood"),
+        ([[1, 2], [3]], "must be an array of numbers"),
+        (None, r"not \(\)"),
+    ],
+    ids=str,
+)
+def test_arrays_that_are_no_images(array: Any, reason: str) -> None:
+    with pytest.raises(ImageError, match=reason):
+        as_grey(array)
+
+
+def test_a_grey_image_checks_itself(grey: Pixels) -> None:
+    assert GreyImage(grey, 500).dpi == 500.0
+    with pytest.raises(ResolutionError, match="outside the usable range"):
+        GreyImage(grey, 72)
+    with pytest.raises(ImageError, match="two-dimensional array of uint8"):
+        GreyImage(grey.astype(float))

@@ -1,0 +1,224 @@
+"""Every image format: what is read of it, and what damage does to it, which is raise in words."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_files import damaged, one_of_each, rings, saved
+from numpy.typing import NDArray
+from PIL import Image
+
+from fpmatch.errors import FpmatchError, ImageError, ImageReadError
+from fpmatch.image.io.byte_reader import Picture
+from fpmatch.image.io.grey import ALL_TRANSPARENT, ON_BLACK, ON_WHITE
+from fpmatch.image.io.limits import DEFAULT_LIMITS, ImageLimits
+from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL
+from fpmatch.image.io.raw import RawSize
+from fpmatch.image.io.read import read_image
+from fpmatch.image.io.registry import READERS, reader_of
+from fpmatch.image.quality.polarity import INVERTED
+
+FILES = one_of_each()
+GREY = rings()
+
+
+def decoded(data: bytes) -> Picture:
+    return reader_of(data).decode(data, DEFAULT_LIMITS)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_format_reads(name: str) -> None:
+    picture = decoded(FILES[name])
+    assert min(picture.pixels.shape) >= 48
+    assert picture.pixels.std() > 10
+    assert picture.format
+
+
+def test_every_reader_has_a_file_here() -> None:
+    used = {reader_of(data).name for data in FILES.values()}
+    assert used == {reader.name for reader in READERS}
+
+
+@pytest.mark.parametrize("name", FILES)
+@settings(max_examples=40)
+@given(data=st.data())
+def test_damage_raises_in_words_and_does_nothing_else(name: str, data: st.DataObject) -> None:
+    broken = data.draw(damaged(FILES[name]))
+    words = ""
+    try:
+        pixels = decoded(broken).pixels
+        assert (pixels.dtype, pixels.ndim) == (np.uint8, 2)
+    except FpmatchError as error:
+        words = str(error)
+    assert "\n" not in words
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_half_a_file_is_damaged(name: str) -> None:
+    whole = FILES[name]
+    with pytest.raises(ImageReadError, match="damaged"):
+        decoded(whole[: len(whole) // 2])
+
+
+def bare_tiff(bits: int, samples: bytes) -> bytes:
+    """Return a TIFF of the size of `GREY` whose samples are these bytes."""
+    height, width = GREY.shape
+    tags = [(256, 4, width), (257, 4, height), (258, 3, bits), (259, 3, 1), (262, 3, 1)]
+    tags += [(273, 4, 8 + 2 + 9 * 12 + 4), (277, 3, 1), (278, 4, height), (279, 4, len(samples))]
+    directory = len(tags).to_bytes(2, "little")
+    for number, kind, value in tags:
+        directory += number.to_bytes(2, "little") + kind.to_bytes(2, "little")
+        directory += (1).to_bytes(4, "little") + value.to_bytes(4, "little")
+    return b"II*\x00" + (8).to_bytes(4, "little") + directory + bytes(4) + samples
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7, 0.9, 0.95])
+@pytest.mark.parametrize("name", FILES)
+def test_a_truncated_file_is_never_read_in_silence(name: str, share: float) -> None:
+    part = FILES[name][: int(share * len(FILES[name]))]
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        with pytest.raises(ImageReadError):
+            decoded(part)
+    assert not heard
+
+
+@pytest.mark.parametrize("bits", [2, 4, 12])
+def test_tiffs_of_odd_depths(bits: int) -> None:
+    largest = 2**bits - 1
+    values = GREY.astype(np.uint16) * np.uint32(largest) // 255
+    places = np.arange(bits - 1, -1, -1)
+    packed = np.packbits((values[..., None] >> places & 1).reshape(len(GREY), -1), axis=1)
+    expected = np.rint(values * (255 / largest))
+    assert np.abs(decoded(bare_tiff(bits, packed.tobytes())).pixels - expected).max() <= 1
+
+
+def test_tiffs_of_32_bits() -> None:
+    wide = GREY.astype("<u4")
+    for samples in (wide, wide * 257, wide * 0x01010101):
+        assert np.array_equal(decoded(bare_tiff(32, samples.tobytes())).pixels, GREY)
+
+
+def test_a_tiff_of_a_kind_that_nobody_reads_is_named() -> None:
+    data = saved(GREY, "TIFF").replace(
+        b"\x03\x01\x03\x00\x01\x00\x00\x00\x01", b"\x03\x01\x03\x00\x01\x00\x00\x00\x63"
+    )
+    with pytest.raises(ImageReadError, match="8 bits a sample and compression 99, which cannot"):
+        decoded(data)
+
+
+@pytest.mark.parametrize(
+    ("start", "kind"),
+    [
+        (b"%PDF-1.7", "a PDF document"),
+        (b"FMR\x00 20\x00", "a minutiae template"),
+        (bytes(128) + b"DICM", "a DICOM file"),
+        (b"\x00\x00\x00\x1cftypheic", "a HEIC image"),
+    ],
+)
+def test_what_is_no_image_is_named(start: bytes, kind: str) -> None:
+    with pytest.raises(ImageReadError, match=rf"not an image of a known format \({kind}"):
+        reader_of(start + bytes(100))
+
+
+def test_transparency_is_said(tmp_path: Path) -> None:
+    half = np.where(np.arange(60) < 30, 255, 0) * np.ones((72, 1))
+    black, white = np.zeros((72, 60, 3)), np.full((72, 60, 3), 255)
+    opaque, nothing = np.full((72, 60), 255), np.zeros((72, 60))
+    ridges = np.dstack([GREY] * 3)
+    for colours, alpha, expected, notes in (
+        (ridges, half, np.where(half, GREY, 255), (ON_WHITE,)),
+        (ridges, opaque, GREY, ()),
+        (ridges, nothing, GREY, (ALL_TRANSPARENT,)),
+        (black, GREY, 255 - GREY, (ON_WHITE,)),
+        (white, GREY, GREY, (ON_BLACK,)),
+    ):
+        path = tmp_path / "print.png"
+        Image.fromarray(np.dstack([colours, alpha]).astype(np.uint8)).save(path)
+        image = read_image(path)
+        assert np.array_equal(image.pixels, expected)
+        assert image.notes == notes
+
+
+@pytest.mark.parametrize("kind", ["TIFF", "GIF", "PNG", "WEBP"])
+def test_that_others_are_left_is_said(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "several"
+    pictures = [Image.fromarray(rings(64, 80) // (k + 1)) for k in range(3)]
+    pictures[0].save(path, kind, save_all=True, append_images=pictures[1:], lossless=True)
+    assert FIRST_OF_SEVERAL in read_image(path).notes
+    assert np.ptp(read_image(path).pixels) > 150
+    pictures[0].save(path, kind)
+    assert FIRST_OF_SEVERAL not in read_image(path).notes
+
+
+def test_white_ridges_are_turned_and_that_is_said(
+    tmp_path: Path, pressed: list[NDArray[np.uint8]], stripes: NDArray[np.uint8]
+) -> None:
+    print_ = pressed[0]
+    path = tmp_path / "negative.png"
+    Image.fromarray(255 - print_).save(path)
+    image = read_image(path)
+    assert np.array_equal(image.pixels, print_)
+    assert image.notes == (INVERTED,)
+    assert image.format == "PNG"
+    as_it_is = read_image(path, polarity="dark")
+    assert np.array_equal(as_it_is.pixels, 255 - print_)
+    assert as_it_is.notes == ()
+    Image.fromarray(255 - stripes).save(path)
+    assert read_image(path).notes == ()  # its dark and bright lines are alike
+    asked = read_image(path, polarity="white")
+    assert np.array_equal(asked.pixels, stripes)
+    assert asked.notes == (INVERTED,)
+    with pytest.raises(ImageError, match="no polarity 'black': there are auto, dark, white"):
+        read_image(path, polarity="black")  # type: ignore[arg-type]
+
+
+def test_bare_pixels(tmp_path: Path) -> None:
+    path = tmp_path / "print.raw"
+    path.write_bytes(GREY.tobytes())
+    sizes = [RawSize(300, 300), RawSize.parse(" 60x72 ")]
+    image = read_image(path, raw_sizes=sizes)
+    assert np.array_equal(image.pixels, GREY)
+    assert (image.dpi, image.format) == (None, "raw")
+    with pytest.raises(ImageReadError, match=r"not an image of a known format$"):
+        read_image(path)
+    with pytest.raises(ImageReadError, match=r"its 4320 bytes are no raw 300x300 \(90000\)"):
+        read_image(path, raw_sizes=sizes[:1])
+    with pytest.raises(ImageError, match="smaller than one ridge neighbourhood"):
+        read_image(path, raw_sizes=[RawSize(4320, 1)])
+
+
+@pytest.mark.parametrize("text", ["", "60", "60x", "x72", "0x72", "60x72x3", "-60x72", "6e1x72"])
+def test_raw_sizes_are_two_numbers(text: str) -> None:
+    with pytest.raises(ImageError, match="WIDTHxHEIGHT"):
+        RawSize.parse(text)
+    with pytest.raises(ImageError, match="must be positive"):
+        RawSize(0, 5)
+
+
+def test_a_file_beyond_the_limit_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "print.pgm"
+    path.write_bytes(b"P5 60 72 255 " + bytes(2_000_000))
+    with pytest.raises(ImageReadError, match=r"the file is larger than 1\.5 MB"):
+        read_image(path, limits=ImageLimits(max_file_megabytes=1.5))
+    assert read_image(path).pixels.shape == (72, 60)
+
+
+def test_links_and_odd_names(tmp_path: Path) -> None:
+    odd = tmp_path / "a print\n with 'odd' \u202e name.png"
+    odd.write_bytes(FILES["PNG"])
+    link, dangling, loop = (tmp_path / name for name in ("link.png", "dangling.png", "loop.png"))
+    link.symlink_to(odd)
+    dangling.symlink_to(tmp_path / "gone.png")
+    loop.symlink_to(loop)
+    assert np.array_equal(read_image(link).pixels, read_image(odd).pixels)
+    for path in (dangling, loop, tmp_path / ("long" * 100)):
+        with pytest.raises(ImageReadError):
+            read_image(path)
+    with pytest.raises(ImageReadError, match="not a regular file"):
+        read_image("/dev/zero")

@@ -1,0 +1,103 @@
+"""The resolution, wherever a file may tell it."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+import pytest
+from made_files import rings, saved
+from PIL import Image, PngImagePlugin
+
+from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.image.io.registry import reader_of
+from fpmatch.image.io.resolution import NO_UNIT, usable_dpi
+
+GREY = rings()
+
+
+def told(data: bytes) -> tuple[float | None, tuple[str, ...]]:
+    picture = reader_of(data).decode(data, DEFAULT_LIMITS)
+    return picture.dpi, picture.notes
+
+
+def exif(dpi: float, unit: int = 2) -> bytes:
+    tags = Image.Exif()
+    tags[282] = tags[283] = dpi
+    tags[296] = unit
+    return tags.tobytes()
+
+
+@pytest.mark.parametrize("file_format", ["JPEG", "PNG", "WEBP"])
+def test_exif(file_format: str) -> None:
+    assert told(saved(GREY, file_format, exif=exif(500))) == (500, ())
+    assert told(saved(GREY, file_format, exif=exif(200, unit=3))) == (508, ())
+
+
+def test_a_tiff_without_a_unit_is_taken_for_dots_per_inch_and_that_is_said() -> None:
+    data = saved(GREY, "TIFF", resolution=500, resolution_unit=1)
+    assert told(data) == (500, (NO_UNIT,))
+    assert told(saved(GREY, "TIFF", resolution=1, resolution_unit=1)) == (None, ())
+
+
+def test_axes_that_differ_are_left_aside_and_that_is_said() -> None:
+    dpi, notes = told(saved(GREY, "TIFF", dpi=(500, 600)))
+    assert dpi is None
+    assert notes == (
+        "its resolution is not the same along both axes (500 and 600 dpi): left aside",
+    )
+
+
+@pytest.mark.parametrize(
+    ("comment", "dpi"),
+    [
+        ("NIST_COM 9\nPIX_WIDTH 300\nPPI 500\nLOSSY 1", 500),
+        ("scanned at 569 dpi", 569),
+        ("DPI: 1000", 1000),
+        ("dpi=508.0", 508),
+        ("PPI -1", None),
+        ("72 dpi", None),
+        ("serial number 500", None),
+        ("PPI 50000", None),
+    ],
+)
+def test_comments(comment: str, dpi: float | None) -> None:
+    words = PngImagePlugin.PngInfo()
+    words.add_text("Comment", comment)
+    lines = "\n".join(f"# {line}" for line in comment.splitlines())
+    pixels = b"60 72 255\n" + GREY.tobytes()
+    for data in (
+        saved(GREY, "JPEG", comment=comment.encode()),
+        saved(GREY, "GIF", comment=comment.encode()),
+        saved(GREY, "PNG", pnginfo=words),
+        saved(GREY, "TIFF", description=comment),
+        b"P5\n" + lines.encode() + b"\n" + pixels,
+    ):
+        assert told(data)[0] == dpi, data[:60]
+
+
+def test_a_tag_goes_before_a_comment_unless_it_is_a_placeholder() -> None:
+    assert told(saved(GREY, "JPEG", dpi=(500, 500), comment=b"PPI 569"))[0] == 500
+    assert told(saved(GREY, "JPEG", dpi=(96, 96), comment=b"PPI 569"))[0] == 569
+
+
+def test_jpeg_2000_for_showing() -> None:
+    data = saved(GREY, "JPEG2000")
+    box = data.index(b"jp2h") - 4
+    length = int.from_bytes(data[box : box + 4], "big")
+    per_metre = (19685).to_bytes(2, "big") + (1).to_bytes(2, "big")
+    resd = (18).to_bytes(4, "big") + b"resd" + per_metre * 2 + bytes(2)
+    res = (8 + len(resd)).to_bytes(4, "big") + b"res " + resd
+    whole = (length + len(res)).to_bytes(4, "big") + data[box + 4 : box + length] + res
+    assert told(data[:box] + whole + data[box + length :])[0] == 500
+
+
+def test_damaged_exif_harms_nothing_else() -> None:
+    tags = bytearray(exif(500))
+    tags[10:] = bytes(len(tags) - 10)
+    assert told(saved(GREY, "JPEG", exif=bytes(tags)))[0] is None
+
+
+def test_what_is_usable() -> None:
+    assert usable_dpi("500") == 500
+    for value in (None, "wide", float("nan"), float("inf"), 0, -500, 99.9, 4000.5, BytesIO()):
+        assert usable_dpi(value) is None

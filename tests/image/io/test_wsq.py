@@ -1,0 +1,78 @@
+"""`fpmatch.image.io.wsq`: what NIST's decoder makes of a file; damaged ones are refused in words."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_files import DATA, damaged, wsq
+from PIL import Image
+
+from fpmatch.errors import FpmatchError, ImageError, ImageReadError
+from fpmatch.image.io.limits import DEFAULT_LIMITS, ImageLimits
+from fpmatch.image.io.wsq import decode_wsq
+
+START, END, FRAME, BLOCK = b"\xff\xa0", b"\xff\xa1", b"\xff\xa2", b"\xff\xa3"
+
+
+@pytest.mark.parametrize("name", ["rings_131x99", "rings_53x61"])
+def test_pixels_are_those_of_nists_own_decoder(name: str) -> None:
+    picture = decode_wsq(wsq(name), DEFAULT_LIMITS)
+    expected = np.asarray(Image.open(DATA / f"{name}.png")).astype(int)
+    assert picture.pixels.shape == expected.shape
+    assert np.abs(picture.pixels - expected).max() <= 1
+    assert (picture.dpi, picture.format, picture.notes) == (500.0, "WSQ", ())
+
+
+def test_the_resolution_is_the_comments() -> None:
+    told = wsq().replace(b"PPI 500", b"PPI 569")
+    assert decode_wsq(told, DEFAULT_LIMITS).dpi == 569
+    assert decode_wsq(wsq().replace(b"PPI 500", b"PPI -10"), DEFAULT_LIMITS).dpi is None
+
+
+def test_the_size_is_checked_before_anything_is_decoded() -> None:
+    frame = wsq().index(FRAME)
+    huge = bytearray(wsq())
+    huge[frame + 6 : frame + 10] = (9_000).to_bytes(2, "big") * 2
+    with pytest.raises(ImageError, match="more than 16 megapixels"):
+        decode_wsq(bytes(huge), DEFAULT_LIMITS)
+    with pytest.raises(ImageError, match="smaller than one ridge neighbourhood"):
+        decode_wsq(wsq(), ImageLimits(min_side_px=54))
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (b"", "ends too soon"),
+        (b"\xff\xd8\xff\xe0", "not a WSQ image"),
+        (START + END, "frame, filters or quantisers are missing"),
+        (wsq()[:-2], "ends too soon"),
+        (wsq().replace(b"\xff\xa6", b"\xff\xa8"), "coefficients before their tables"),
+        (wsq()[: wsq().index(BLOCK)] + END, "coefficients are missing"),
+        (wsq()[:-2] + wsq()[wsq().rindex(BLOCK) :], "too many coefficients"),
+        (wsq()[:-2] + b"\xff\x10\x00\x02" + END, "a marker is missing"),
+        (wsq().replace(b"\xff\xa4\x00:\t\x07", b"\xff\xa4\x00:\t\x08"), "filters of even length"),
+        (wsq().replace(b"\x00\t2\xd3", b"\x00\x002\xd3"), "a filter amplifies"),
+    ],
+)
+def test_damage_is_named(data: bytes, reason: str) -> None:
+    with pytest.raises(ImageReadError, match=reason):
+        decode_wsq(data, DEFAULT_LIMITS)
+
+
+@settings(max_examples=150)
+@given(damaged(wsq()))
+def test_no_damage_does_more_than_raise(data: bytes) -> None:
+    words = ""
+    try:
+        assert decode_wsq(data, DEFAULT_LIMITS).pixels.dtype == np.uint8
+    except FpmatchError as error:
+        words = str(error)
+    assert "\n" not in words
+
+
+@given(st.binary(max_size=300))
+def test_arbitrary_segments_do_no_more(data: bytes) -> None:
+    with pytest.raises(FpmatchError):
+        decode_wsq(START + data, DEFAULT_LIMITS)

@@ -1,0 +1,217 @@
+"""`fpmatch.image.preprocess.segment`: the mask is where the ridges are, in one piece, without holes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from made_images import (
+    Binary,
+    Grey,
+    along_and_across,
+    as_picture,
+    concentric_rings,
+    holes,
+    hostile_pictures,
+    parts,
+    plane_wave,
+)
+
+from fpmatch.image.enhancement.network import enhance_by_network
+from fpmatch.image.enhancement.spectrum import ridge_spectrum
+from fpmatch.image.preprocess.blocks import Blocks
+from fpmatch.image.preprocess.normalize import normalize
+from fpmatch.image.preprocess.segment import (
+    SegmentationParameters,
+    mask_at_pixels,
+    ridge_strength,
+    segment,
+    segment_enhanced,
+)
+
+
+def masks_of(
+    picture: Grey, parameters: SegmentationParameters | None = None
+) -> tuple[Binary, Binary]:
+    """Return the mask of a picture, on cells and on pixels."""
+    image = normalize(picture)
+    spectrum = ridge_spectrum(image.pixels)
+    cells = segment(image, spectrum, parameters)
+    assert cells.shape == spectrum.total.shape
+    assert cells.dtype == bool
+    return cells, mask_at_pixels(cells, spectrum)
+
+
+def disc(shape: tuple[int, int], radius: float, at: tuple[float, float] | None = None) -> Binary:
+    return np.hypot(*along_and_across(shape, 0, at)) < radius
+
+
+def print_on_paper(inside: Binary, period: float = 9) -> Grey:
+    ridges = as_picture(plane_wave(60, period, inside.shape))
+    return np.where(inside, ridges, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("shape", [(48, 48), (160, 200)])
+@pytest.mark.parametrize("name", hostile_pictures())
+def test_where_there_are_no_ridges_there_is_next_to_nothing(
+    name: str, shape: tuple[int, int]
+) -> None:
+    cells, pixels = masks_of(hostile_pictures(shape)[name])
+    assert pixels.shape == shape
+    assert cells.mean() < 0.1
+
+
+@pytest.mark.parametrize("angle", range(0, 180, 30))
+@pytest.mark.parametrize("period", [6, 9, 13])
+def test_ridges_from_border_to_border_are_all_print_but_for_corners(
+    angle: int, period: int
+) -> None:
+    cells, pixels = masks_of(as_picture(plane_wave(angle, period, (130, 170))))
+    assert cells.mean() > 0.9
+    assert pixels[24:-24].all()
+    assert pixels[:, 24:-24].all()
+
+
+@pytest.mark.parametrize("radius", [60, 90])
+def test_a_round_print_on_white_paper(radius: float) -> None:
+    inside = disc((240, 260), radius)
+    _, found = masks_of(print_on_paper(inside))
+    assert (found & inside).sum() / (found | inside).sum() > 0.85
+    assert not (found & ~disc((240, 260), radius + 16)).any()
+
+
+def test_a_round_print_on_noisy_paper(rng: np.random.Generator) -> None:
+    inside = disc((240, 260), 80)
+    picture = print_on_paper(inside).astype(float) + rng.normal(-12, 4, inside.shape)
+    _, found = masks_of(picture.clip(0, 255).astype(np.uint8))
+    assert found[inside].all()
+    assert not (found & ~disc((240, 260), 104)).any()
+
+
+def test_the_centre_of_rings_belongs_to_the_print() -> None:
+    _, found = masks_of(as_picture(concentric_rings((200, 200), 9)))
+    assert found[disc((200, 200), 90)].all()
+
+
+def test_a_scar_inside_is_no_hole() -> None:
+    ridges = disc((240, 240), 100)
+    _, found = masks_of(print_on_paper(ridges & ~disc((240, 240), 14)))
+    assert found[100:140, 100:140].all()
+    assert holes(found) == 0
+
+
+def test_a_speck_beside_the_print_is_dropped() -> None:
+    both = disc((240, 360), 90, (110, 120)) | disc((240, 360), 20, (310, 120))
+    cells, found = masks_of(print_on_paper(both))
+    assert parts(cells) == 1
+    assert not found[:, 280:].any()
+
+
+def test_faint_ridges_are_print_where_all_are_faint_but_not_beside_strong_ones() -> None:
+    faint = np.rint(200 - 14 * plane_wave(60, 9, (160, 320))).astype(np.uint8)
+    assert masks_of(faint)[0].mean() > 0.9
+    strong = as_picture(plane_wave(60, 9, (160, 320)))
+    _, found = masks_of(np.where(np.arange(320) < 200, strong, faint).astype(np.uint8))
+    assert found[24:-24, :180].all()
+    assert not found[:, 240:].any()
+
+
+def test_strength_is_one_for_a_wave_and_little_for_noise(rng: np.random.Generator) -> None:
+    wave = ridge_strength(ridge_spectrum(plane_wave(0, 8, (96, 96))), 1.0)
+    noise = ridge_strength(ridge_spectrum(rng.normal(0, 1, (96, 96)).astype(np.float32)), 1.0)
+    assert wave[3:-3, 3:-3].min() > 0.85
+    assert noise.max() < 0.5
+    assert noise.min() >= 0
+
+
+def test_a_threshold_out_of_reach_leaves_nothing() -> None:
+    picture = as_picture(plane_wave(0, 9, (120, 120)))
+    assert not masks_of(picture, SegmentationParameters(min_strength=2.0))[0].any()
+    assert not masks_of(picture, SegmentationParameters(min_contrast=500.0))[0].any()
+
+
+def test_the_mask_of_pixels_follows_the_mask_of_cells() -> None:
+    spectrum = ridge_spectrum(np.zeros((61, 83), np.float32))
+    cells = np.zeros(spectrum.total.shape, bool)
+    assert not mask_at_pixels(cells, spectrum).any()
+    cells[2:5, 3:7] = True
+    pixels = mask_at_pixels(cells, spectrum)
+    step = spectrum.step_px
+    assert pixels.shape == (61, 83)
+    assert pixels[2 * step + 4 : 5 * step - 4, 3 * step + 4 : 7 * step - 4].all()
+    assert pixels.sum() == pytest.approx(3 * 4 * step * step, rel=0.1)
+    assert mask_at_pixels(~np.zeros_like(cells), spectrum).all()
+
+
+@settings(max_examples=25)
+@given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
+def test_any_picture_gives_a_mask_without_holes(picture: Grey) -> None:
+    cells, _ = masks_of(picture)
+    assert not cells.any() or holes(cells) == 0
+
+
+# --- the same, on what the network found
+
+
+def learned_masks_of(
+    picture: Grey, parameters: SegmentationParameters | None = None
+) -> tuple[Binary, Binary]:
+    image = normalize(picture)
+    grid = Blocks(8, (picture.shape[0], picture.shape[1]))
+    cells = segment_enhanced(image, enhance_by_network(image.pixels), grid, parameters)
+    assert cells.shape == (-(-picture.shape[0] // 8), -(-picture.shape[1] // 8))
+    assert cells.dtype == bool
+    return cells, mask_at_pixels(cells, grid)
+
+
+@pytest.mark.parametrize("shape", [(48, 48), (160, 200)])
+@pytest.mark.parametrize("name", hostile_pictures())
+def test_the_network_sees_next_to_no_print_where_there_are_no_ridges(
+    name: str, shape: tuple[int, int]
+) -> None:
+    cells, pixels = learned_masks_of(hostile_pictures(shape)[name])
+    assert pixels.shape == shape
+    assert cells.mean() < 0.1
+
+
+@pytest.mark.parametrize("period", [7, 9, 12])
+@pytest.mark.parametrize("angle", range(0, 180, 30))
+def test_certain_ridges_from_border_to_border_are_all_print(angle: int, period: int) -> None:
+    cells, pixels = learned_masks_of(as_picture(plane_wave(angle, period, (130, 170))))
+    assert cells.mean() > 0.9
+    assert pixels[24:-24].all()
+    assert pixels[:, 24:-24].all()
+
+
+@pytest.mark.parametrize("radius", [60, 90])
+def test_the_network_sees_a_round_print_on_white_paper(radius: float) -> None:
+    inside = disc((240, 260), radius)
+    _, found = learned_masks_of(print_on_paper(inside))
+    assert (found & inside).sum() / (found | inside).sum() > 0.85
+    assert not (found & ~disc((240, 260), radius + 16)).any()
+
+
+def test_certain_ridges_of_another_contrast_are_no_part_of_the_print() -> None:
+    strong = as_picture(plane_wave(60, 9, (160, 320)))
+    faint = np.rint(200 - 14 * plane_wave(60, 9, (160, 320))).astype(np.uint8)
+    _, found = learned_masks_of(np.where(np.arange(320) < 200, strong, faint).astype(np.uint8))
+    assert found[24:-24, :180].all()
+    assert not found[:, 240:].any()
+
+
+def test_a_certainty_out_of_reach_leaves_nothing() -> None:
+    picture = as_picture(plane_wave(0, 9, (120, 120)))
+    assert learned_masks_of(picture)[0].any()
+    assert not learned_masks_of(picture, SegmentationParameters(min_certainty=1.5))[0].any()
+    assert not learned_masks_of(picture, SegmentationParameters(min_contrast=500.0))[0].any()
+    sure = SegmentationParameters(min_relative_contrast_of_certain=50.0)
+    assert not learned_masks_of(picture, sure)[0].any()
+
+
+@settings(max_examples=25)
+@given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
+def test_the_network_gives_any_picture_a_mask_without_holes(picture: Grey) -> None:
+    cells, _ = learned_masks_of(picture)
+    assert not cells.any() or holes(cells) == 0

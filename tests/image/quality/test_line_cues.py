@@ -1,0 +1,69 @@
+"""`fpmatch.image.quality.line_cues`: what differs between the lines changes its sign in the negative."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_images import hostile_pictures
+from numpy.typing import NDArray
+
+from fpmatch.image.quality.line_cues import LINE_CUES, LineCueParameters, line_cues
+
+Pixels = NDArray[np.uint8]
+
+
+def stripes(shape: tuple[int, int] = (160, 160)) -> NDArray[np.float64]:
+    x = np.broadcast_to(np.arange(shape[1]), shape)
+    return 128 + 90 * np.cos(x * 0.7)
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 2**32 - 1), st.floats(0, 60), st.integers(40, 200), st.integers(40, 200))
+def test_the_negative_has_the_other_sign(seed: int, noise: float, rows: int, columns: int) -> None:
+    rng = np.random.default_rng(seed)
+    image = stripes((rows, columns)) + noise * rng.standard_normal((rows, columns))
+    image = image.clip(0, 255).astype(np.uint8)
+    cues, negative = line_cues(image), line_cues(255 - image)
+    assert (cues is None) == (negative is None)
+    if cues is not None and negative is not None:
+        assert cues == pytest.approx(-negative, abs=0.02)
+
+
+def test_pores_are_dots_in_dark_lines() -> None:
+    y, x = np.mgrid[:160, :160]
+    dark = np.cos(x * 0.7) < -0.95
+    image = np.where(dark & (y % 12 == 0), 220, stripes()).astype(np.uint8)
+    cues = line_cues(image)
+    assert cues is not None
+    found = dict(zip(LINE_CUES, cues.tolist(), strict=True))
+    assert found["dots"] > 1
+    assert found["gaps along crests"] > 1
+    assert found["roughness along crests"] > 1
+
+
+def test_wide_dark_lines_are_a_larger_share() -> None:
+    image = (128 - 90 * np.sign(np.cos(np.arange(160) * 0.7) + 0.4)).astype(np.uint8)
+    cues = line_cues(np.tile(image, (160, 1)))
+    assert cues is not None
+    assert cues[LINE_CUES.index("share of dark")] > 0.05
+
+
+@pytest.mark.parametrize("name", sorted(hostile_pictures()))
+def test_hostile_pictures_give_none_or_numbers(name: str) -> None:
+    cues = line_cues(hostile_pictures()[name])
+    assert cues is None or np.isfinite(cues).all()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 500), (31, 31)])
+def test_small_pictures_have_no_cues(shape: tuple[int, int]) -> None:
+    assert line_cues(stripes(shape).astype(np.uint8)) is None
+
+
+def test_large_pictures_are_looked_at_in_the_middle(pressed: list[Pixels]) -> None:
+    few = LineCueParameters(max_side_px=128)
+    whole, middle = line_cues(pressed[0]), line_cues(pressed[0], few)
+    assert whole is not None
+    assert middle is not None
+    assert not np.array_equal(whole, middle)

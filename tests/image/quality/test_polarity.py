@@ -1,0 +1,114 @@
+"""`fpmatch.image.quality.polarity`: white ridges are noticed, and nothing else is taken for them."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from made_images import hostile_pictures
+from numpy.typing import NDArray
+
+from fpmatch.errors import FpmatchError, ImageError
+from fpmatch.image.quality.line_cues import LINE_CUES
+from fpmatch.image.quality.polarity import (
+    POLARITIES,
+    PolarityParameters,
+    PolarityWeights,
+    background_level,
+    check_polarity,
+    common_polarity,
+    is_inverted,
+    load_polarity_weights,
+    polarity_evidence,
+)
+from fpmatch.synthesis.background import other_background
+
+Pixels = NDArray[np.uint8]
+
+
+def test_prints_on_white_and_their_negatives(pressed: list[Pixels]) -> None:
+    for image in pressed:
+        assert background_level(image) == 1
+        assert polarity_evidence(image) > 0
+        assert not is_inverted(image)
+        assert is_inverted(255 - image)
+
+
+def test_the_lines_tell_where_the_background_does_not(pressed: list[Pixels]) -> None:
+    middles = [image[120:270, 110:270] for image in pressed]
+    assert [background_level(middle) for middle in middles] == [0, 0, 0, 0]
+    evidence = [polarity_evidence(middle) for middle in middles]
+    assert common_polarity(evidence) == "dark"
+    assert common_polarity([-one for one in evidence]) == "white"
+
+
+def test_a_dark_background_alone_is_not_enough(stripes: Pixels, pressed: list[Pixels]) -> None:
+    assert background_level(255 - stripes) == -1
+    assert not is_inverted(255 - stripes)
+    for number, image in enumerate(pressed):
+        inside = cv2.dilate((image < 150).astype(np.uint8), np.ones((15, 15), np.uint8)) > 0
+        rng = np.random.default_rng(number)
+        darkened = other_background(image, inside, "dark", rng)
+        assert background_level(darkened) < 0.5
+        assert not is_inverted(darkened)
+
+
+@pytest.mark.parametrize("ground", [160, 200, 255])
+def test_a_grey_background(whorl: Pixels, rng: np.random.Generator, ground: int) -> None:
+    noisy = np.where(whorl == 255, ground, whorl * 0.8) + rng.normal(0, 2, whorl.shape)
+    grey = noisy.clip(0, 255).astype(np.uint8)
+    assert background_level(grey) > 0
+    assert background_level(255 - grey) < 0
+
+
+def test_a_background_of_both_kinds_is_none(whorl: Pixels) -> None:
+    assert background_level(np.pad(whorl, ((0, 0), (64, 64)))) == 0
+
+
+@pytest.mark.parametrize("name", sorted(hostile_pictures()))
+def test_no_print_no_ridges(name: str) -> None:
+    picture = hostile_pictures()[name]
+    assert not is_inverted(picture)
+    assert abs(polarity_evidence(picture)) < PolarityParameters().sure
+
+
+def test_large_and_tiny_pictures(pressed: list[Pixels]) -> None:
+    twice = pressed[0].repeat(2, axis=0).repeat(2, axis=1)
+    assert polarity_evidence(twice, 1000) > 0
+    assert polarity_evidence(twice, 100, PolarityParameters(max_px=10_000_000)) == 0
+    assert polarity_evidence(np.zeros((15, 300), np.uint8)) == 0
+    assert polarity_evidence(pressed[0][:1, :1], 4000) == 0
+
+
+@given(st.lists(st.floats(-8, 8), max_size=40))
+def test_the_negatives_of_a_folder_are_decided_the_other_way(evidence: list[float]) -> None:
+    other = {"dark": "white", "white": "dark", "auto": "auto"}
+    assert common_polarity([-one for one in evidence]) == other[common_polarity(evidence)]
+
+
+@given(st.lists(st.floats(-100, 100), min_size=7, max_size=7))
+def test_evidence_is_bounded_and_has_no_constant_term(cues: list[float]) -> None:
+    weights = load_polarity_weights()
+    found = weights.evidence(np.array(cues))
+    assert abs(found) <= PolarityParameters().strongest
+    assert weights.evidence(-np.array(cues)) == pytest.approx(-found)
+
+
+def test_weights_are_written_and_read() -> None:
+    weights = load_polarity_weights()
+    again = PolarityWeights.from_json(weights.as_json())
+    assert np.array_equal(again.weight, weights.weight)
+    assert np.array_equal(again.spread, weights.spread)
+    assert weights.provenance["command"] == "scripts/train_polarity"
+    with pytest.raises(FpmatchError, match="not such a file"):
+        PolarityWeights.from_json("[]")
+    with pytest.raises(FpmatchError, match="of other cues"):
+        PolarityWeights.from_json(weights.as_json().replace(LINE_CUES[0], "luck"))
+
+
+def test_only_known_polarities() -> None:
+    assert [check_polarity(known) for known in POLARITIES] == list(POLARITIES)
+    with pytest.raises(ImageError, match="no polarity None: there are auto, dark, white"):
+        check_polarity(None)

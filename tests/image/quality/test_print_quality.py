@@ -1,0 +1,186 @@
+"""`fpmatch.image.quality.print_quality`: every fault is named where it is, and nowhere else."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from fpmatch.errors import FpmatchError
+from fpmatch.image.assess import AssessedPrint, assess
+from fpmatch.image.extract import extract
+from fpmatch.image.quality.measures import QualityMeasures
+from fpmatch.image.quality.print_quality import (
+    FEATURES,
+    QualityWeights,
+    grade,
+    load_quality_weights,
+    quality_features,
+)
+from fpmatch.synthesis.impression import make_impression
+from fpmatch.synthesis.master import Master, make_master
+from fpmatch.synthesis.presets import PRESETS
+from fpmatch.synthesis.sensor import SENSORS, Sensor
+
+OPTICAL = SENSORS["optical-388x374"]
+GOOD = QualityMeasures(370.0, 200.0, 40.0, 0.45, 0.45, 0.25, 9.0, 0.9, 0.02)
+
+Image = NDArray[np.uint8]
+
+
+@cache
+def finger() -> Master:
+    return make_master(11, 2)
+
+
+@cache
+def pressed(dryness: float = 0.0, sensor: Sensor = OPTICAL) -> Image:
+    """Return a careful impression, dry or wet."""
+    clean = PRESETS["clean"]
+    pressure = replace(clean.pressure, dryness=(dryness, dryness))
+    return make_impression(finger(), 1, replace(clean, pressure=pressure), sensor).image
+
+
+def spoilt(fault: str) -> tuple[Image, float]:
+    """Return a picture with one fault, and the resolution that is claimed for it."""
+    image = pressed()
+    rows, columns = image.shape
+    match fault:
+        case "too dry":
+            return pressed(1.05), 500
+        case "too wet":
+            return pressed(-1.05), 500
+        case "blurred":
+            return np.asarray(cv2.GaussianBlur(image, (0, 0), 2.0), np.uint8), 500
+        case "partial":
+            beyond = np.arange(rows) < 0.68 * rows
+            return np.where(beyond[:, None], np.uint8(254), image), 500
+        case "too small":
+            top, left = rows // 2 - 80, columns // 2 - 80
+            return np.ascontiguousarray(image[top : top + 160, left : left + 160]), 500
+        case "wrong resolution":  # 350 dpi, told to be 500
+            size = round(OPTICAL.width * 0.7), round(OPTICAL.height * 0.7)
+            low = replace(OPTICAL, width=size[0], height=size[1], dpi=350)
+            return pressed(sensor=low), 500
+    return np.full((300, 300), 255, np.uint8), 500
+
+
+FAULTS = ("too dry", "too wet", "blurred", "partial", "too small", "wrong resolution", "no ridges")
+
+
+def said(found: AssessedPrint) -> set[str]:
+    return {reason.what for reason in found.quality.reasons}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_every_fault_is_named_and_no_other(fault: str) -> None:
+    found = assess(*spoilt(fault))
+    assert said(found) == {fault}
+    assert fault in found.quality.in_words()
+    assert "\n" not in found.quality.in_words()
+
+
+@pytest.mark.parametrize("name", sorted(SENSORS))
+def test_a_clean_print_has_no_fault_and_a_high_score(name: str) -> None:
+    sensor = SENSORS[name]
+    found = assess(pressed(sensor=sensor), sensor.dpi)
+    assert found.quality.reasons == ()
+    assert found.quality.score > 60
+
+
+def test_filters_judge_alike() -> None:
+    learned, filters = (assess(pressed(), 500, enhance=way) for way in ("learned", "filters"))
+    assert filters.quality.reasons == ()
+    assert abs(learned.quality.score - filters.quality.score) < 20
+
+
+@pytest.mark.parametrize("fault", ["partial", "too small", "wrong resolution", "no ridges"])
+def test_a_fault_costs_score(fault: str) -> None:
+    assert assess(*spoilt(fault)).quality.score < assess(pressed(), 500).quality.score - 10
+
+
+def test_the_likely_resolution_is_told() -> None:
+    (reason,) = assess(*spoilt("wrong resolution")).quality.reasons
+    likely = float(reason.why.split("about ")[1].split(" dpi")[0])
+    assert likely == pytest.approx(350, rel=0.15)
+
+
+@pytest.mark.parametrize("dpi", [200, 250, 1000])
+def test_a_resolution_far_off_is_all_that_is_said_and_about_right(dpi: float) -> None:
+    size = round(OPTICAL.width * dpi / 500), round(OPTICAL.height * dpi / 500)
+    found = assess(pressed(sensor=replace(OPTICAL, width=size[0], height=size[1], dpi=dpi)), 500)
+    assert said(found) == {"wrong resolution"}
+    (reason,) = found.quality.reasons
+    assert "probably not 500 dpi" in reason.why
+    assert float(reason.why.split("about ")[1].split(" dpi")[0]) == pytest.approx(dpi, rel=0.15)
+
+
+@pytest.mark.parametrize("sigma_px", [0.0, 0.7, 1.5, 3.0])
+def test_neither_noise_nor_blots_have_a_resolution(
+    sigma_px: float, rng: np.random.Generator
+) -> None:
+    noise = rng.normal(0, 1, (200, 300))
+    if sigma_px:
+        noise = cv2.GaussianBlur(noise, (0, 0), sigma_px)
+    grey = np.clip(128 + 60 * noise / noise.std(), 0, 255).astype(np.uint8)
+    assert "wrong resolution" not in said(assess(grey, 500))
+
+
+def test_the_template_is_that_of_extract() -> None:
+    assert assess(pressed(), 500).template == extract(pressed(), 500)
+
+
+@pytest.mark.parametrize("shape", [(48, 48), (60, 300)])
+def test_noise_is_no_print(shape: tuple[int, int], rng: np.random.Generator) -> None:
+    noise = rng.integers(0, 256, shape).astype(np.uint8)
+    assert "wrong resolution" not in said(assess(noise, 500))
+
+
+@given(
+    st.builds(
+        QualityMeasures,
+        image_mm2=st.floats(1, 5000),
+        ridges_mm2=st.floats(0, 1000),
+        minutiae=st.floats(0, 1e4),
+        dark_share=st.floats(0, 1) | st.just(math.nan),
+        ridge_spread=st.floats(0, 3) | st.just(math.nan),
+        valley_spread=st.floats(0, 3) | st.just(math.nan),
+        period_px=st.floats(3, 30) | st.just(math.nan),
+        concentration=st.floats(0, 1) | st.just(math.nan),
+        detail=st.floats(0, 1e3) | st.just(math.nan),
+        peak_px=st.floats(2, 40) | st.just(math.nan),
+        peak_share=st.floats(0, 1),
+    )
+)
+def test_any_figures_give_a_score_of_0_to_100(figures: QualityMeasures) -> None:
+    quality = grade(figures, 500)
+    assert 0 <= quality.score <= 100
+    assert quality.as_dict()["score"] == quality.score
+
+
+@pytest.mark.parametrize(
+    "worse", [{"ridges_mm2": 40.0}, {"minutiae": 5.0}, {"period_px": 5.0}, {"detail": 0.0001}]
+)
+def test_worse_figures_never_raise_the_score(worse: dict[str, float]) -> None:
+    assert grade(replace(GOOD, **worse), 500).score <= grade(GOOD, 500).score
+
+
+def test_weights_survive_their_file() -> None:
+    weights = load_quality_weights()
+    again = QualityWeights.from_json(weights.as_json())
+    features = quality_features(GOOD)
+    assert features.shape == (len(FEATURES),)
+    assert again.score(features) == weights.score(features)
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"features": [{"name": "ridges"}]}'])
+def test_other_weights_are_refused(text: str) -> None:
+    with pytest.raises(FpmatchError, match="weights of the quality"):
+        QualityWeights.from_json(text)

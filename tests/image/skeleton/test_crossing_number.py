@@ -1,0 +1,228 @@
+"""`fpmatch.image.skeleton.crossing_number`: nodes drawn by hand, and the tracing kernel and its twins."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from made_images import Binary, binaries, blobs, concentric_rings, drawn, strips_and_extremes
+
+from fpmatch.image.skeleton import _trace_kernel as kernel
+from fpmatch.image.skeleton.crossing_number import SkeletonNodes, crossing_number, find_nodes
+from fpmatch.image.skeleton.thin import thin
+
+LINE = drawn("#######", margin=3)
+FORK = drawn(
+    "       #",
+    "      # ",
+    "     #  ",
+    "#####   ",
+    "     #  ",
+    "      # ",
+    "       #",
+    margin=2,
+)
+PLUS = drawn("   #   ", "   #   ", "   #   ", "#######", "   #   ", "   #   ", "   #   ", margin=1)
+CROSS = drawn("#   #", " # # ", "  #  ", " # # ", "#   #", margin=1)
+RING = drawn(" ### ", "#   #", "#   #", "#   #", " ### ", margin=1)
+LOLLIPOP = drawn(" ###     ", "#   #    ", "#    ####", "#   #    ", " ###     ", margin=1)
+
+
+def walked(nodes: SkeletonNodes, node: int, branch: int) -> list[tuple[int, int]]:
+    """Return the pixels (x, y) of a branch."""
+    path = nodes.paths[node, branch, : nodes.steps[node, branch]]
+    return [(int(x), int(y)) for y, x in path]
+
+
+def at(nodes: SkeletonNodes) -> list[tuple[int, int, int]]:
+    """Return (x, y, crossing number) of all nodes."""
+    columns = (nodes.x, nodes.y, nodes.crossing_number)
+    return [(int(x), int(y), int(c)) for x, y, c in zip(*columns, strict=True)]
+
+
+@pytest.mark.parametrize("name", ["nothing", "one pixel", "only one pixel"])
+def test_without_a_line_there_are_no_nodes(name: str) -> None:
+    picture = strips_and_extremes()[name]
+    assert not crossing_number(picture).any()
+    nodes = find_nodes(picture, 10)
+    assert len(nodes.x) == 0
+    assert nodes.paths.shape == (0, 4, 10, 2)
+    assert nodes.steps.shape == nodes.target.shape == (0, 4)
+
+
+def test_a_line_has_two_endings_that_lead_to_each_other() -> None:
+    nodes = find_nodes(LINE, 20)
+    assert at(nodes) == [(3, 3, 1), (9, 3, 1)]
+    assert walked(nodes, 0, 0) == [(x, 3) for x in range(4, 10)]
+    assert walked(nodes, 1, 0) == [(x, 3) for x in range(8, 2, -1)]
+    assert nodes.target[:, 0].tolist() == [1, 0]
+    assert not nodes.steps[:, 1:].any()
+    assert (nodes.target[:, 1:] == -1).all()
+
+
+@pytest.mark.parametrize("name", ["row", "column"])
+def test_a_line_from_border_to_border(name: str) -> None:
+    nodes = find_nodes(strips_and_extremes()[name], 30)
+    assert nodes.crossing_number.tolist() == [1, 1]
+    assert nodes.steps[:, 0].tolist() == [19, 19]
+    assert nodes.target[:, 0].tolist() == [1, 0]
+
+
+def test_two_pixels_are_two_endings_one_step_apart() -> None:
+    for pair in (drawn("##"), drawn("#", "#"), drawn("# ", " #"), drawn(" #", "# ")):
+        nodes = find_nodes(pair, 5)
+        assert nodes.crossing_number.tolist() == [1, 1]
+        assert nodes.steps[:, 0].tolist() == [1, 1]
+        assert nodes.target[:, 0].tolist() == [1, 0]
+
+
+def test_a_fork_has_one_bifurcation_with_three_branches() -> None:
+    nodes = find_nodes(FORK, 20)
+    assert sorted(at(nodes)) == [(2, 5, 1), (6, 5, 3), (9, 2, 1), (9, 8, 1)]
+    fork = at(nodes).index((6, 5, 3))
+    ends = {(nodes.x[t], nodes.y[t]) for t in nodes.target[fork, :3]}
+    assert ends == {(2, 5), (9, 2), (9, 8)}
+    assert nodes.steps[fork].tolist() == [4, 3, 3, 0]
+    assert [nodes.target[k, 0] for k in range(4) if k != fork] == [fork] * 3
+
+
+@pytest.mark.parametrize(("picture", "arm"), [(PLUS, 3), (CROSS, 2)])
+def test_a_crossing_has_four_branches(picture: Binary, arm: int) -> None:
+    nodes = find_nodes(picture, 20)
+    crossing = nodes.crossing_number.tolist().index(4)
+    assert sorted(nodes.crossing_number.tolist()) == [1, 1, 1, 1, 4]
+    assert nodes.steps[crossing].tolist() == [arm] * 4
+    assert len(set(nodes.target[crossing].tolist())) == 4
+
+
+def test_a_ring_has_no_node() -> None:
+    assert set(crossing_number(RING)[RING].tolist()) == {2}
+    assert len(find_nodes(RING, 20).x) == 0
+
+
+def test_a_loop_at_the_end_of_a_line_meets_no_other_node() -> None:
+    nodes = find_nodes(LOLLIPOP, 8)
+    assert nodes.crossing_number.tolist() == [3, 1]
+    assert nodes.target[1, 0] == 0
+    assert nodes.target[0, :3].tolist() == [1, -1, -1]
+    assert nodes.steps[0, :3].tolist() == [3, 8, 8]
+
+
+@pytest.mark.parametrize("limit", [1, 2, 5, 6, 7])
+def test_a_walk_ends_at_its_limit(limit: int) -> None:
+    nodes = find_nodes(LINE, limit)
+    assert nodes.steps[:, 0].tolist() == [min(limit, 6)] * 2
+    assert nodes.target[:, 0].tolist() == ([1, 0] if limit >= 6 else [-1, -1])
+
+
+def test_no_walk_at_all() -> None:
+    nodes = find_nodes(FORK, 0)
+    assert len(nodes.x) == 4
+    assert not nodes.steps.any()
+    assert (nodes.target == -1).all()
+
+
+def test_memory_layout_and_type_do_not_matter() -> None:
+    skeleton = thin(concentric_rings((60, 80), 8) > 0)
+    skeleton.setflags(write=False)
+    plain = find_nodes(skeleton, 12)
+    wide = np.repeat(skeleton, 2, axis=1)
+    for other in (
+        np.asfortranarray(skeleton),
+        wide[:, ::2],
+        skeleton[::-1][::-1],
+        skeleton.astype(np.uint8) * 255,
+    ):
+        found = find_nodes(other, 12)
+        for name in ("x", "y", "crossing_number", "paths", "steps", "target"):
+            assert np.array_equal(getattr(found, name), getattr(plain, name))
+        assert np.array_equal(crossing_number(other), crossing_number(skeleton))
+
+
+@given(st.one_of(binaries, blobs))
+def test_the_crossing_number_counts_changes_around(binary: Binary) -> None:
+    found = crossing_number(binary)
+    assert found.max(initial=0) <= 4
+    assert not found[~binary].any()
+    padded = np.pad(binary, 1)
+    ring = [(0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1)]
+    for y, x in np.argwhere(binary):
+        around = [padded[y + 1 + dy, x + 1 + dx] for dy, dx in ring]
+        changes = sum(around[k] != around[k - 1] for k in range(8))
+        assert found[y, x] == changes // 2
+
+
+@given(st.one_of(binaries, blobs))
+def test_a_node_has_a_branch_for_each_change_around_it(binary: Binary) -> None:
+    nodes = find_nodes(thin(binary), 6)
+    branches = np.count_nonzero(nodes.steps, axis=1)
+    # where a skeleton must stay two pixels wide, four edge neighbours can be one run
+    assert ((branches == nodes.crossing_number) | (branches == 4)).all()
+    assert np.array_equal(np.lexsort((nodes.x, nodes.y)), np.arange(len(nodes.x)))
+
+
+Branch = tuple[list[tuple[int, int]], int]
+
+
+def branches_of(
+    binary: Binary, nodes: dict[tuple[int, int], int], limit: int
+) -> list[list[Branch]]:
+    """Walk every branch of every node pixel by pixel: the slow, obvious twin."""
+    ridge = {(int(y), int(x)) for y, x in np.argwhere(binary)}
+    edges = [(0, 1), (-1, 0), (0, -1), (1, 0)]
+    corners = [(-1, 1), (-1, -1), (1, -1), (1, 1)]
+
+    def beside(a: tuple[int, int], b: tuple[int, int]) -> bool:
+        return max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= 1
+
+    def walk(node: int, start: tuple[int, int], first: tuple[int, int]) -> Branch:
+        path, last = [first], start
+        while nodes.get(path[-1], node) == node and len(path) < limit:
+            here = path[-1]
+            around = [(here[0] + dy, here[1] + dx) for dy, dx in edges + corners]
+            onward = [pixel for pixel in around if pixel in ridge and not beside(pixel, last)]
+            if not onward:
+                return path, -1
+            path.append(onward[0])
+            last = here
+        met = nodes.get(path[-1], -1)
+        return path, -1 if met == node else met
+
+    found = []
+    for (y, x), node in nodes.items():
+        starts = [(y + dy, x + dx) for dy, dx in edges if (y + dy, x + dx) in ridge]
+        starts += [
+            (y + dy, x + dx)
+            for dy, dx in corners
+            if (y + dy, x + dx) in ridge and not {(y + dy, x), (y, x + dx)} & ridge
+        ]
+        found.append([walk(node, (y, x), first) for first in starts[:4]])
+    return found
+
+
+@given(st.one_of(binaries, blobs), st.integers(1, 12), st.booleans())
+def test_agrees_with_the_twin(binary: Binary, limit: int, thinned: bool) -> None:
+    picture = thin(binary) if thinned else binary
+    nodes = find_nodes(picture, limit)
+    index = {(int(y), int(x)): k for k, (y, x) in enumerate(zip(nodes.y, nodes.x, strict=True))}
+    for node, branches in enumerate(branches_of(picture, index, limit)):
+        assert np.count_nonzero(nodes.steps[node]) == len(branches)
+        for branch, (path, target) in enumerate(branches):
+            assert [(y, x) for x, y in walked(nodes, node, branch)] == path
+            assert nodes.target[node, branch] == target
+
+
+@given(st.one_of(binaries, blobs), st.integers(1, 12))
+def test_interpreted_the_kernel_finds_the_same(
+    interpreted_trace_kernel: ModuleType, binary: Binary, limit: int
+) -> None:
+    compiled = find_nodes(binary, limit)
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("list_nodes", "trace_branches"):
+            patch.setattr(kernel, name, getattr(interpreted_trace_kernel, name))
+        interpreted = find_nodes(binary, limit)
+    for name in ("x", "y", "crossing_number", "paths", "steps", "target"):
+        assert np.array_equal(getattr(interpreted, name), getattr(compiled, name))

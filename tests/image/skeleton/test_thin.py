@@ -1,0 +1,295 @@
+"""`fpmatch.image.skeleton.thin`: lines one pixel wide that keep what hangs together; kernel and twins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import ModuleType
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from made_images import (
+    Binary,
+    binaries,
+    blobs,
+    concentric_rings,
+    drawn,
+    holes,
+    parts,
+    plane_wave,
+    strips_and_extremes,
+)
+
+from fpmatch.image.skeleton import _thin_kernel as kernel
+from fpmatch.image.skeleton.thin import (
+    bordered,
+    crossing_number_table,
+    guo_hall_table,
+    neighbour_code,
+    simple_table,
+    thin,
+    thin_with_kernel,
+    thin_with_numpy,
+)
+
+# East, then counter-clockwise on screen: the order of the bits of a neighbour byte, as (dy, dx).
+AROUND = [(0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1)]
+
+
+def neighbours(binary: Binary, y: int, x: int) -> list[bool]:
+    """Return the eight neighbours of a pixel of the padded `binary`."""
+    return [bool(binary[y + dy, x + dx]) for dy, dx in AROUND]
+
+
+def needed(skeleton: Binary) -> bool:
+    """Tell whether each pixel is an end, alone, or holds something together: the obvious test."""
+    whole = np.pad(skeleton, 1)
+    before = parts(whole), holes(whole)
+    for y, x in np.argwhere(whole):
+        if sum(neighbours(whole, y, x)) >= 2:
+            whole[y, x] = False
+            if (parts(whole), holes(whole)) == before:
+                return False
+            whole[y, x] = True
+    return True
+
+
+def test_nothing_stays_nothing() -> None:
+    assert not thin(np.zeros((20, 30), bool)).any()
+
+
+def test_one_pixel_stays() -> None:
+    one = strips_and_extremes()["one pixel"]
+    assert np.array_equal(thin(one), one)
+
+
+@pytest.mark.parametrize("name", ["row", "column", "only one pixel"])
+def test_what_is_thin_stays_even_at_the_border(name: str) -> None:
+    strip = strips_and_extremes()[name]
+    assert np.array_equal(thin(strip), strip)
+
+
+def test_everything_becomes_one_thin_part() -> None:
+    skeleton = thin(np.ones((30, 50), bool))
+    assert parts(skeleton) == 1
+    assert needed(skeleton)
+    assert np.ptp(np.flatnonzero(skeleton.any(axis=0))) >= 15
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (0, 5), (5, 0)])
+def test_no_pixels_at_all(shape: tuple[int, int]) -> None:
+    assert thin(np.zeros(shape, bool)).shape == shape
+
+
+@pytest.mark.parametrize("thickness", [2, 3, 4, 5, 8])
+def test_a_bar_becomes_its_middle_line(thickness: int) -> None:
+    bar = np.zeros((20, 60), bool)
+    bar[5 : 5 + thickness, 5:55] = True
+    y, x = np.nonzero(thin(bar))
+    middle = 5 + (thickness - 1) / 2
+    assert np.abs(y - middle).max() <= 1
+    assert x.min() <= 5 + thickness
+    assert x.max() >= 54 - thickness
+    assert np.array_equal(np.sort(x), np.arange(x.min(), x.max() + 1))
+
+
+def test_a_ring_stays_a_ring() -> None:
+    y, x = np.mgrid[:60, :60] - 29.5
+    radius = np.hypot(x, y)
+    skeleton = thin((radius > 15) & (radius < 23))
+    assert (parts(skeleton), holes(skeleton)) == (1, 1)
+    assert np.abs(radius[skeleton] - 19).max() < 1.5
+
+
+def test_a_fork_keeps_its_three_arms() -> None:
+    fork = np.zeros((60, 60), bool)
+    fork[28:32, 5:32] = True
+    for k in range(26):
+        fork[30 - k - 2 : 30 - k + 2, 30 + k] = True
+        fork[30 + k - 2 : 30 + k + 2, 30 + k] = True
+    skeleton = thin(fork)
+    assert parts(skeleton) == 1
+    assert crossing_number_table()[neighbour_code(skeleton.astype(np.uint8))][skeleton].max() == 3
+    assert skeleton[:, :10].any()
+    assert skeleton[:12].any()
+    assert skeleton[48:].any()
+
+
+@pytest.mark.parametrize("angle", [0, 20, 45, 70, 90, 135])
+def test_each_ridge_of_a_wave_becomes_one_line(angle: float) -> None:
+    ridges = plane_wave(angle, 9) > 0
+    skeleton = thin(ridges)
+    assert parts(skeleton) == parts(ridges)
+    middle = (slice(16, 80), slice(16, 80))
+    length = skeleton[middle].sum() / (64 * 64 / 9)
+    assert 0.65 < length < 1.15
+    assert plane_wave(angle, 9)[middle][skeleton[middle]].min() > 0.3
+
+
+def test_memory_layout_and_type_do_not_matter_and_nothing_is_changed() -> None:
+    ridges = concentric_rings((70, 90), 9) > 0
+    kept = ridges.copy()
+    ridges.setflags(write=False)
+    plain = thin(ridges)
+    assert np.array_equal(ridges, kept)
+    wide = np.repeat(ridges, 2, axis=1)
+    for other in (
+        np.asfortranarray(ridges),
+        wide[:, ::2],
+        ridges[::-1, ::-1][::-1, ::-1],
+        ridges.astype(np.uint8),
+        ridges.astype(np.uint8) * 255,
+    ):
+        assert np.array_equal(thin(other), plain)
+    assert thin(ridges.T).shape == (90, 70)
+    assert parts(thin(ridges.T)) == parts(plain)
+
+
+@given(st.one_of(binaries, blobs))
+def test_the_skeleton_lies_inside_and_hangs_together_as_before(binary: Binary) -> None:
+    skeleton = thin(binary)
+    assert not (skeleton & ~binary).any()
+    assert parts(skeleton) == parts(binary)
+    assert holes(skeleton) == holes(binary)
+
+
+@given(st.one_of(binaries, blobs))
+def test_thinning_again_changes_nothing(binary: Binary) -> None:
+    skeleton = thin(binary)
+    assert np.array_equal(thin(skeleton), skeleton)
+
+
+@given(st.one_of(binaries, blobs))
+def test_the_skeleton_is_one_pixel_wide(binary: Binary) -> None:
+    assert needed(thin(binary))
+
+
+def test_a_picture_that_one_last_pass_does_not_finish() -> None:
+    binary = drawn("#  # ###", "## ### #", "####### ", "### # ##", "## ##  #")
+    skeleton = thin(binary)
+    assert needed(skeleton)
+    assert np.array_equal(thin(skeleton), skeleton)
+
+
+def thin_pixel_by_pixel(image: np.ndarray) -> None:
+    """Thin by Guo and Hall's conditions and a direct count of parts: the slow, obvious twin."""
+    changed = True
+    while changed:
+        changed = False
+        for odd in (True, False):
+            to_delete = [
+                (y, x) for y, x in np.argwhere(image) if guo_hall(neighbours(image, y, x), odd)
+            ]
+            for y, x in to_delete:
+                image[y, x] = 0
+            changed |= bool(to_delete)
+    changed = True
+    while changed:
+        changed = False
+        for y, x in np.argwhere(image):
+            around = neighbours(image, y, x)
+            if sum(around) >= 2 and parts_around(around) == 1 and not all(around[::2]):
+                image[y, x] = 0
+                changed = True
+
+
+def guo_hall(around: list[bool], odd: bool) -> bool:
+    """Tell whether Guo and Hall's A1 deletes a pixel with these neighbours in a sub-iteration."""
+    p4, p3, p2, p9, p8, p7, p6, p5 = around  # the paper's names: p2 north, on clockwise
+    c = (
+        (not p2 and (p3 or p4))
+        + (not p4 and (p5 or p6))
+        + (not p6 and (p7 or p8))
+        + (not p8 and (p9 or p2))
+    )
+    n1 = (p9 or p2) + (p3 or p4) + (p5 or p6) + (p7 or p8)
+    n2 = (p2 or p3) + (p4 or p5) + (p6 or p7) + (p8 or p9)
+    side = ((p2 or p3 or not p5) and p4) if odd else ((p6 or p7 or not p9) and p8)
+    return c == 1 and 2 <= min(n1, n2) <= 3 and not side
+
+
+def parts_around(around: list[bool]) -> int:
+    """Count the eight-connected parts among the neighbours of a pixel."""
+    block = np.zeros((3, 3), bool)
+    for (dy, dx), there in zip(AROUND, around, strict=True):
+        block[1 + dy, 1 + dx] = there
+    return parts(block)
+
+
+needs_compiled = pytest.mark.skipif(
+    not kernel.COMPILED, reason="this kernel uses C pointers: uncompiled, its numpy form runs"
+)
+
+
+@pytest.mark.parametrize(
+    "thin_in_place",
+    [
+        pytest.param(thin_with_numpy, id="numpy"),
+        pytest.param(thin_with_kernel, id="kernel", marks=needs_compiled),
+    ],
+)
+@given(st.one_of(binaries, blobs))
+def test_agrees_with_the_twin(thin_in_place: Callable[[np.ndarray], None], binary: Binary) -> None:
+    image, twin = np.pad(binary, 1).astype(np.uint8), np.pad(binary, 1).astype(np.uint8)
+    thin_in_place(image)
+    thin_pixel_by_pixel(twin)
+    assert np.array_equal(image, twin)
+
+
+@needs_compiled
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7, 0.95])
+def test_the_kernel_agrees_with_numpy_on_a_whole_image(
+    share: float, rng: np.random.Generator
+) -> None:
+    image = np.pad(rng.random((150, 170)) < share, 1).astype(np.uint8)
+    other = image.copy()
+    thin_with_kernel(image)
+    thin_with_numpy(other)
+    assert np.array_equal(image, other)
+
+
+@needs_compiled
+@pytest.mark.parametrize("width", [62, 63, 64, 65, 126, 127, 128, 129, 130])
+def test_the_words_of_a_row_hang_together(width: int) -> None:
+    ridges = plane_wave(30, 9, (40, width)) > 0
+    image = bordered(ridges)
+    other = image.copy()
+    thin_with_kernel(image)
+    thin_with_numpy(other)
+    assert np.array_equal(image, other)
+
+
+@given(arrays(np.uint64, (7, 2)), st.integers(0, 2**64 - 1))
+def test_interpreted_the_kernel_leaves_the_same_words(
+    interpreted: Callable[[str], ModuleType], random: np.ndarray, mask: int
+) -> None:
+    words = np.zeros((9, 4), np.uint64)
+    words[1:-1, 1:-1] = random | np.roll(random, 1, axis=0) & np.uint64(mask)
+    plain = words.copy()
+    for module, image in ((kernel, words), (interpreted("_thin_kernel"), plain)):
+        module.thin_words(image, np.zeros_like(image), np.zeros(len(image), np.int32))
+    assert np.array_equal(words, plain)
+
+
+@given(arrays(np.bool_, (5, 6)))
+def test_the_neighbour_byte_goes_round_from_the_east(binary: Binary) -> None:
+    code = neighbour_code(binary.astype(np.uint8))
+    padded = np.pad(binary, 1)
+    for y in range(5):
+        for x in range(6):
+            bits = [bool(code[y, x] >> k & 1) for k in range(8)]
+            assert bits == neighbours(padded, y + 1, x + 1)
+
+
+def test_the_tables_agree_with_their_definitions() -> None:
+    for code in range(256):
+        around = [bool(code >> k & 1) for k in range(8)]
+        assert guo_hall_table()[:, code].tolist() == [
+            guo_hall(around, odd) for odd in (True, False)
+        ]
+        simple = sum(around) >= 2 and parts_around(around) == 1 and not all(around[::2])
+        assert simple_table()[code] == simple
+        changes = sum(around[k] != around[k - 1] for k in range(8))
+        assert crossing_number_table()[code] == changes // 2

@@ -1,0 +1,285 @@
+"""BitDescriptors: what the kernel weighs is what a plain form of it weighs, whichever print comes first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from itertools import product
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matching_prints import (
+    COMPILED,
+    jittered,
+    moved,
+    seeds,
+    spread_points,
+    striped_field,
+    template_of,
+    templates,
+)
+
+from fpmatch.matching import bit_descriptors
+from fpmatch.matching.bit_descriptors import (
+    APART,
+    MOST_ALONG,
+    MOST_MINUTIAE,
+    TURNS,
+    BitDescriptorParameters,
+    BitDescriptors,
+    code,
+    common,
+    prefilter,
+)
+from fpmatch.matching.neighbourhood import NeighbourhoodParameters
+from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.quantization import ORIENTATIONS
+from fpmatch.minutiae import Template
+
+EXAMPLES = 20 if COMPILED else 4
+PRINT_SIZE = 14 if COMPILED else 8
+P = BitDescriptorParameters()
+SIDE, SECTORS, BINS = 16, 8, 24  # as the kernel has them
+NOWHERE = 0x8800
+UNKNOWN = -1
+Cells = tuple[frozenset[int], frozenset[int]]
+
+
+@cache
+def turns_of(print_: PreparedTemplate) -> list[int]:
+    angle = np.arctan2(print_.points[3], print_.points[2])
+    return [round(k) % TURNS for k in (angle * TURNS / (2 * np.pi)).tolist()]
+
+
+@cache
+def cells_of(print_: PreparedTemplate, i: int) -> Cells:
+    """Return the cells of the neighbours of a minutia in the first grid and in the second."""
+    n = print_.neighbourhoods
+    first, second = set(), set()
+    for k in range(n.count[i]):
+        u, v, c, s = n.frame[i, :4, k]
+        turn = (float(np.arctan2(s, c)) / (2 * np.pi) + APART) % 1.0
+        place = np.array([float(v), float(u)]) / P.cell_px + SIDE / 2
+        if not ((place >= 0) & (place < SIDE)).all():
+            continue
+        cell, sector = np.floor(place), min(int(turn * SECTORS), SECTORS - 1)
+        first.add(int((cell[0] * SIDE + cell[1]) * SECTORS) + sector)
+        further = np.floor(place + 0.5)
+        if (further < SIDE).all():
+            ahead = turn * SECTORS - sector >= 0.5
+            second.add(int((further[0] * SIDE + further[1]) * SECTORS) + sector + ahead)
+    return frozenset(first), frozenset(second)
+
+
+@cache
+def bins_of(print_: PreparedTemplate, i: int) -> list[int]:
+    """Return the bins of the ridge orientation at the places around a minutia."""
+    x, y, c, s = print_.points[:, i].tolist()
+    region, found = print_.region, []
+    rows, columns = region.code.shape
+    for u, v in P.places.T.tolist():
+        column = math.floor((x + c * u - s * v) / region.step) - region.first_column
+        row = math.floor(-(y + s * u + c * v) / region.step) - region.first_row
+        inside = region.has_flow and 0 <= row < rows and 0 <= column < columns
+        if not inside or not region.code[row, column]:
+            found.append(UNKNOWN)
+            continue
+        relative = (int(region.code[row, column]) - 1.0) * BINS / ORIENTATIONS
+        relative = (relative - turns_of(print_)[i] * 2.0 * BINS / TURNS) % BINS
+        found.append(min(int(relative), BINS - 1))
+    return found
+
+
+def shared(a: PreparedTemplate, i: int, b: PreparedTemplate, j: int) -> tuple[int, int]:
+    """Return in how many words of neighbours and of orientations two minutiae agree."""
+    neighbours = sum(
+        len(one & other) for one, other in zip(cells_of(a, i), cells_of(b, j), strict=True)
+    )
+    if not (a.region.has_flow and b.region.has_flow):
+        return neighbours, 6
+    along = 0
+    for one, other in zip(bins_of(a, i), bins_of(b, j), strict=True):
+        known = UNKNOWN not in {one, other}
+        along += known and min((one - other) % BINS, (other - one) % BINS) <= 1
+    return neighbours, along
+
+
+def plain_common(a: PreparedTemplate, b: PreparedTemplate) -> int:
+    """Return what two prints, of at most 64 minutiae, have in common."""
+    pairs = []
+    for j, i in product(range(len(b)), range(len(a))):
+        n, f = shared(a, i, b, j)
+        if n > 0 and 3 * n + f > 8:
+            pairs.append((min(3 * n + f - 8, 18), j, i))
+    order = sorted(range(len(pairs)), key=lambda k: -pairs[k][0])[: P.most_pairs]
+    pairs = [pairs[k] for k in sorted(order)]
+    best = 0
+    for h in range(len(pairs)):
+        total, used, last = 0, set(), None
+        for g, (weight, j, i) in enumerate(pairs):
+            fits = beside(a, b, pairs[min(g, h)], pairs[max(g, h)])
+            if not fits or j == last or i in used:
+                continue
+            total, last = total + weight, j
+            used.add(i)
+        best = max(best, total)
+    return best
+
+
+def beside(
+    a: PreparedTemplate,
+    b: PreparedTemplate,
+    one: tuple[int, int, int],
+    other: tuple[int, int, int],
+) -> bool:
+    """Tell whether two pairs lie on one another under the rotation of the first."""
+    turn, turn_of_other = (turns_of(a)[i] - turns_of(b)[j] for _, j, i in (one, other))
+    apart = (turn_of_other - turn + TURNS // 2) % TURNS - TURNS // 2
+    way_b = complex(*(b.points[:2, other[1]] - b.points[:2, one[1]]))
+    way_a = complex(*(a.points[:2, other[2]] - a.points[:2, one[2]]))
+    off = abs(way_b * np.exp(2j * np.pi * turn / TURNS) - way_a)
+    reach = math.hypot(P.near_px, P.spread * abs(way_b))
+    return bool(abs(apart) <= round(P.pair_turn_deg * TURNS / 360) and off <= reach)
+
+
+def impressions(seed: int) -> list[PreparedTemplate]:
+    """Return a finger, two impressions of it, and other prints, with and without ridges."""
+    rng = np.random.default_rng(seed)
+    finger = spread_points(rng, PRINT_SIZE)
+    sides = [
+        finger,
+        jittered(rng, moved(finger[:, 2:], 0.4, 30 - 20j), 1.5, 0.05),
+        jittered(rng, moved(finger[:, :-3], -2.0, 300 - 100j), 1.5, 0.05)[:, ::-1],
+        spread_points(rng, 9),
+        spread_points(rng, 3),
+        finger[:, :1],
+    ]
+    flows = (striped_field(orientation=0.3), striped_field(orientation=1.9), None)
+    return [
+        prepare(template_of(np.ascontiguousarray(side), field=flows[k % 3]))
+        for k, side in enumerate(sides)
+    ]
+
+
+def weighed(
+    a: BitDescriptors,
+    b: BitDescriptors,
+    module: Any = bit_descriptors.kernel,
+    *,
+    b_in_tables: bool = False,
+) -> int:
+    """Return what A and B have in common, one of them in the tables."""
+    tables = module.Prefilter(
+        P.most_pairs, P.near_px, P.spread, round(P.pair_turn_deg * TURNS / 360)
+    )
+    own, other = (b, a) if b_in_tables else (a, b)
+    tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+    n = len(other.xy)
+    rest = (other.xy, other.turn, other.around, other.along, other.has_flow)
+    return int(tables.weigh(0, n, *rest, b_in_tables))
+
+
+@given(seeds)
+@settings(max_examples=EXAMPLES)
+def test_prints_have_in_common_what_the_plain_form_says(seed: int) -> None:
+    prints = impressions(seed)
+    for a, b in product(prints, prints):
+        assert common(a.codes, b.codes) == plain_common(a, b)
+
+
+@given(seeds)
+@settings(max_examples=EXAMPLES)
+def test_it_is_the_same_whichever_is_in_the_tables(seed: int) -> None:
+    prints = [print_.codes for print_ in impressions(seed)]
+    for a, b in product(prints, prints):
+        assert weighed(a, b) == weighed(a, b, b_in_tables=True)
+
+
+@given(templates(), templates())
+@settings(max_examples=EXAMPLES)
+def test_any_templates_can_be_coded_and_weighed(one: Template, other: Template) -> None:
+    a, b = prepare(one).codes, prepare(other).codes
+    assert weighed(a, b) == weighed(a, b, b_in_tables=True) >= 0
+
+
+@pytest.mark.parametrize("n", [0, 1, 65, 130])
+def test_crowds_are_weighed_by_their_best(n: int) -> None:
+    size = n if COMPILED else min(n, 70)
+    rng = np.random.default_rng(n)
+    points = spread_points(rng, size, 9.0, 400.0)
+    quality = rng.integers(1, 100, size)
+    crowd = prepare(template_of(points, size=500, quality=quality))
+    few = prepare(template_of(spread_points(rng, 30), size=500))
+    coded = (crowd.codes.around != NOWHERE).any(axis=1)
+    assert coded.sum() <= MOST_MINUTIAE
+    if size > MOST_MINUTIAE:
+        assert quality[coded].min() >= np.sort(quality)[-MOST_MINUTIAE]
+        assert weighed(crowd.codes, crowd.codes) > 100
+    for a, b in ((crowd, few), (few, crowd), (crowd, crowd)):
+        assert weighed(a.codes, b.codes) == weighed(a.codes, b.codes, b_in_tables=True)
+
+
+@given(seeds, st.integers(0, 2))
+@settings(max_examples=EXAMPLES)
+def test_compiled_and_interpreted_agree(
+    interpreted: Callable[[str], ModuleType], seed: int, k: int
+) -> None:
+    module, prints = interpreted("_bit_descriptor_kernel"), impressions(seed)
+    assert weighed(prints[0].codes, prints[k].codes, module) == common(
+        prints[0].codes, prints[k].codes
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bit_descriptors, "kernel", module)
+        one = prints[k]
+        slow = code(one.points, one.quality, one.neighbourhoods, one.region)
+    for name in ("xy", "turn", "around", "along"):
+        assert getattr(slow, name).tolist() == getattr(one.codes, name).tolist()
+
+
+def test_tables_forget_the_print_before() -> None:
+    prints = [print_.codes for print_ in impressions(4)]
+    tables = prefilter()
+    for own in [*prints, *reversed(prints)]:
+        tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+        for other in prints:
+            rest = (other.xy, other.turn, other.around, other.along, other.has_flow)
+            assert tables.weigh(0, len(other.xy), *rest, False) == common(own, other)
+
+
+def test_impressions_of_a_finger_have_more_in_common_than_others() -> None:
+    rng = np.random.default_rng(7)
+    fingers = [spread_points(rng, 30) for _ in range(6)]
+    field = striped_field(side=25)
+    ours = [prepare(template_of(points, field=field)).codes for points in fingers]
+    mates = [jittered(rng, moved(points[:, 4:], 0.1, 9 - 9j), 2.0, 0.08) for points in fingers]
+    theirs = [prepare(template_of(points, field=field)).codes for points in mates]
+    table = np.array([[common(a, b) for b in theirs] for a in ours])
+    assert np.diag(table).min() > 2 * (table - 1000 * np.eye(6)).max()
+
+
+def test_a_cell_counts_once_however_many_neighbours_it_has() -> None:
+    near = np.array([[0, 40, 41, 42], [0, 3, 4, 5], [1, 1, 1, 1], [0, 0, 0, 0]], float)
+    one, alone = prepare(template_of(near)), prepare(template_of(near[:, :2].copy()))
+    words = one.codes.around[0]
+    assert sorted(len(cells) for cells in cells_of(one, 0)) == [1, 1]
+    assert (words & 0x0800 == 0).sum() == (words & 0x8000 == 0).sum() == 1
+    assert common(one.codes, alone.codes) == plain_common(one, alone)
+
+
+def test_neighbours_far_away_have_no_word() -> None:
+    far = np.array([[0, 140.0, 0], [0, 0, 135.0], [1, 1, 1], [0, 0, 0]])
+    found = prepare(template_of(far)).codes
+    assert (found.around[0] == NOWHERE).all()
+    assert (found.along == MOST_ALONG).all()
+
+
+def test_more_neighbours_than_words_are_left_out() -> None:
+    points = spread_points(np.random.default_rng(1), 20)
+    many = prepare(template_of(points), None, NeighbourhoodParameters(size=14))
+    few = prepare(template_of(points), None, NeighbourhoodParameters(size=12))
+    assert many.codes.around.tolist() == few.codes.around.tolist()

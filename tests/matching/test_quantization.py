@@ -1,0 +1,60 @@
+"""Rounding: what is kept in few bytes comes back, and is near to what it was."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from matching_prints import any_points, seeds, spread_points
+
+from fpmatch.matching.neighbourhood import neighbourhoods
+from fpmatch.matching.quantization import (
+    ORIENTATIONS,
+    ROOT_WEIGHTS,
+    flow_of,
+    orientation_codes,
+    root_weight_codes,
+    rounded,
+)
+
+
+def test_every_orientation_has_a_code_and_comes_back_from_it() -> None:
+    orientation = np.linspace(0, np.pi, 5001)[None]
+    mask = np.ones(orientation.shape, bool)
+    codes = orientation_codes(orientation, mask)
+    assert set(codes.ravel().tolist()) == set(range(1, ORIENTATIONS + 1))
+    cosine, sine = flow_of(codes)
+    off = np.angle(np.exp(2j * orientation) * (cosine - 1j * sine))
+    assert np.abs(off).max() <= np.pi / ORIENTATIONS + 1e-9
+    known = np.arctan2(sine, cosine) / 2 % np.pi
+    assert orientation_codes(known, mask).tolist() == codes.tolist()
+
+
+def test_outside_the_mask_there_is_no_orientation() -> None:
+    orientation = np.array([[np.nan, 1.0, np.inf]])
+    codes = orientation_codes(orientation, np.array([[False, True, False]]))
+    assert (codes > 0).tolist() == [[False, True, False]]
+    assert not flow_of(codes)[:, codes == 0].any()
+
+
+@given(seeds)
+def test_rounding_is_slight_and_rounds_no_further_a_second_time(seed: int) -> None:
+    exact = neighbourhoods(any_points(seed))
+    once = rounded(exact)
+    assert once.frame[:, :5].tolist() == exact.frame[:, :5].tolist()
+    few = np.minimum(exact.frame[:, 5], ROOT_WEIGHTS[-1])
+    assert once.frame[:, 5] == pytest.approx(few, abs=0.00501)
+    twice = rounded(once)
+    assert twice.frame.tolist() == once.frame.tolist()
+
+
+def test_the_exact_values_are_left_alone() -> None:
+    exact = neighbourhoods(spread_points(np.random.default_rng(1), 20))
+    before = exact.frame.copy()
+    rounded(exact)
+    assert exact.frame.tolist() == before.tolist()
+
+
+def test_a_weight_beyond_all_codes_takes_the_last() -> None:
+    codes = root_weight_codes(np.array([0.0, 1.0, 2.55, 9.0], np.float32))
+    assert codes.tolist() == [0, 100, 255, 255]

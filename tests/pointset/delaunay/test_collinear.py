@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pointset_strategies import seeds
+
+from fpmatch.pointset.delaunay.triangulate import triangulate
+
+
+@given(seeds, st.integers(2, 30), st.floats(-np.pi, np.pi), st.sampled_from([1e-300, 1.0, 1e300]))
+def test_points_on_any_line_form_a_path(seed: int, n: int, turn: float, size: float) -> None:
+    rng = np.random.default_rng(seed)
+    place = rng.permutation(n).astype(float)
+    points = size * np.column_stack([place * np.cos(turn), place * np.sin(turn)])
+    mesh = triangulate(points)
+    joined = place[mesh.edges]
+    assert sorted(map(sorted, joined.tolist())) == [[k, k + 1] for k in range(n - 1)]
+    assert (np.abs(np.diff(place[mesh.hull])) == 1).all()
+    assert not len(mesh.triangles)
+    assert not mesh.interior.any()
+    for i in range(n):
+        assert sorted(place[mesh.one_ring(i)]) == [
+            k for k in (place[i] - 1, place[i] + 1) if 0 <= k < n
+        ]
+
+
+@pytest.mark.parametrize("flat", [True, False])
+def test_flatter_than_a_billionth_is_a_line(flat: bool) -> None:
+    points = np.array([[0, 0], [1, 0.9e-9 if flat else 1.1e-9], [2, -1.0e-15], [1.5, 1e-12]])
+    points[:, 1] *= 2.0
+    assert (len(triangulate(points).triangles) == 0) == flat
+
+
+def test_twins_on_a_line_hang_on_their_first() -> None:
+    mesh = triangulate([[2, 0], [0, 0], [2, 0], [1, 0]])
+    assert mesh.hull.tolist() == [1, 3, 0]
+    assert sorted(mesh.edges.tolist()) == [[0, 2], [0, 3], [1, 3]]
+    assert [mesh.one_ring(i).tolist() for i in range(4)] == [[3], [3], [0], [0, 1]]

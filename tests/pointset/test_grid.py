@@ -1,0 +1,200 @@
+"""Cells against numpy's look at every point, and the grid compiled against interpreted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import ModuleType
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pointset_strategies import crowded_pixels, seeds
+
+from fpmatch.pointset import grid as grid_module
+from fpmatch.pointset._grid_kernel import CellGrid
+from fpmatch.pointset.grid import MOST_CELLS_A_POINT, sort_into_cells
+
+clouds = st.one_of(
+    crowded_pixels.map(lambda points: np.ascontiguousarray(points.T)),
+    seeds.map(lambda seed: np.random.default_rng(seed).uniform(0, 5, (2, 30))),
+    seeds.map(lambda seed: np.random.default_rng(seed).standard_cauchy((2, 30))),
+    st.builds(np.full, st.tuples(st.just(2), st.integers(1, 9)), st.floats(-1e6, 1e6)),
+)
+"""Points (2, N): crowded pixels and none at all, even points, a crowd with outliers, one place."""
+
+sides = st.sampled_from([0.01, 0.5, 1.0, 2.0, 1e9])  # pixels lie on the borders of some
+
+REACHES = [0.0, 0.5, 1.0, math.sqrt(2.0), 3.0, 1e100, math.inf]
+
+
+def grid_of(points: np.ndarray, side: float) -> CellGrid:
+    """Sort points into a grid that just holds them."""
+    low = points.min(axis=1, initial=np.inf) if points.size else np.zeros(2)
+    high = points.max(axis=1, initial=-np.inf) if points.size else np.ones(2)
+    return sort_into_cells(points, side, low=tuple(low.tolist()), high=tuple(high.tolist()))
+
+
+def in_order(grid: CellGrid) -> np.ndarray:
+    """Return the points in the order of the grid, shape (2, N)."""
+    return np.array([grid.x, grid.y])
+
+
+def places_to_ask(points: np.ndarray, seed: int) -> np.ndarray:
+    """Return places at points, among them, on the borders of pixels and far outside."""
+    rng = np.random.default_rng(seed)
+    among = rng.uniform(-1, 6, (4, 2))
+    return np.vstack([points.T[:3], among, among.round(), [[-1e3, 2.0], [2.0, 1e3]]])
+
+
+def squared_distances(grid: CellGrid, x: float, y: float) -> np.ndarray:
+    points = in_order(grid)
+    return (points[0] - x) ** 2 + (points[1] - y) ** 2
+
+
+def ask_within(
+    grid: CellGrid, place: np.ndarray, reach2: float, most: int, at: int = 0
+) -> tuple[list[int], list[float]]:
+    """Return the points within reach and their squared distances; nothing else is written."""
+    near, distance2 = np.full(at + most + 3, -7, np.int32), np.full(at + most + 3, -7.0)
+    end = at + grid.within(*place, reach2, most, near, distance2, at)
+    assert end <= at + most
+    for array in (near, distance2):
+        assert (array[:at] == -7).all()
+        assert (array[end:] == -7).all()
+    return near[at:end].tolist(), distance2[at:end].tolist()
+
+
+@given(clouds, sides)
+def test_every_point_is_once_in_its_cell(points: np.ndarray, side: float) -> None:
+    grid = grid_of(points, side)
+    assert sorted(grid.order) == list(range(points.shape[1]))
+    assert in_order(grid).tolist() == points[:, np.asarray(grid.order)].tolist()
+    column = np.minimum((np.asarray(grid.x) - grid.x0) * grid.per_unit, grid.columns - 1)
+    row = np.minimum((np.asarray(grid.y) - grid.y0) * grid.per_unit, grid.rows - 1)
+    cell = row.astype(int) * grid.columns + column.astype(int)
+    counts = np.bincount(cell, minlength=grid.rows * grid.columns)
+    assert np.diff(grid.start).tolist() == counts.tolist()
+    assert (cell[:-1] <= cell[1:]).all()
+    for k in range(points.shape[1]):
+        assert grid.row(grid.y[k]) * grid.columns + grid.column(grid.x[k]) == cell[k]
+
+
+@given(clouds, sides)
+def test_cells_are_not_many_more_than_points_and_cover_them(
+    points: np.ndarray, side: float
+) -> None:
+    grid = grid_of(points, side)
+    assert grid.columns * grid.rows <= 3 * MOST_CELLS_A_POINT * max(4, points.shape[1]) + 1
+    assert 1 / grid.per_unit >= side * (1 - 1e-12)
+    if points.size:
+        assert grid.x0 == points[0].min()
+        assert grid.y0 == points[1].min()
+        assert grid.x1 >= points[0].max()
+        assert grid.y1 >= points[1].max()
+
+
+@given(clouds, sides, seeds, st.sampled_from(REACHES))
+def test_nearest_agrees_with_a_look_at_every_point(
+    points: np.ndarray, side: float, seed: int, reach: float
+) -> None:
+    grid, reach2 = grid_of(points, side), reach * reach
+    for x, y in places_to_ask(points, seed):
+        squared = squared_distances(grid, x, y)
+        found = grid.nearest(x, y, reach2)
+        if (squared < reach2).any():
+            assert squared[found] == squared.min()
+        else:
+            assert found == -1
+
+
+@given(clouds, sides, seeds, st.sampled_from(REACHES), st.integers(1, 6))
+def test_within_agrees_with_a_look_at_every_point(
+    points: np.ndarray, side: float, seed: int, reach: float, most: int
+) -> None:
+    grid, reach2 = grid_of(points, side), reach * reach
+    for place in places_to_ask(points, seed):
+        squared = squared_distances(grid, *place)
+        near, distance2 = ask_within(grid, place, reach2, most, at=most % 3)
+        assert distance2 == np.sort(squared[squared <= reach2])[:most].tolist()
+        assert distance2 == squared[near].tolist()
+        assert len(set(near)) == len(near)
+
+
+def test_reach_excludes_its_end_for_nearest_and_includes_it_for_within() -> None:
+    grid = grid_of(np.array([[0.0, 3.0], [0.0, 4.0]]), 1.0)
+    assert grid.nearest(0.0, -5.0, 25.0) == -1
+    assert grid.nearest(0.0, -5.0, np.nextafter(25.0, 26.0)) == 0
+    assert ask_within(grid, np.array([0.0, -5.0]), 25.0, 2) == ([0], [25.0])
+
+
+def test_only_the_points_counted_are_sorted() -> None:
+    points = np.array([[0.0, 9.0, 1.0, 2.0], [0.0, 9.0, 1.0, 2.0]])
+    grid = sort_into_cells(points, 1.0, low=(0, 0), high=(9, 9), count=2)
+    assert sorted(grid.order) == [0, 1]
+    assert ask_within(grid, np.array([1.0, 1.0]), math.inf, 4)[1] == [2.0, 128.0]
+
+
+@given(seeds, sides)
+def test_points_outside_the_grid_are_found_too(seed: int, side: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-20, 20, (2, 25))
+    grid = sort_into_cells(points, side, low=(-5, -5), high=(5, 5))
+    for place in rng.uniform(-25, 25, (8, 2)):
+        squared = squared_distances(grid, *place)
+        assert squared[grid.nearest(*place, 2e4)] == squared.min()
+        assert ask_within(grid, place, 50.0, 25)[1] == np.sort(squared[squared <= 50]).tolist()
+
+
+def test_coincident_points_are_all_within_and_one_is_nearest() -> None:
+    grid = grid_of(np.array([[4.0, 1.0, 4.0, 4.0], [4.0, 1.0, 4.0, 4.0]]), 1.0)
+    near, distance2 = ask_within(grid, np.array([4.0, 4.0]), 1.0, 9)
+    assert sorted(grid.order[k] for k in near) == [0, 2, 3]
+    assert distance2 == [0.0, 0.0, 0.0]
+    assert grid.order[grid.nearest(4.0, 4.0, 1.0)] in (0, 2, 3)
+
+
+def test_of_more_than_wanted_the_nearest_are_written() -> None:
+    grid = grid_of(np.vstack([np.arange(20.0)[::-1], np.zeros(20)]), 4.0)
+    near, _ = ask_within(grid, np.array([7.1, 0.0]), 1e6, 3)
+    assert [grid.x[k] for k in near] == [7.0, 8.0, 6.0]
+
+
+@pytest.mark.parametrize("place", [(math.inf, 0.5), (0.5, -math.inf), (0.5, 1e150)])
+def test_nothing_is_near_a_place_out_of_this_world(place: tuple[float, float]) -> None:
+    grid = grid_of(np.random.default_rng(1).uniform(0, 1, (2, 20)), 0.2)
+    assert grid.nearest(*place, 0.3) == -1
+    assert ask_within(grid, np.array(place), 0.3, 5) == ([], [])
+
+
+@pytest.mark.parametrize("place", [(math.nan, 0.5), (0.5, math.nan)])
+def test_nothing_is_nearest_to_no_place(place: tuple[float, float]) -> None:
+    grid = grid_of(np.random.default_rng(1).uniform(0, 1, (2, 20)), 0.2)
+    assert grid.nearest(*place, 0.3) == -1
+
+
+def test_no_point_is_near_anything() -> None:
+    grid = grid_of(np.empty((2, 0)), 0.5)
+    assert grid.nearest(0.5, 0.5, math.inf) == -1
+    assert ask_within(grid, np.array([0.5, 0.5]), math.inf, 5) == ([], [])
+
+
+@given(clouds, sides, seeds)
+@settings(max_examples=10)
+def test_compiled_and_interpreted_agree_to_the_last_bit(
+    interpreted: Callable[[str], ModuleType], points: np.ndarray, side: float, seed: int
+) -> None:
+    grid = grid_of(points, side)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(grid_module, "CellGrid", interpreted("_grid_kernel").CellGrid)
+        plain = grid_of(points, side)
+    assert type(plain) is not type(grid)
+    for name in ("x", "y", "order", "start"):
+        assert list(getattr(plain, name)) == list(getattr(grid, name))
+    for name in ("x0", "y0", "x1", "y1", "per_unit", "columns", "rows"):
+        assert getattr(plain, name) == getattr(grid, name)
+    for place in places_to_ask(points, seed):
+        for reach2 in (0.5, 2.0, 1e9):
+            assert plain.nearest(*place, reach2) == grid.nearest(*place, reach2)
+            assert ask_within(plain, place, reach2, 4) == ask_within(grid, place, reach2, 4)

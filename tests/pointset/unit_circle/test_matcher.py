@@ -1,0 +1,278 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from pointset_strategies import any_finite_points, crowded_pixels, seeds
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.frames import MAX_EXPONENT
+from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.points import UnitFrame
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.unit_circle.matcher import (
+    UnitCircleParameters,
+    fewest_above,
+    match_by_unit_circle,
+    match_prepared,
+    rings_alike,
+)
+from fpmatch.pointset.unit_circle.prepared_points import prepare_points
+
+
+def random_points(seed: int, n: int = 30) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(0, 400, (n, 2))
+
+
+def moved_and_worn(p: np.ndarray, move: Similarity, seed: int) -> np.ndarray:
+    """Return `p` jittered, a tenth of it replaced, shuffled and moved."""
+    rng = np.random.default_rng(seed)
+    q = p + rng.normal(0, 2, p.shape)
+    gone = rng.random(len(p)) < 0.1
+    q[gone] = rng.uniform(0, 400, (int(gone.sum()), 2))
+    return rng.permutation(move.apply(q))
+
+
+def check_sound(match: PointMatch, p: np.ndarray, q: np.ndarray) -> None:
+    assert 0 <= match.matched_share <= 1
+    assert match.pairs.dtype == np.int32
+    assert match.pairs[:, 0].tolist() == sorted(set(match.pairs[:, 0].tolist()))
+    assert len(set(match.pairs[:, 1].tolist())) == len(match.pairs)
+    if match.transform is None:
+        assert (match.matched_share, match.rms, len(match.pairs)) == (0, 0, 0)
+        return
+    assert match.matched_share == len(match.pairs) / min(len(p), len(q))
+    residual = match.transform.apply(p[match.pairs[:, 0]]) - q[match.pairs[:, 1]]
+    rms = np.sqrt((residual**2).sum(axis=1).mean())
+    extent = max(np.ptp(q, axis=0))
+    assert match.rms == pytest.approx(rms, rel=1e-6, abs=1e-9 * (extent + np.abs(q).max()))
+
+
+@given(
+    seeds,
+    st.floats(-np.pi, np.pi),
+    st.floats(0.05, 20),
+    st.floats(-1e4, 1e4),
+    st.floats(-1e4, 1e4),
+)
+def test_finds_any_similarity_transform(
+    seed: int, rotation: float, scale: float, tx: float, ty: float
+) -> None:
+    p = random_points(seed)
+    move = Similarity(scale, rotation, tx, ty)
+    order = np.random.default_rng(seed).permutation(len(p))
+    match = match_by_unit_circle(p, move.apply(p)[order])
+    assert match.matched_share == 1
+    assert order[match.pairs[:, 1]].tolist() == match.pairs[:, 0].tolist()
+    assert match.transform is not None
+    assert match.transform.apply(p) == pytest.approx(move.apply(p), abs=1e-6)
+
+
+def test_finds_a_worn_copy() -> None:
+    move = Similarity(0.7, 2.0, 30, -40)
+    for seed in range(10):
+        p = random_points(seed, 40)
+        match = match_by_unit_circle(p, moved_and_worn(p, move, seed))
+        assert match.transform is not None
+        assert match.matched_share > 0.7
+        assert match.transform.apply(p) == pytest.approx(move.apply(p), abs=6)
+
+
+def test_finds_a_patch_of_a_larger_set() -> None:
+    q = random_points(3, 200)
+    inside = ((q > 100) & (q < 300)).all(axis=1)
+    match = match_by_unit_circle(Similarity(2.0, -1.0, 5, 5).apply(q[inside]), q)
+    assert match.matched_share == 1
+    assert match.pairs[:, 1].tolist() == inside.nonzero()[0].tolist()
+
+
+def test_strangers_share_little() -> None:
+    shares = [
+        match_by_unit_circle(random_points(2 * i, 40), random_points(2 * i + 1, 40)).matched_share
+        for i in range(20)
+    ]
+    assert max(shares) < 0.6
+
+
+@given(seeds, st.sampled_from([0.3, 1.0]))
+def test_exchanging_the_sets_inverts_the_transform(seed: int, factor: float) -> None:
+    p = random_points(seed)
+    q = moved_and_worn(p, Similarity(1.3, 1.0, 7, 9), seed)
+    parameters = UnitCircleParameters(matching_factor=factor)
+    forth, back = match_by_unit_circle(p, q, parameters), match_by_unit_circle(q, p, parameters)
+    assert forth.matched_share == back.matched_share
+    assert forth.local_matches == back.local_matches
+    assert {*map(tuple, forth.pairs.tolist())} == {(i, j) for j, i in back.pairs.tolist()}
+    assert forth.transform is not None
+    assert back.transform is not None
+    assert (
+        forth.transform == back.transform.inverse() or back.transform == forth.transform.inverse()
+    )
+
+
+@given(crowded_pixels, crowded_pixels)
+def test_crowded_pixels_match_soundly_and_symmetrically(p: np.ndarray, q: np.ndarray) -> None:
+    forth, back = match_by_unit_circle(p, q), match_by_unit_circle(q, p)
+    check_sound(forth, p, q)
+    check_sound(back, q, p)
+    assert forth.matched_share == back.matched_share
+
+
+def beyond_reach(points: np.ndarray) -> bool:
+    frame = UnitFrame.of(points)
+    return len(points) > 0 and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT
+
+
+@given(any_finite_points, any_finite_points)
+def test_any_finite_points_match_or_are_refused(p: np.ndarray, q: np.ndarray) -> None:
+    if beyond_reach(p) or beyond_reach(q):
+        with pytest.raises(PointSetError, match="beyond"):
+            match_by_unit_circle(p, q)
+        return
+    match = match_by_unit_circle(p, q)
+    assert 0 <= match.matched_share <= 1
+    assert (match.transform is None) == (len(match.pairs) == 0)
+
+
+@pytest.mark.parametrize(("p_size", "q_size"), [(1e85, 1e-85), (1e-85, 1e85), (1e85, 1e85)])
+def test_sizes_may_differ_by_a_hundred_and_seventy_powers_of_ten(
+    p_size: float, q_size: float
+) -> None:
+    points = random_points(2) / 400
+    match = match_by_unit_circle(points * p_size, points * q_size)
+    assert match.matched_share == 1
+    assert match.transform is not None
+    assert match.transform.scale == pytest.approx(q_size / p_size)
+
+
+@given(seeds, st.integers(-40, 40))
+def test_a_power_of_two_in_scale_changes_no_bit(seed: int, exponent: int) -> None:
+    p, q = random_points(seed), random_points(seed + 1)
+    plain = match_by_unit_circle(p, q)
+    scaled = match_by_unit_circle(np.ldexp(p, exponent), np.ldexp(q, exponent))
+    assert plain.pairs.tolist() == scaled.pairs.tolist()
+    assert np.ldexp(plain.rms, exponent) == scaled.rms
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [],
+        [[1, 1]],
+        [[1, 1], [2, 2]],
+        [[0, 0], [4, 0], [0, 4]],
+        [[i, 2 * i] for i in range(12)],
+        [[3, 3]] * 12,
+    ],
+)
+def test_sets_without_closed_rings_match_nothing(points: list[list[int]]) -> None:
+    other = random_points(1)
+    for match in (match_by_unit_circle(points, other), match_by_unit_circle(other, points)):
+        assert match.transform is None
+        assert match.matched_share == 0
+        assert match.pairs.shape == (0, 2)
+
+
+def test_one_interior_point_is_enough() -> None:
+    kite = np.array([[0, 0], [5, 1], [4, 6], [-1, 3], [2, 2]])
+    match = match_by_unit_circle(kite, Similarity(3.0, 1.0, 2.0, 2.0).apply(kite))
+    assert match.matched_share == 1
+    assert match.local_matches == 1
+
+
+def test_mirrored_points_do_not_match() -> None:
+    p = random_points(11, 40)
+    assert match_by_unit_circle(p, p * [1, -1]).matched_share < 0.6
+
+
+def test_tolerance_is_in_the_units_of_the_points() -> None:
+    p = random_points(4, 40)
+    q = p + np.random.default_rng(0).uniform(-4, 4, p.shape)
+    wide = match_by_unit_circle(p, q, UnitCircleParameters(tolerance=12.0))
+    narrow = match_by_unit_circle(p, q, UnitCircleParameters(tolerance=1.0))
+    assert wide.matched_share > 0.9 > narrow.matched_share
+    assert narrow.rms <= 1.0
+
+
+def test_scale_can_be_bounded() -> None:
+    p = random_points(4)
+    q = Similarity(scale=1.5).apply(p)
+    assert match_by_unit_circle(p, q, UnitCircleParameters(max_scale=1.6)).matched_share == 1
+    for match in (
+        match_by_unit_circle(p, q, UnitCircleParameters(max_scale=1.4)),
+        match_by_unit_circle(q, p, UnitCircleParameters(max_scale=1.4)),
+    ):
+        assert match.matched_share < 0.6
+
+
+def test_a_lower_matching_factor_ends_the_search_sooner_but_soundly() -> None:
+    p = random_points(8, 60)
+    q = moved_and_worn(p, Similarity(1.0, 0.4, 3, 3), 8)
+    match = match_by_unit_circle(p, q, UnitCircleParameters(matching_factor=0.5))
+    check_sound(match, p, q)
+    assert match.matched_share > 0.5
+
+
+@given(seeds, st.sampled_from([0.0, 0.3, 0.5, 0.6]))
+def test_a_search_that_ends_early_decides_as_one_that_does_not(seed: int, rho: float) -> None:
+    p = random_points(seed)
+    q = moved_and_worn(p, Similarity(1.3, 1.0, 7, 9), seed) if seed % 2 else random_points(seed + 1)
+    early = match_by_unit_circle(p, q, UnitCircleParameters(matching_factor=rho))
+    whole = match_by_unit_circle(p, q)
+    check_sound(early, p, q)
+    if whole.matched_share > rho:
+        assert early.matched_share > rho
+
+
+@pytest.mark.parametrize("count", [1, 7, 20, 50, 100])
+def test_the_fewest_above_a_share_are_more_than_it_by_no_rounding(count: int) -> None:
+    for k in range(count + 1):
+        assert fewest_above(k / count, count) == k + 1
+        assert fewest_above(round(k / count, 2), count) / count > round(k / count, 2)
+
+
+def test_prepared_sets_can_be_used_again() -> None:
+    p, q = random_points(1), random_points(2)
+    a, b = prepare_points(p), prepare_points(q)
+    first, second = match_prepared(a, b), match_prepared(a, b)
+    assert (
+        first.pairs.tolist() == second.pairs.tolist() == match_by_unit_circle(p, q).pairs.tolist()
+    )
+
+
+@given(seeds, st.floats(0, 1))
+def test_rings_alike_by_their_definition(seed: int, tolerance: float) -> None:
+    p, q = (
+        prepare_points(random_points(seed)).rings,
+        prepare_points(random_points(~seed % 99)).rings,
+    )
+    differences = np.abs(p.area[:, None] - q.area)
+    assume((np.abs(differences - tolerance) > 1e-9).all())
+    expected = (p.degree[:, None] == q.degree) & (differences <= tolerance)
+    assert rings_alike(p, q, tolerance).tolist() == np.argwhere(expected).tolist()
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"area_tolerance": -0.1},
+        {"area_tolerance": 0.0},
+        {"area_tolerance": np.nan},
+        {"precision": -1.0},
+        {"tolerance": -1.0},
+        {"tolerance": np.inf},
+        {"matching_factor": -0.1},
+        {"matching_factor": np.nan},
+        {"matching_factor": 1.5},
+        {"max_scale": 0.5},
+    ],
+)
+def test_impossible_parameters_are_refused(bad: dict[str, float]) -> None:
+    with pytest.raises(PointSetError):
+        UnitCircleParameters(**bad)
+
+
+def test_malformed_points_are_refused() -> None:
+    with pytest.raises(PointSetError, match="finite"):
+        match_by_unit_circle([[0, np.nan]], [[0, 0]])

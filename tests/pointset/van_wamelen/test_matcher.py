@@ -1,0 +1,270 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pointset_strategies import any_finite_points, crowded_pixels, seeds
+
+from fpmatch.errors import PointSetError
+from fpmatch.pointset.frames import MAX_EXPONENT
+from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.points import UnitFrame
+from fpmatch.pointset.random_sets import independent_pair, random_pair
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.pointset.van_wamelen import _search_kernel
+from fpmatch.pointset.van_wamelen.matcher import SearchPlan, match_van_wamelen, plan_search
+
+COMPILED = _search_kernel.COMPILED
+TRIALS = 10 if COMPILED else 2
+LITTLE_WORK = 200_000 if COMPILED else 20_000
+
+SETTINGS = [(0.95, 0.175, 0.428), (0.6, 0.25, 0.61), (0.9, 0.4, 0.84)]
+
+
+def check_sound(match: PointMatch, p: np.ndarray, q: np.ndarray) -> None:
+    assert match.pairs.dtype == np.int32
+    assert match.pairs[:, 0].tolist() == sorted(set(match.pairs[:, 0].tolist()))
+    assert len(set(match.pairs[:, 1].tolist())) == len(match.pairs)
+    if match.transform is None:
+        assert (match.matched_share, match.rms, len(match.pairs)) == (0, 0, 0)
+        return
+    assert match.local_matches > 0
+    assert match.matched_share == len(match.pairs) / min(len(p), len(q))
+    residual = match.transform.apply(p[match.pairs[:, 0]]) - q[match.pairs[:, 1]]
+    rms = np.sqrt((residual**2).sum(axis=1).mean())
+    assert match.rms == pytest.approx(rms, rel=1e-6, abs=1e-9 * max(1, np.abs(q).max()))
+
+
+@given(seeds, st.integers(20, 50))
+@settings(max_examples=50 if COMPILED else 10)
+def test_recovers_the_transform_of_patches_without_noise(seed: int, m: int) -> None:
+    pair = random_pair(m, 2 * m, 1.0, 0.0, 0.2, rng=seed)
+    match = match_van_wamelen(pair.p, pair.q, rho=1.0, lambda_=0.2, seed=seed)
+    check_sound(match, pair.p, pair.q)
+    assert match.matched_share == 1
+    assert match.pairs.tolist() == pair.pairs.tolist()
+    assert match.transform is not None
+    assert pair.transform is not None
+    assert match.transform.apply(pair.p) == pytest.approx(pair.transform.apply(pair.p), abs=1e-6)
+
+
+@pytest.mark.parametrize(("rho", "eta", "lambda_"), SETTINGS)
+def test_recognises_the_papers_patches(rho: float, eta: float, lambda_: float) -> None:
+    recognised = 0
+    for seed in range(TRIALS):
+        pair = random_pair(50, 100, rho, eta, lambda_, rng=seed)
+        match = match_van_wamelen(pair.p, pair.q, rho=rho, lambda_=lambda_, seed=seed)
+        check_sound(match, pair.p, pair.q)
+        if match.transform is None or pair.transform is None:
+            continue
+        shift = match.transform.apply(pair.p) - pair.transform.apply(pair.p)
+        true_pairs = {*map(tuple, pair.pairs.tolist())} & {*map(tuple, match.pairs.tolist())}
+        recognised += (
+            np.hypot(*shift.T).max() <= pair.tolerance
+            and len(true_pairs) >= 0.8 * len(pair.pairs)
+            and match.matched_share >= rho
+        )
+    assert recognised >= 0.9 * TRIALS
+
+
+def test_strangers_do_not_match() -> None:
+    for seed in range(TRIALS):
+        pair = independent_pair(30, 60, 0.428, rng=seed)
+        match = match_van_wamelen(pair.p, pair.q, rho=0.95, lambda_=0.428)
+        check_sound(match, pair.p, pair.q)
+        assert match.transform is None
+
+
+def test_a_known_tolerance_replaces_the_density() -> None:
+    pair = random_pair(30, 60, 1.0, 0.2, 0.428, rng=2)
+    given_ = {"rho": 1.0, "lambda_": 0.428}
+    match = match_van_wamelen(pair.p, pair.q, tolerance=pair.tolerance, **given_)
+    assert match.pairs.tolist() == pair.pairs.tolist()
+    assert match_van_wamelen(pair.p, pair.q, tolerance=1e-3, **given_).transform is None
+
+
+def test_the_seed_decides_and_nothing_else() -> None:
+    pair = random_pair(40, 80, 0.6, 0.25, 0.61, rng=5)
+    matches = [
+        match_van_wamelen(pair.p, pair.q, rho=0.6, lambda_=0.61, seed=seed) for seed in (1, 1, 2, 3)
+    ]
+    first, again, *others = matches
+    assert first.transform == again.transform
+    assert (first.pairs.tolist(), first.local_matches) == (
+        again.pairs.tolist(),
+        again.local_matches,
+    )
+    assert any(other.local_matches != first.local_matches for other in others)
+
+
+@given(seeds, st.integers(-40, 40), st.integers(-40, 40))
+@settings(max_examples=20)
+def test_a_power_of_two_in_scale_changes_no_pair(seed: int, of_p: int, of_q: int) -> None:
+    pair = random_pair(20, 30, 0.9, 0.1, 0.4, rng=seed)
+    match, same = (
+        match_van_wamelen(p, q, rho=0.9, lambda_=0.4, most_looks=LITTLE_WORK)
+        for p, q in ((pair.p, pair.q), (np.ldexp(pair.p, of_p), np.ldexp(pair.q, of_q)))
+    )
+    assert match.pairs.tolist() == same.pairs.tolist()
+    assert math.ldexp(match.rms, of_q) == same.rms
+
+
+def test_more_confidence_tries_more_pivots() -> None:
+    pivots = [plan_search(200, 400, 0.6, 0.61, c).pivots for c in (0.1, 0.5, 0.9, 0.999, 1.0)]
+    assert pivots == [1, 1, 3, 8, 200]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "plan"),
+    [
+        # by hand: ln 50 / 2(0.95 - 0.0458)² = 2.39; 2·0.428·√(3/π) = 0.84; ln .05 / ln .05 = 1
+        ((50, 100, 0.95, 0.428), SearchPlan(3, 1, 1, 50, 3, 48)),
+        # ln 400 / 2(0.6 - 0.0930)² = 11.66; 2·0.61·√(12/π) = 2.38; ln .05 / ln .4 = 3.27
+        ((400, 800, 0.6, 0.61), SearchPlan(12, 3, 4, 400, 8, 240)),
+        # ln 200 / 2(0.9 - 0.1764)² = 5.06; 2·0.84·√(6/π) = 2.32; ln .05 / ln .1 = 1.30
+        ((200, 400, 0.9, 0.84), SearchPlan(6, 3, 2, 200, 6, 180)),
+        # the window takes all the neighbours there are, and no base neighbour is left over
+        ((3, 3, 0.9, 0.84), SearchPlan(2, 1, 2, 3, 2, 3)),
+        ((3, 9, 1.0, 0.0), SearchPlan(1, 1, 1, 3, 1, 3)),
+    ],
+)
+def test_the_plan_follows_the_formulas(
+    arguments: tuple[int, int, float, float], plan: SearchPlan
+) -> None:
+    assert plan_search(*arguments) == plan
+
+
+@given(
+    st.integers(3, 10**6),
+    st.integers(3, 10**6),
+    st.floats(0.01, 1),
+    st.floats(0, 0.999),
+    st.floats(0.01, 1),
+)
+def test_every_rank_of_a_plan_is_in_the_lists(
+    m: int, n: int, rho: float, share: float, confidence: float
+) -> None:
+    plan = plan_search(m, n, rho, 2 * math.sqrt(share * rho), confidence)
+    half = plan.window // 2
+    assert plan.window % 2 == 1
+    assert 1 <= plan.neighbours < min(m, n)
+    assert plan.bases >= 1
+    assert plan.neighbours - half - plan.bases - half >= 0
+    assert 1 <= plan.pivots <= m
+    assert 1 <= plan.enough_near <= plan.neighbours
+    assert 1 <= plan.enough <= m
+
+
+@pytest.mark.parametrize("size", [0, 1, 2])
+def test_too_few_points_match_nothing(size: int) -> None:
+    many = np.random.default_rng(1).uniform(0, 9, (20, 2))
+    for p, q in ((many[:size], many), (many, many[:size]), (many[:size], many[:size])):
+        check_sound(match_van_wamelen(p, q, rho=0.9, lambda_=0.4), p, q)
+        assert match_van_wamelen(p, q, rho=0.9, lambda_=0.4).transform is None
+
+
+def test_a_pattern_larger_than_its_target_does_not_match() -> None:
+    q = np.random.default_rng(1).uniform(0, 9, (20, 2))
+    p = np.vstack([q, q + 20])
+    assert match_van_wamelen(p, q, rho=0.9, lambda_=0.4).transform is None
+
+
+def square_lattice(side: int) -> np.ndarray:
+    return np.argwhere(np.ones((side, side))).astype(float)
+
+
+def line(size: int) -> np.ndarray:
+    return np.random.default_rng(2).uniform(0, 9, (size, 1)) * (1.0, 2.0)
+
+
+def crowd_with_an_outlier(size: int) -> np.ndarray:
+    return np.vstack([np.random.default_rng(3).uniform(0, 1e-6, (size, 2)), [[1.0, 1.0]]])
+
+
+@pytest.mark.parametrize(
+    ("p", "q"),
+    [
+        (square_lattice(8), square_lattice(12)),
+        (square_lattice(8), square_lattice(12) * 1.1 + line(144)),
+        (line(60), line(120)),
+        (square_lattice(8), line(120)),
+        (line(120), square_lattice(12)),
+        (np.zeros((50, 2)), square_lattice(12)),
+        (square_lattice(8), np.ones((90, 2))),
+        (np.repeat(square_lattice(4), 5, axis=0), np.repeat(square_lattice(5), 5, axis=0)),
+        (crowd_with_an_outlier(60), crowd_with_an_outlier(200)),
+        (square_lattice(8), crowd_with_an_outlier(200)),
+        (crowd_with_an_outlier(60), square_lattice(12)),
+    ],
+)
+@pytest.mark.parametrize(("rho", "lambda_"), [(0.95, 0.428), (0.6, 0.61), (0.2, 0.89)])
+def test_hostile_sets_match_soundly_or_not_at_all(
+    p: np.ndarray, q: np.ndarray, rho: float, lambda_: float
+) -> None:
+    check_sound(match_van_wamelen(p, q, rho=rho, lambda_=lambda_, most_looks=LITTLE_WORK), p, q)
+
+
+def test_a_lattice_matches_a_larger_one() -> None:
+    match = match_van_wamelen(square_lattice(5), square_lattice(8), rho=1.0, lambda_=0.4)
+    assert match.matched_share == 1
+    assert match.rms == pytest.approx(0, abs=1e-9)
+
+
+def test_work_is_bounded_whatever_the_sets() -> None:
+    p, q = square_lattice(100), crowd_with_an_outlier(20_000)
+    for pattern, target in ((p, q), (q[::2], np.vstack([p, p]))):
+        match = match_van_wamelen(pattern, target, rho=0.95, lambda_=0.428, most_looks=LITTLE_WORK)
+        assert match.transform is None
+        assert match.local_matches < LITTLE_WORK
+
+
+@given(crowded_pixels, crowded_pixels)
+def test_crowded_pixels_match_soundly(p: np.ndarray, q: np.ndarray) -> None:
+    check_sound(match_van_wamelen(p, q, rho=0.6, lambda_=0.61, most_looks=LITTLE_WORK // 10), p, q)
+
+
+def beyond_reach(points: np.ndarray) -> bool:
+    frame = UnitFrame.of(points)
+    return len(points) > 0 and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT
+
+
+@given(any_finite_points, any_finite_points)
+def test_any_finite_points_match_or_are_refused(p: np.ndarray, q: np.ndarray) -> None:
+    def match() -> PointMatch:
+        return match_van_wamelen(p, q, rho=0.6, lambda_=0.61, most_looks=LITTLE_WORK // 10)
+
+    if beyond_reach(p) or beyond_reach(q):
+        with pytest.raises(PointSetError, match="beyond"):
+            match()
+    else:
+        assert (match().transform is None) == (len(match().pairs) == 0)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"rho": 0.0}, "rho and confidence"),
+        ({"rho": math.nan}, "rho and confidence"),
+        ({"confidence": 1.5}, "rho and confidence"),
+        ({"lambda_": -0.1}, "lambda"),
+        ({"lambda_": 2.0}, "lambda must be 0 or more, its square less than 4 rho: 2"),
+        ({"tolerance": math.inf}, "tolerance"),
+        ({"tolerance": -1.0}, "tolerance"),
+    ],
+)
+def test_refuses_parameters_outside_their_range(changed: dict[str, float], message: str) -> None:
+    points = Similarity().apply(square_lattice(4))
+    with pytest.raises(PointSetError, match=message):
+        match_van_wamelen(points, points, **{"rho": 0.9, "lambda_": 0.4, **changed})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("bad", [[[1, math.nan]], [[1, 2, 3]], "abc", [[math.inf, 0]]])
+def test_refuses_what_is_no_point_set(bad: object) -> None:
+    good = square_lattice(4)
+    with pytest.raises(PointSetError, match=r"^p: "):
+        match_van_wamelen(bad, good, rho=0.9, lambda_=0.4)  # type: ignore[arg-type]
+    with pytest.raises(PointSetError, match=r"^q: "):
+        match_van_wamelen(good, bad, rho=0.9, lambda_=0.4)  # type: ignore[arg-type]

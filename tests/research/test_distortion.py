@@ -1,0 +1,99 @@
+"""`research.distortion`: strain is what the warp says, and the table is put together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fpmatch.errors import DatasetError
+from fpmatch.pointset.similarity import Similarity
+from fpmatch.synthesis.impression import make_impression
+from fpmatch.synthesis.master import MasterParameters, make_master
+from fpmatch.synthesis.plan import plain_sensor
+from fpmatch.synthesis.presets import PRESETS
+from research.distortion import (
+    CONDITIONS,
+    KINDS,
+    DistortionParameters,
+    distorted,
+    distortion_between,
+    distortion_rows,
+    measure_distortion,
+    strain_class,
+)
+
+SMALL = DistortionParameters(fingers=2, impressions=2, limits=(0.1, 0.3), min_pairs=1)
+
+
+@pytest.fixture(scope="module")
+def impression():
+    finger = make_master(7, 1, MasterParameters(shape=(200, 160)))
+    return make_impression(finger, 1, PRESETS["clean"], plain_sensor(160, 200))
+
+
+def warped(impression, **changes):
+    return replace(impression, warp=replace(impression.warp, **changes))
+
+
+def test_a_similarity_has_no_strain(impression):
+    still = warped(impression, torsion=0.0, traction=(0.0, 0.0))
+    old = still.warp.placement
+    placed = Similarity(1.1 * old.scale, old.rotation + 0.3, old.tx + 2.0, old.ty - 5.0)
+    strain, displacement = distortion_between(still, warped(still, placement=placed))
+    assert strain == pytest.approx(0.0, abs=1e-6)
+    assert displacement == pytest.approx(0.0, abs=1e-4)
+
+
+def test_strain_and_displacement_grow_with_the_drag(impression):
+    still = warped(impression, torsion=0.0, traction=(0.0, 0.0))
+    found = [
+        distortion_between(still, warped(still, traction=(pull, 0.0)), grid_px=8)
+        for pull in (0.0, 5.0, 10.0, 20.0)
+    ]
+    strain, displacement = np.array(found).T
+    assert strain[0] == pytest.approx(0.0, abs=1e-6)
+    assert (np.diff(strain) > 0).all()
+    assert (np.diff(displacement) > 0).all()
+    # a slide reaches its full length over one radius, by half a cosine: pi / 2 of the mean slope
+    steepest = 0.5 * math.pi * 20.0 / still.warp.half_axes[0]
+    assert 0.5 * steepest < strain[3] < steepest / (1 - steepest)
+
+
+def test_prints_that_share_no_skin_cannot_be_measured(impression):
+    placement = replace(impression.warp.placement, tx=10_000.0)
+    with pytest.raises(DatasetError, match="too little skin"):
+        distortion_between(impression, warped(impression, placement=placement))
+
+
+def test_the_last_impression_is_the_most_distorted_and_the_skin_does_not_fold():
+    p = DistortionParameters()
+    preset = distorted(PRESETS["clean"], 1.0, p)
+    assert preset.placement.torsion_deg == (p.max_torsion_deg,) * 2
+    assert preset.placement.traction == (p.max_traction_px,) * 2
+    assert replace(preset, placement=PRESETS["clean"].placement) == PRESETS["clean"]
+
+
+def test_the_measurement_repeats_itself_and_makes_a_table():
+    result = measure_distortion(SMALL, workers=1)
+    assert [condition["name"] for condition in result["conditions"]] == list(CONDITIONS)
+    for condition in result["conditions"]:
+        assert (condition["genuine"], condition["impostor"]) == (2, 4)
+        assert sum(row["pairs"] for row in condition["classes"]) == 2
+        for row in condition["classes"]:
+            assert row["from"] <= row["strain"] < (row["to"] or math.inf)
+            for kind in KINDS:
+                assert row[kind]["lower_quartile"] <= row[kind]["score"]
+                assert row[kind]["score"] <= row[kind]["upper_quartile"] <= 100
+                assert row[kind]["fnmr"] is None  # 4 impostor pairs cannot show 0.1 %
+    assert measure_distortion(SMALL, workers=1) == result
+    whole = result["conditions"][0]
+    head, *rows = distortion_rows([whole, whole], "ridges", ("before:", "now:"))
+    assert head[3:5] == ["before: median score", "now: median score"]
+    assert [row[0] for row in rows] == [strain_class(row) for row in whole["classes"]]
+    assert all(row[3] == row[4] and row[-1] == "-" for row in rows)
+    other = {**whole, "classes": [{**row, "pairs": 99} for row in whole["classes"]]}
+    with pytest.raises(DatasetError, match="not of the same pairs"):
+        distortion_rows([whole, other], "ridges")

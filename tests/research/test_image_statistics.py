@@ -1,0 +1,124 @@
+"""`research.image_statistics`: what is measured on prints, and how it is shown."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.dataset import load_dataset
+from research.image_statistics import (
+    FIGURES,
+    PrintFigures,
+    SetFigures,
+    measure_print,
+    measure_sets,
+    share_outside,
+    span,
+)
+from research.image_statistics_table import figures_as_json, format_print_figures
+
+PERIOD = 10.0
+SIDE = 160
+QUANTILES = ["5", "%", "25", "%", "50", "%", "75", "%", "95", "%"]
+
+
+def stripes(side: int = SIDE, period: float = PERIOD) -> np.ndarray:
+    """Return ridges upright in a square, with a margin of white around them."""
+    grey = np.full((side + 80, side + 80), 255.0)
+    wave = 128 + 90 * np.cos(2 * np.pi * np.arange(side) / period)
+    grey[40:-40, 40:-40] = wave
+    return np.rint(grey).astype(np.uint8)
+
+
+def print_of(**changed: float) -> PrintFigures:
+    usual = {"period_px": 9.0, "area_mm2": 150.0, "minutiae_per_mm2": 0.2, "mean": 200.0}
+    usual |= {"contrast": 60.0, "ridge_contrast": 70.0, "foreground": 0.5}
+    return PrintFigures(**usual | changed)
+
+
+def test_a_print_of_known_ridges(tmp_path):
+    picture = stripes()
+    cv2.imwrite(str(tmp_path / "1_1.png"), picture)
+    found = measure_print(tmp_path / "1_1.png", 500)
+    assert found.period_px == pytest.approx(PERIOD, rel=0.05)
+    assert found.area_mm2 == pytest.approx((SIDE * 25.4 / 500) ** 2, rel=0.2)
+    assert found.mean == pytest.approx(picture.mean())
+    assert found.contrast == pytest.approx(picture.std())
+    assert found.ridge_contrast == pytest.approx(90 / math.sqrt(2), rel=0.15)
+    assert found.foreground == pytest.approx((SIDE / (SIDE + 80)) ** 2, rel=0.2)
+
+
+def test_lengths_are_of_500_dpi(tmp_path):
+    """The same skin at twice the resolution has the same period and the same area."""
+    cv2.imwrite(str(tmp_path / "1_1.png"), stripes())
+    cv2.imwrite(str(tmp_path / "1_2.png"), cv2.resize(stripes(), None, fx=2, fy=2))
+    once, twice = (measure_print(tmp_path / f"1_{n}.png", dpi) for n, dpi in ((1, 500), (2, 1000)))
+    assert twice.period_px == pytest.approx(once.period_px, abs=0.2)
+    assert twice.area_mm2 == pytest.approx(once.area_mm2, rel=0.1)
+
+
+def test_a_blank_picture_has_no_ridges_to_measure(tmp_path):
+    cv2.imwrite(str(tmp_path / "1_1.png"), np.full((100, 100), 200, np.uint8))
+    found = measure_print(tmp_path / "1_1.png", 500)
+    assert (found.area_mm2, found.foreground, found.mean) == (0.0, 0.0, 200.0)
+    assert math.isnan(found.period_px)
+    assert math.isnan(found.minutiae_per_mm2)
+    assert SetFigures("one", (found,)).quantiles("period_px") == pytest.approx(
+        (math.nan,) * 5, nan_ok=True
+    )
+
+
+def test_databases_are_measured_in_order_and_failures_kept(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        cv2.imwrite(str(tmp_path / name / "1_1.png"), np.full((64, 64), 90, np.uint8))
+    (tmp_path / "a" / "1_2.png").write_text("no picture")
+    told = []
+    sets = measure_sets(
+        [load_dataset(tmp_path / name) for name in ("a", "b")],
+        workers=1,
+        progress=lambda *step: told.append(step),
+    )
+    assert [(s.name, len(s.prints), len(s.failures)) for s in sets] == [("a", 1, 1), ("b", 1, 0)]
+    assert "1_2.png" in sets[0].failures[0]
+    assert told[0] == ("measure", 0, 3)
+    assert told[-1] == ("measure", 3, 3)
+
+
+def test_no_database_is_refused():
+    with pytest.raises(DatasetError, match="no database"):
+        measure_sets([])
+    with pytest.raises(DatasetError, match="no database"):
+        format_print_figures([])
+
+
+def test_what_databases_span_and_what_lies_outside():
+    thin = SetFigures("thin", tuple(print_of(period_px=p) for p in (8.0, 8.0, 8.0)))
+    wide = SetFigures("wide", tuple(print_of(period_px=p) for p in (10.0, 10.0, 10.0)))
+    mixed = SetFigures("mixed", tuple(print_of(period_px=p) for p in (7.0, 8.5, 9.5, math.nan)))
+    assert span([thin, wide], "period_px") == (8.0, 10.0)
+    assert share_outside(mixed, [thin, wide], "period_px") == pytest.approx(1 / 3)
+    assert share_outside(mixed, [thin, wide], "mean") == 0.0
+
+
+def test_tables_have_a_row_a_database_and_json_says_the_same():
+    one = SetFigures("one", tuple(print_of(mean=m) for m in (180.0, 190.0, 200.0)), ("bad",))
+    real = SetFigures("real", tuple(print_of(mean=m) for m in (188.0, 191.0)))
+    blocks = format_print_figures([one], [real]).split("\n\n")
+    assert len(blocks) == len(FIGURES)
+    head, *rows = blocks[FIGURES.index("mean")].splitlines()
+    assert head.split() == ["mean", "grey", *QUANTILES, "outside"]
+    assert rows[0].split() == ["one", "181", "185", "190", "195", "199", "67", "%"]
+    assert rows[1].split()[:2] == ["real", "188"]
+    assert rows[2].split() == ["they", "span", "188", "191"]
+    document = json.loads(json.dumps(figures_as_json([one], [real]), allow_nan=False))
+    assert document["sets"][0]["quantiles"]["mean"] == [181.0, 185.0, 190.0, 195.0, 199.0]
+    assert document["sets"][0]["outside"]["mean"] == pytest.approx(2 / 3, abs=1e-4)
+    assert document["sets"][0]["failures"] == ["bad"]
+    assert document["against"][0]["prints"] == 2
+    assert "outside" not in figures_as_json([one])["sets"][0]

@@ -13,7 +13,8 @@ that the score 40 (stated FMR 0.01 %) has in truth.
 The databases are synthetic fingers on a sensor of 160 by 160 pixels, made from seeds, and each DIR,
 an FVC-style folder of a small sensor, twice: with the first touches enrolled, and with some drawn
 at random, five draws together. Impostors of a DIR are its other fingers and synthetic prints. One
-core takes about twelve minutes. ``--page`` puts the tables between the marks in docs/accuracy.md.
+core takes about twelve minutes. ``--page`` puts the tables between the marks in
+docs/explanation/accuracy.md.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ from fpmatch.synthesis.plan import plain_sensor
 from research.markdown import markdown_table
 
 ROOT: Final = Path(__file__).resolve().parents[1]
-PAGE: Final = ROOT / "docs" / "accuracy.md"
+PAGE: Final = ROOT / "docs" / "explanation" / "accuracy.md"
 TOUCHES: Final = (1, 2, 5, 10, 20)
 WAYS: Final = ("best", "fused", "consolidated", "finger")
 DRAWS: Final = 5
@@ -167,7 +168,9 @@ def main() -> int:
     parser.add_argument("--fingers", type=int, default=30, help="synthetic (default: %(default)s)")
     parser.add_argument("--data", type=Path, help="where synthetic databases are kept")
     parser.add_argument("--workers", type=int, help="processes to use (default: one a core)")
-    parser.add_argument("--page", action="store_true", help="write the table to docs/accuracy.md")
+    parser.add_argument(
+        "--page", action="store_true", help="write the table to docs/explanation/accuracy.md"
+    )
     options = parser.parse_args()
     try:
         with tempfile.TemporaryDirectory() as folder:

@@ -54,7 +54,7 @@ doctest_global_setup = f"""
 import math, os, shutil, tempfile
 import numpy as np
 from pathlib import Path
-ONE_FILE = {str(ROOT / "docs" / "guide" / "one_file")!r}
+ONE_FILE = {str(ROOT / "docs" / "how-to" / "one_file")!r}
 from fpmatch import *
 from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
 from fpmatch.evaluation.rates import threshold_at_fmr, error_curves, error_rates

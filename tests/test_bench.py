@@ -75,7 +75,7 @@ def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure() -> None
 
 
 def test_the_figures_shown_are_those_of_today() -> None:
-    shown = json.loads((ROOT / "docs" / "performance.json").read_text(encoding="utf-8"))
+    shown = json.loads((ROOT / "docs" / "data" / "performance.json").read_text(encoding="utf-8"))
     relation = {True: ">=", False: "<="}
     targets = {f.name: f"{relation[f.unit == TIMES_AS_FAST]} {f.target:g}" for f in FIGURES}
     assert {figure["name"]: figure["target"] for figure in shown["figures"]} == targets

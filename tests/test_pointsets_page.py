@@ -14,9 +14,9 @@ from research.point_sets_page import PARTS, format_paper_tables
 from research.point_targets import missed_targets
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
-PAGE = (DOCS / "pointsets.md").read_text(encoding="utf-8")
-RESULTS = DOCS / "pointsets_bench.json"
-CHOICES = DOCS / "paper_choices.json"
+PAGE = (DOCS / "explanation" / "point_sets.md").read_text(encoding="utf-8")
+RESULTS = DOCS / "data" / "pointsets_bench.json"
+CHOICES = DOCS / "data" / "paper_choices.json"
 WORDS_OF_THE_PAPER = {
     "much faster",
     "pre-defined threshold value",
@@ -53,4 +53,4 @@ def test_the_results_miss_no_target() -> None:
 
 @pytest.mark.parametrize("target", re.findall(r"\]\(([^)#]+)\)", PAGE))
 def test_pictures_are_there(target: str) -> None:
-    assert (DOCS / target).exists()
+    assert (DOCS / "explanation" / target).exists()

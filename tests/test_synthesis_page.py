@@ -12,8 +12,8 @@ from fpmatch.synthesis.sensor import SENSORS
 from research.synthesis_page import format_synthesis_markdown, read_synthesis_results
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
-PAGE = (DOCS / "synthesis.md").read_text(encoding="utf-8")
-RESULTS = read_synthesis_results(DOCS / "synthesis.json")
+PAGE = (DOCS / "explanation" / "synthesis.md").read_text(encoding="utf-8")
+RESULTS = read_synthesis_results(DOCS / "data" / "synthesis.json")
 LARGEST_FIGURE = 1_500_000  # bytes
 
 
@@ -24,7 +24,7 @@ def test_the_tables_are_those_of_the_results() -> None:
 
 @pytest.mark.parametrize("target", re.findall(r"\]\(([^)#]+)\)", PAGE))
 def test_pictures_are_there_and_small(target: str) -> None:
-    assert 0 < (DOCS / target).stat().st_size < LARGEST_FIGURE
+    assert 0 < (DOCS / "explanation" / target).stat().st_size < LARGEST_FIGURE
 
 
 def test_every_preset_is_named_and_measured_and_every_sensor_has_prints() -> None:

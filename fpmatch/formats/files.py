@@ -27,7 +27,7 @@ def load_template(path: str | os.PathLike[str]) -> Template:
     Parameters
     ----------
     path : path-like
-        A file in any of the formats that docs/formats.md lists: fpmatch's own JSON and CSV,
+        A file in any format of docs/reference/formats.md: fpmatch's own JSON and CSV,
         ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT and MIN, ANSI/NIST-ITL type 9.
 
     Returns
@@ -123,7 +123,7 @@ def save_template(
     ----------
     path : path-like
         Ends in ``.json`` (keeps everything), ``.csv`` (all but the ridge field), ``.iso``
-        (ISO/IEC 19794-2:2005), ``.xyt``, or another suffix of docs/formats.md.
+        (ISO/IEC 19794-2:2005), ``.xyt``, or another suffix of docs/reference/formats.md.
     template : Template
         What to save.
     file_format : str, optional

@@ -137,7 +137,7 @@ def identify(
         How many prints to compare the probe with, those that the codes of all of them favour;
         or all ("off"); or all of a small gallery and a share of a large one,
         see `shortlist_size` ("auto"). About 99 in 100 of the prints that comparing all of a large
-        gallery finds are in the shortlist; docs/searching.md says where the others are lost.
+        gallery finds are in the shortlist; docs/explanation/searching.md states the loss.
     impressions : bool
         Whether each impression is a candidate of its own, by its own score, rather than each
         finger by the score that its impressions have together (see `fpmatch.matching.finger`).

@@ -1,4 +1,4 @@
-"""docs/formats.md and the schema beside it say what the formats are."""
+"""docs/reference/formats.md and the schema beside it say what the formats are."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fpmatch.formats.record import ReadingOptions, ReadLimits, TemplateRecord, V
 from fpmatch.formats.registry import CODECS, codec_of_name
 from fpmatch.minutiae import MAX_DPI, MIN_DPI, Template
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[2] / "docs" / "reference"
 PAGE = (DOCS / "formats.md").read_text(encoding="utf-8")
 SCHEMA: dict[str, Any] = json.loads((DOCS / "template.schema.json").read_text(encoding="utf-8"))
 

@@ -14,14 +14,14 @@ from research.accuracy_page import (
 )
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-RESULTS = json.loads((DOCS / "accuracy.json").read_text(encoding="utf-8"))
-BEFORE = json.loads((DOCS / "distortion_before.json").read_text(encoding="utf-8"))
+RESULTS = json.loads((DOCS / "data" / "accuracy.json").read_text(encoding="utf-8"))
+BEFORE = json.loads((DOCS / "data" / "distortion_before.json").read_text(encoding="utf-8"))
 
 
 def test_the_page_shows_what_was_measured():
     assert set(RESULTS) == set(PARTS)
     tables = format_accuracy_markdown(RESULTS, BEFORE)
-    assert tables in (DOCS / "accuracy.md").read_text(encoding="utf-8")
+    assert tables in (DOCS / "explanation" / "accuracy.md").read_text(encoding="utf-8")
     readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
     assert format_readme_markdown(RESULTS) in readme
 

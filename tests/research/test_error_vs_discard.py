@@ -73,8 +73,8 @@ def test_one_database_needs_no_pooled_row() -> None:
 
 
 def test_the_page_shows_what_was_measured_and_errors_fall() -> None:
-    results = json.loads((DOCS / "quality.json").read_text(encoding="utf-8"))
-    page = (DOCS / "quality.md").read_text(encoding="utf-8")
+    results = json.loads((DOCS / "data" / "quality.json").read_text(encoding="utf-8"))
+    page = (DOCS / "explanation" / "quality.md").read_text(encoding="utf-8")
     assert set(results) == set(PARTS)
     assert format_quality_markdown(results) in page
     for part in results.values():

@@ -10,11 +10,11 @@ import pytest
 from research.speed_page import PARTS, format_figures_markdown, format_stages_markdown
 
 ROOT = Path(__file__).resolve().parents[2]
-RESULTS = json.loads((ROOT / "docs" / "performance.json").read_text(encoding="utf-8"))
+RESULTS = json.loads((ROOT / "docs" / "data" / "performance.json").read_text(encoding="utf-8"))
 KEYS = {"name", "value", "unit", "yardstick", "target", "ok", "ours"}
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/performance.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/explanation/performance.md"])
 def test_the_pages_show_the_figures_that_were_measured(page):
     assert set(RESULTS) == set(PARTS)
     assert format_figures_markdown(RESULTS["figures"]) in (ROOT / page).read_text(encoding="utf-8")
@@ -22,7 +22,7 @@ def test_the_pages_show_the_figures_that_were_measured(page):
 
 def test_the_page_shows_where_the_time_goes():
     tables = format_stages_markdown(RESULTS["before"], RESULTS["now"])
-    assert tables in (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
+    assert tables in (ROOT / "docs" / "explanation" / "performance.md").read_text(encoding="utf-8")
 
 
 def test_every_figure_says_whether_it_meets_its_target():

@@ -68,8 +68,8 @@ class PaperMatcher:
     rho : float
         ρ: two templates match where more than this share of the smaller one's minutiae is paired.
         Default: 0.6, the least of the paper's experiments. Two impressions of a finger overlap in
-        part, so that its others, 0.9 and 0.95, reject most genuine pairs; docs/pointsets.md has the
-        shares accepted.
+        part, so that its others, 0.9 and 0.95, reject most genuine pairs;
+        docs/explanation/point_sets.md has the shares accepted.
     name : str
         Name of the matcher.
 

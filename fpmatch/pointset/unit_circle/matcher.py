@@ -10,8 +10,8 @@ points do.
 What the paper leaves open, and how it is settled here:
 
 - the area tolerance, which the paper calls pre-defined and gives no value of, is
-  `DEFAULT_AREA_TOLERANCE` of an area that is at most π; docs/pointsets.md shows what it costs and
-  finds;
+  `DEFAULT_AREA_TOLERANCE` of an area that is at most π; docs/explanation/point_sets.md shows its
+  cost and gain;
 - the share ρ is of the smaller set: the paper's P, of which a share ρ has partners, is the smaller
   one in all its experiments, and of a larger set no more points could ever be matched;
 - the turn is the cyclic shift under which boundary and centre's image of the two circles

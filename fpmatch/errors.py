@@ -8,7 +8,27 @@ from __future__ import annotations
 
 
 class FpmatchError(Exception):
-    """Base of every error that fpmatch raises on purpose."""
+    """Base of every error that fpmatch raises on purpose.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong, on one line.
+    path : str or path-like, optional
+        File or database at fault; it is put before the message.
+    code : str, optional
+        Short fixed name of the reason, for programs and tests.
+
+    Examples
+    --------
+    >>> error = GalleryError("no such gallery", path="prints.db", code="missing")
+    >>> str(error), error.path, error.detail, error.code
+    ('prints.db: no such gallery', 'prints.db', 'no such gallery', 'missing')
+    """
+
+    def __init__(self, message: str = "", *, path: object = "", code: str = "") -> None:
+        self.path, self.detail, self.code = str(path), message, code
+        super().__init__(f"{path}: {message}" if self.path else message)
 
 
 class ImageReadError(FpmatchError):

@@ -11,7 +11,7 @@ from fpmatch import StageRecorder, __version__, extract, read_image, verify
 from fpmatch.drawing.case_study.case import make_case
 from fpmatch.drawing.case_study.figures import draw_case_study
 from fpmatch.drawing.paper_figures.figures import write_point_figures
-from fpmatch.drawing.stage_sheet import write_stages
+from fpmatch.drawing.stages.sheet import write_stages
 
 if TYPE_CHECKING:
     import click

@@ -1,6 +1,6 @@
 from ._version import __version__ as __version__
-from .drawing.overlay import draw as draw
-from .drawing.overlay import save_overlay as save_overlay
+from .drawing.overlay.draw import draw as draw
+from .drawing.overlay.draw import save_overlay as save_overlay
 from .errors import FpmatchError as FpmatchError
 from .formats.files import load_template as load_template
 from .formats.files import save_template as save_template

@@ -151,7 +151,7 @@ def test_the_command_verifies_with_what_it_needs_alone() -> None:
     )
     modules = imported_by(statement)
     assert not modules & {"scipy", "skimage", "sqlalchemy", "numpy.ma", "importlib.metadata"}
-    assert not modules & {"fpmatch.formats.registry", "fpmatch.drawing.scene"}
+    assert not modules & {"fpmatch.formats.registry", "fpmatch.drawing.scene.items"}
 
 
 def test_worker_processes_import_no_commands() -> None:

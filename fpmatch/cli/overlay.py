@@ -37,7 +37,7 @@ def overlay(output: Path, side_by_side: bool, **values: Any) -> None:
     white. Where no transform is found the prints stand beside
     each other.
     """
-    from fpmatch.drawing.overlay import save_overlay
+    from fpmatch.drawing.overlay.draw import save_overlay
     from fpmatch.drawing.words import verdict
 
     probe, reference, verification = compare(PairOptions(**values))

@@ -122,7 +122,7 @@ def points_match(
     needs a partner. The rotation counts from the x axis towards the y axis.
     """
     from fpmatch.cli.points_report import as_json, as_text, write_pairs
-    from fpmatch.drawing.point_plot import check_plot, save_point_plot
+    from fpmatch.drawing.plots.point_plot import check_plot, save_point_plot
     from fpmatch.output import check_writable
     from fpmatch.pointset.match import match_points
 

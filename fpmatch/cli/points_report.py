@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.point_caption import match_facts, match_verdict
+from fpmatch.drawing.plots.point_caption import match_facts, match_verdict
 from fpmatch.output import atomic_write
 
 if TYPE_CHECKING:

@@ -47,7 +47,7 @@ def stages(
     raw: tuple[RawSize, ...],
 ) -> None:
     """Write what each stage of the extraction makes of IMAGE, and one sheet of them all."""
-    from fpmatch.drawing.stage_sheet import write_stages
+    from fpmatch.drawing.stages.sheet import write_stages
     from fpmatch.image.extract import extract
     from fpmatch.image.recorder import StageRecorder
 

@@ -78,7 +78,7 @@ def verify(
     options = PairOptions(**values)
     probe, reference, verification = compare(options)
     if overlay_file is not None:
-        from fpmatch.drawing.overlay import save_overlay
+        from fpmatch.drawing.overlay.draw import save_overlay
 
         save_overlay(overlay_file, probe.picture(), reference.picture(), verification)
     from fpmatch.report import as_dict, as_text

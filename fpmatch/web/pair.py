@@ -11,10 +11,10 @@ import numpy as np
 
 from fpmatch.drawing.files import png_bytes, webp_bytes
 from fpmatch.drawing.ink import shrunk
-from fpmatch.drawing.overlay import overlay_file
-from fpmatch.drawing.page import Print, ink_of
+from fpmatch.drawing.overlay.draw import overlay_file
+from fpmatch.drawing.overlay.page import Print, ink_of
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.placement import zoomed
+from fpmatch.drawing.scene.placement import zoomed
 from fpmatch.drawing.words import odds
 from fpmatch.errors import GalleryError
 from fpmatch.matching.calibration import fmr_to_score
@@ -30,7 +30,7 @@ from fpmatch.web.upload import Upload
 
 if TYPE_CHECKING:
     from fpmatch.drawing.palette import Colour
-    from fpmatch.drawing.scene import Ink
+    from fpmatch.drawing.scene.items import Ink
     from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.matching.result import Verification
     from fpmatch.scale import ScaleMeasurement

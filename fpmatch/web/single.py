@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fpmatch.drawing.files import webp_bytes
-from fpmatch.drawing.stage_pictures import stage_picture, value_range
+from fpmatch.drawing.stages.pictures import stage_picture, value_range
 from fpmatch.errors import ImageError
 from fpmatch.formats.record import TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from fpmatch.drawing.caption import MARGIN, evidence, header, movement
 from fpmatch.drawing.fonts import text_width
-from fpmatch.drawing.scene import Text
+from fpmatch.drawing.overlay.caption import MARGIN, evidence, header, movement
+from fpmatch.drawing.scene.items import Text
 from fpmatch.drawing.words import verdict
 from fpmatch.matching.result import Compared
 from fpmatch.pointset.similarity import Similarity

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from fpmatch.drawing.fonts import text_width
-from fpmatch.drawing.labels import place_labels
-from fpmatch.drawing.scene import Box
+from fpmatch.drawing.overlay.labels import place_labels
+from fpmatch.drawing.scene.items import Box
 
 PANEL = Box(0, 0, 600, 600)
 RIGHT = (1.0, 0.0)

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fpmatch.drawing.caption import MARGIN
-from fpmatch.drawing.overlay import draw, save_overlay
-from fpmatch.drawing.page import LARGEST_PANEL_SIDE
+from fpmatch.drawing.overlay.caption import MARGIN
+from fpmatch.drawing.overlay.draw import draw, save_overlay
+from fpmatch.drawing.overlay.page import LARGEST_PANEL_SIDE
 from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK
 from fpmatch.errors import ImageError, OutputError
 from fpmatch.minutiae import Minutiae, Template

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.drawing.placement import (
+from fpmatch.drawing.scene.placement import (
     bounds,
     corners,
     direction_on_page,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fpmatch.drawing.point_caption import match_facts, match_verdict
+from fpmatch.drawing.plots.point_caption import match_facts, match_verdict
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.similarity import Similarity
 

@@ -21,7 +21,7 @@ from fpmatch.drawing.palette import (
     Colour,
     hexadecimal,
 )
-from fpmatch.drawing.point_plot import check_plot, save_point_plot
+from fpmatch.drawing.plots.point_plot import check_plot, save_point_plot
 from fpmatch.errors import OutputError
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.similarity import Similarity
@@ -142,7 +142,7 @@ def test_points_without_width_are_drawn(tmp_path: Path) -> None:
 def test_many_marks_are_one_image_in_an_svg(
     tmp_path: Path, sets: Any, match: PointMatch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fpmatch.drawing.point_plot._MOST_VECTORS", 7)
+    monkeypatch.setattr("fpmatch.drawing.plots.point_plot._MOST_VECTORS", 7)
     svg = drawn(tmp_path / "plot.svg", *sets, match)
     assert "<image" in svg
     assert len(marks_of(svg, PROBE_MARK)) == 0

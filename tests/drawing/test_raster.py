@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.drawing.raster import clipped, paint, paint_over
-from fpmatch.drawing.scene import Box, Circle, Group, Ink, Overprint, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.raster import clipped, paint, paint_over
 
 BLACK = (0, 0, 0)
 coordinates = st.floats(-50, 50)

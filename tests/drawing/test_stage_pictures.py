@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from fpmatch.drawing.stage_pictures import stage_picture, value_range
+from fpmatch.drawing.stages.pictures import stage_picture, value_range
 from fpmatch.errors import ImageError
 
 NAMES = [

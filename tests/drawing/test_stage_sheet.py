@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fpmatch.drawing.stage_sheet import contact_sheet, stage_picture, write_stages
+from fpmatch.drawing.stages.sheet import contact_sheet, stage_picture, write_stages
 from fpmatch.errors import ImageError, OutputError
 
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.drawing.raster import paint
-from fpmatch.drawing.scene import Box, Circle, Group, Ink, Overprint, Path, Pen, Scene, Text
-from fpmatch.drawing.svg import shared_ink, svg_text
+from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.raster import paint
+from fpmatch.drawing.scene.svg import shared_ink, svg_text
 
 BLACK = (0, 0, 0)
 SVG = "{http://www.w3.org/2000/svg}"

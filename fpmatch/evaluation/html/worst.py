@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.drawing.files import webp_bytes
-from fpmatch.drawing.overlay import draw
+from fpmatch.drawing.overlay.draw import draw
 from fpmatch.errors import FpmatchError, MatcherError
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.evaluation.html.causes import explain_false_match, explain_false_non_match

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.plain_style import figure_bytes, plain_style
+from fpmatch.drawing.plots.style import figure_bytes, plain_style
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
 from fpmatch.evaluation.points.places import places

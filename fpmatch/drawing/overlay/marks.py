@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.drawing.palette import PAIR_LINK, PROBE_MARK, REFERENCE_MARK, Colour
-from fpmatch.drawing.placement import direction_on_page, moved
-from fpmatch.drawing.scene import Circle, Path, Pen
+from fpmatch.drawing.scene.items import Circle, Path, Pen
+from fpmatch.drawing.scene.placement import direction_on_page, moved
 from fpmatch.minutiae import MinutiaKind
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.scene import Box, Point
+    from fpmatch.drawing.scene.items import Box, Point
     from fpmatch.minutiae import Minutiae
 
 _SQUARE_SHARE: Final = math.sqrt(math.pi) / 2  # half the side of a square as large as the circle

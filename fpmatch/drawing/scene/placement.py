@@ -1,7 +1,7 @@
 """Where things lie on the page: 3 x 3 matrices from the pixels of a print to page coordinates.
 
 Pixels of a print are counted at their centres, (0, 0) the first; page coordinates are those of
-`fpmatch.drawing.scene`.
+`fpmatch.drawing.scene.items`.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.scene import Box
+from fpmatch.drawing.scene.items import Box
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.drawing.scene import Point
+    from fpmatch.drawing.scene.items import Point
     from fpmatch.pointset.similarity import Similarity
 
 _FAR: Final = 1e7  # page pixels; beyond it nothing is drawn, and integers must not overflow

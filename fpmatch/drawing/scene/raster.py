@@ -15,7 +15,7 @@ import numpy as np
 
 from fpmatch.drawing.fonts import font, printable
 from fpmatch.drawing.palette import PAPER
-from fpmatch.drawing.scene import Box, Circle, Group, Ink, Overprint, Path, Text
+from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.drawing.palette import Colour
-    from fpmatch.drawing.scene import Anchor, Item, Pen, Point, Scene
+    from fpmatch.drawing.scene.items import Anchor, Item, Pen, Point, Scene
 
 _OVERSAMPLING: Final = 4
 _SUBPIXEL_BITS: Final = 3  # cv2 takes coordinates as integers of 1/8 of a pixel
@@ -35,7 +35,7 @@ def paint(scene: Scene) -> NDArray[np.uint8]:
 
     Examples
     --------
-    >>> from fpmatch.drawing.scene import Scene
+    >>> from fpmatch.drawing.scene.items import Scene
     >>> paint(Scene(width=3, height=2, items=())).shape
     (2, 3, 3)
     """

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.files import png_bytes
-from fpmatch.drawing.page import Print
-from fpmatch.drawing.raster import paint
-from fpmatch.drawing.side_by_side import side_by_side as beside
-from fpmatch.drawing.superposed import superposed
-from fpmatch.drawing.svg import svg_text
+from fpmatch.drawing.overlay.page import Print
+from fpmatch.drawing.overlay.side_by_side import side_by_side as beside
+from fpmatch.drawing.overlay.superposed import superposed
+from fpmatch.drawing.scene.raster import paint
+from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.errors import OutputError
 from fpmatch.output import atomic_write_bytes
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.scene import Scene
+    from fpmatch.drawing.scene.items import Scene
     from fpmatch.matching.result import Verification
 
 SUFFIXES: Final = (".png", ".svg")

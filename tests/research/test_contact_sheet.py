@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fpmatch.drawing.contact_sheet import PrintTile, print_sheet
 from fpmatch.errors import OutputError, ResolutionError
+from research.contact_sheet import PrintTile, print_sheet
 
 
 def tile(height, width, dpi=500, grey=0, caption=""):

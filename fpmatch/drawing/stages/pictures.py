@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import cv2
 import numpy as np
 
-from fpmatch.drawing.marks import MarkStyle, marks
+from fpmatch.drawing.overlay.marks import MarkStyle, marks
 from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK
-from fpmatch.drawing.placement import zoomed
-from fpmatch.drawing.raster import paint_over
-from fpmatch.drawing.scene import Box, Path, Pen
+from fpmatch.drawing.scene.items import Box, Path, Pen
+from fpmatch.drawing.scene.placement import zoomed
+from fpmatch.drawing.scene.raster import paint_over
 from fpmatch.errors import ImageError
 from fpmatch.minutiae import Minutiae
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.scene import Item
+    from fpmatch.drawing.scene.items import Item
 
 Picture: TypeAlias = "NDArray[np.uint8]"
 

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.drawing.fonts import text_width
-from fpmatch.drawing.scene import Box, Point, Text
+from fpmatch.drawing.scene.items import Box, Point, Text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

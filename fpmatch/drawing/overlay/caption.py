@@ -15,7 +15,7 @@ from fpmatch.drawing.palette import (
     TEXT,
     TEXT_MUTED,
 )
-from fpmatch.drawing.scene import Item, Path, Pen, Text
+from fpmatch.drawing.scene.items import Item, Path, Pen, Text
 from fpmatch.drawing.words import odds, verdict
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ import numpy as np
 
 from fpmatch.drawing.files import png_bytes
 from fpmatch.drawing.palette import PANEL_EDGE, TEXT, TEXT_MUTED
-from fpmatch.drawing.raster import paint
-from fpmatch.drawing.scene import Item, Pen, Scene, Text
-from fpmatch.drawing.scene import Path as Outline
-from fpmatch.drawing.stage_pictures import Picture, stage_picture, value_range
+from fpmatch.drawing.scene.items import Item, Pen, Scene, Text
+from fpmatch.drawing.scene.items import Path as Outline
+from fpmatch.drawing.scene.raster import paint
+from fpmatch.drawing.stages.pictures import Picture, stage_picture, value_range
 from fpmatch.errors import OutputError
 from fpmatch.output import atomic_write_bytes, reason
 

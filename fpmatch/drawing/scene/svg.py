@@ -14,13 +14,13 @@ import numpy as np
 from fpmatch.drawing.files import png_bytes
 from fpmatch.drawing.fonts import text_width
 from fpmatch.drawing.palette import PAPER, hexadecimal, mixed
-from fpmatch.drawing.scene import Circle, Group, Ink, Overprint, Path, Text
+from fpmatch.drawing.scene.items import Circle, Group, Ink, Overprint, Path, Text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from xml.etree.ElementTree import Element
 
-    from fpmatch.drawing.scene import Box, Item, Pen, Scene
+    from fpmatch.drawing.scene.items import Box, Item, Pen, Scene
 
 _NAMESPACE: Final = "http://www.w3.org/2000/svg"
 _FONTS: Final = "Aileron, 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
@@ -36,7 +36,7 @@ def svg_text(scene: Scene) -> str:
 
     Examples
     --------
-    >>> from fpmatch.drawing.scene import Scene
+    >>> from fpmatch.drawing.scene.items import Scene
     >>> svg_text(Scene(width=30, height=20, items=()))[:29]
     '<svg xmlns="http://www.w3.org'
     """

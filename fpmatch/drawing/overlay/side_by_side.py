@@ -6,27 +6,27 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.drawing.caption import MARGIN
-from fpmatch.drawing.labels import place_labels
-from fpmatch.drawing.legend import (
+from fpmatch.drawing.overlay.caption import MARGIN
+from fpmatch.drawing.overlay.labels import place_labels
+from fpmatch.drawing.overlay.legend import (
     BESIDE_PROBE_PAIRED,
     BESIDE_PROBE_UNPAIRED,
     BESIDE_REFERENCE_PAIRED,
     BESIDE_REFERENCE_UNPAIRED,
     side_by_side_legend,
 )
-from fpmatch.drawing.marks import MarkStyle, marks
-from fpmatch.drawing.page import Print, comfortable_zoom, frame, ink_of, page
+from fpmatch.drawing.overlay.marks import MarkStyle, marks
+from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.palette import NEUTRAL_INK, TEXT
-from fpmatch.drawing.placement import direction_on_page, moved, zoomed
-from fpmatch.drawing.scene import Box, Group, Item, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.items import Box, Group, Item, Path, Pen, Scene, Text
+from fpmatch.drawing.scene.placement import direction_on_page, moved, zoomed
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.scene import Point
+    from fpmatch.drawing.scene.items import Point
     from fpmatch.matching.result import Verification
 
 _COMFORTABLE_SIDE: Final = 760.0  # page pixels of each print

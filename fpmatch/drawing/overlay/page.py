@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.caption import MARGIN, header
 from fpmatch.drawing.ink import grey_pixels, ink_coverage, shrunk, thinned_off_print
+from fpmatch.drawing.overlay.caption import MARGIN, header
 from fpmatch.drawing.palette import PANEL_EDGE
-from fpmatch.drawing.placement import magnification, of_shrunk
-from fpmatch.drawing.scene import Box, Group, Ink, Item, Path, Pen, Scene
+from fpmatch.drawing.scene.items import Box, Group, Ink, Item, Path, Pen, Scene
+from fpmatch.drawing.scene.placement import magnification, of_shrunk
 from fpmatch.drawing.words import odds, verdict
 from fpmatch.errors import ImageError
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.drawing.legend import PROBE_EDGE, REFERENCE_EDGE, overlay_legend
-from fpmatch.drawing.marks import (
+from fpmatch.drawing.overlay.legend import PROBE_EDGE, REFERENCE_EDGE, overlay_legend
+from fpmatch.drawing.overlay.marks import (
     PAIR_PEN,
     PROBE_PAIRED,
     PROBE_UNPAIRED,
@@ -14,10 +14,10 @@ from fpmatch.drawing.marks import (
     described,
     marks,
 )
-from fpmatch.drawing.page import Print, comfortable_zoom, frame, ink_of, page
+from fpmatch.drawing.overlay.page import Print, comfortable_zoom, frame, ink_of, page
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.placement import bounds, corners, moved, of_transform, zoomed
-from fpmatch.drawing.scene import Box, Group, Ink, Item, Overprint, Path, Pen, Scene
+from fpmatch.drawing.scene.items import Box, Group, Ink, Item, Overprint, Path, Pen, Scene
+from fpmatch.drawing.scene.placement import bounds, corners, moved, of_transform, zoomed
 
 if TYPE_CHECKING:
     import numpy as np

@@ -11,8 +11,8 @@ import numpy as np
 
 from fpmatch.drawing.fonts import wrapped
 from fpmatch.drawing.palette import PANEL_EDGE, TEXT_MUTED
-from fpmatch.drawing.raster import paint_over
-from fpmatch.drawing.scene import Item, Path, Pen, Text
+from fpmatch.drawing.scene.items import Item, Path, Pen, Text
+from fpmatch.drawing.scene.raster import paint_over
 from fpmatch.errors import OutputError
 from fpmatch.minutiae import check_dpi
 

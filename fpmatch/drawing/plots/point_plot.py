@@ -25,8 +25,8 @@ from fpmatch.drawing.palette import (
     Colour,
     hexadecimal,
 )
-from fpmatch.drawing.plain_style import figure_bytes, plain_style
-from fpmatch.drawing.point_caption import match_facts, match_verdict
+from fpmatch.drawing.plots.point_caption import match_facts, match_verdict
+from fpmatch.drawing.plots.style import figure_bytes, plain_style
 from fpmatch.errors import OutputError
 from fpmatch.output import atomic_write_bytes, check_writable
 from fpmatch.pointset.points import as_points

@@ -7,9 +7,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Final, TypeAlias
 
-from fpmatch.drawing.caption import MARGIN
 from fpmatch.drawing.fonts import text_width
-from fpmatch.drawing.marks import (
+from fpmatch.drawing.overlay.caption import MARGIN
+from fpmatch.drawing.overlay.marks import (
     PAIR_PEN,
     PROBE_PAIRED,
     PROBE_UNPAIRED,
@@ -29,7 +29,7 @@ from fpmatch.drawing.palette import (
     Colour,
     mixed,
 )
-from fpmatch.drawing.scene import Item, Path, Pen, Point, Text
+from fpmatch.drawing.scene.items import Item, Path, Pen, Point, Text
 from fpmatch.minutiae import MinutiaKind
 
 _Entry: TypeAlias = tuple[str, Callable[[float, float], list[Item]]]

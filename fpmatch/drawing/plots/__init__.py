@@ -1,0 +1,1 @@
+"""Plots by matplotlib that look the same everywhere, and the plot of two matched point sets."""

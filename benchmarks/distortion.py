@@ -24,8 +24,8 @@ import sys
 from pathlib import Path
 
 from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.table import lined_up
 from fpmatch.output import atomic_write_bytes, check_writable
+from fpmatch.text_table import text_table
 from research.distortion import (
     KINDS,
     DistortionParameters,
@@ -56,7 +56,7 @@ def main() -> int:
                 f"{condition['genuine']} genuine and {condition['impostor']} impostor pairs"
             )
             for kind, title in zip(KINDS, ("with ridges", "minutiae alone"), strict=True):
-                print(f"\n{title}\n{lined_up(distortion_rows([condition], kind))}")
+                print(f"\n{title}\n{text_table(distortion_rows([condition], kind))}")
             print()
         if options.json:
             atomic_write_bytes(options.json, f"{json.dumps(result, indent=1)}\n".encode())

@@ -40,7 +40,7 @@ from fpmatch.evaluation.all_pairs import compare_all_pairs
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.rates import Rates, error_rates
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.evaluation.table import RATE_TITLES, lined_up, percent
+from fpmatch.evaluation.table import RATE_TITLES, percent
 from fpmatch.formats.files import decode_record
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, written_formats
@@ -48,6 +48,7 @@ from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI, Template
 from fpmatch.output import atomic_write_bytes, check_writable
+from fpmatch.text_table import text_table
 
 PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 SHOWN: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
@@ -226,7 +227,7 @@ def main() -> int:
         for name, rates in (("mean", mean), ("pooled", pooled)):
             shown = (percent(getattr(rates, rate)) for rate in SHOWN)
             cells.append((name, *("" for _ in counts), *shown))
-    print(lined_up(cells))
+    print(text_table(cells))
     return 0
 
 

@@ -18,7 +18,7 @@ from typing import Any
 import click
 import numpy as np
 
-from fpmatch.engine.engine import cores
+from fpmatch.engine.engine import processes
 from fpmatch.evaluation.dataset_names import named_apart
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
@@ -42,7 +42,7 @@ def main(folders: tuple[Path, ...], output: Path, trials: int) -> None:
 def _prints(folders: tuple[Path, ...]) -> list[dict[str, Any]]:
     """Return the pairs that match for each area tolerance, a database each."""
     rows = []
-    with cores(1) as engine:
+    with processes(1) as engine:
         sets = extract_datasets(named_apart(load_datasets(folders)), engine=engine)
         for area in AREA_TOLERANCES:
             matcher = matcher_with("paper", area_tolerance=area)

@@ -48,10 +48,10 @@ from wolf_search import Budget, searched_rows
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.evaluation.table import lined_up
 from fpmatch.formats.files import save_template
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.output import atomic_write_bytes, check_writable
+from fpmatch.text_table import text_table
 from research.synthetic_sets import make_synthetic_sets
 from research.wolf_table import factors_kept, format_wolves, share_kept, wolf_cells
 
@@ -165,7 +165,7 @@ def main() -> int:
                 )
             rows = measure(options, folders)
         found = [row.as_json() for row in rows]
-        print(lined_up(wolf_cells(found)))
+        print(text_table(wolf_cells(found)))
         if options.json:
             document = {
                 "matcher": MATCHER.name,

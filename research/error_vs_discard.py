@@ -16,8 +16,7 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError, FpmatchError
-from fpmatch.evaluation.each_image import for_each_image
-from fpmatch.evaluation.extraction import ExtractedSet, Extraction
+from fpmatch.evaluation.extraction import ExtractedSet, Extraction, attempt_each_image
 from fpmatch.evaluation.rates import threshold_at_fmr
 from fpmatch.evaluation.run import evaluate_templates
 from research.markdown import markdown_table
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.dataset import Dataset
-    from fpmatch.evaluation.each_image import ImageChunk
     from fpmatch.evaluation.report import SetResult
     from fpmatch.image.quality.print_quality import PrintQuality
 
@@ -184,9 +182,12 @@ def sample_quality(
     list of QualitySample
         One a database; a print that gave no template has quality 0.
     """
-    found = for_each_image(
-        datasets, _assess_chunk, None, stage="extract", workers=workers, progress=progress
-    )
+    found = [
+        [attempt.result for attempt in attempts if attempt.result]
+        for attempts in attempt_each_image(
+            datasets, _assess, stage="extract", workers=workers, progress=progress
+        )
+    ]
     sets = [
         ExtractedSet(dataset, tuple(extraction for extraction, _ in row))
         for dataset, row in zip(datasets, found, strict=True)
@@ -255,11 +256,7 @@ def _rate(lost: int, genuine: int) -> str:
     return f"{100 * lost / max(1, genuine):.2f} % ({lost} of {genuine:,})"
 
 
-def _assess_chunk(_: None, chunk: ImageChunk) -> list[tuple[Extraction, PrintQuality]]:
-    return [_assess_one(*image) for image in chunk]
-
-
-def _assess_one(path: Path, dpi: float | None) -> tuple[Extraction, PrintQuality]:
+def _assess(path: Path, dpi: float | None) -> tuple[Extraction, PrintQuality]:
     from fpmatch.image.assess import assess  # noqa: PLC0415
     from fpmatch.image.quality.print_quality import PrintQuality  # noqa: PLC0415
 

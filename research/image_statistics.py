@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.errors import DatasetError, FpmatchError
-from fpmatch.evaluation.each_image import for_each_image
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.extraction import attempt_each_image
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.dataset import Dataset
-    from fpmatch.evaluation.each_image import ImageChunk
 
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Of a distribution, which quantiles are told."""
@@ -176,16 +175,17 @@ def measure_sets(
     """
     if not datasets:
         raise DatasetError("no database given")
-    measured = for_each_image(
-        datasets, _measure_chunk, None, stage="measure", workers=workers, progress=progress
+    measured = attempt_each_image(
+        datasets, measure_print, stage="measure", workers=workers, progress=progress
     )
-    sets = []
-    for dataset, of_set in zip(datasets, measured, strict=True):
-        prints = tuple(r for r in of_set if isinstance(r, PrintFigures))
-        sets.append(
-            SetFigures(dataset.name, prints, tuple(r for r in of_set if isinstance(r, str)))
+    return [
+        SetFigures(
+            dataset.name,
+            tuple(attempt.result for attempt in attempts if attempt.result is not None),
+            tuple(attempt.reason for attempt in attempts if attempt.result is None),
         )
-    return sets
+        for dataset, attempts in zip(datasets, measured, strict=True)
+    ]
 
 
 def span(sets: Sequence[SetFigures], figure: str) -> tuple[float, float]:
@@ -209,16 +209,6 @@ def share_outside(one: SetFigures, others: Sequence[SetFigures], figure: str) ->
     low, high = span(others, figure)
     values = one.values(figure)
     return float(((values < low) | (values > high)).mean()) if values.size else math.nan
-
-
-def _measure_chunk(_: None, chunk: ImageChunk) -> list[PrintFigures | str]:
-    measured: list[PrintFigures | str] = []
-    for path, dpi in chunk:
-        try:
-            measured.append(measure_print(path, dpi))
-        except FpmatchError as error:
-            measured.append(str(error))
-    return measured
 
 
 def _rounded(value: float) -> float | None:

@@ -56,6 +56,7 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "minutiae": set(),
     "scale": set(),
     "output": set(),
+    "text_table": set(),
     "pointset": set(),
     "image": set(),
     "matching": {"pointset"},
@@ -160,7 +161,7 @@ def test_worker_processes_import_no_commands() -> None:
 
 def allowed(room: str) -> set[str]:
     """Return every room that `room` may import, directly or by way of another."""
-    rooms = {room, "_version", "errors"}
+    rooms = {room, "_version", "errors", "text_table"}
     if room not in NO_MINUTIAE:
         rooms.add("minutiae")
     if room in WRITES_FILES:

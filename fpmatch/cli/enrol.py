@@ -114,11 +114,11 @@ def enrol(
     name: a run that was interrupted goes on when it is started again, and two may enrol at once.
     All impressions of a finger are kept, and prints are compared with all of them together.
     """
-    from fpmatch.engine.local import get_ready
+    from fpmatch.engine.local import start_fork_server
 
-    get_ready(workers, *_WORKERS_NEED)
+    start_fork_server(workers, *_WORKERS_NEED)
     with importing():
-        from fpmatch.engine.engine import cores
+        from fpmatch.engine.engine import processes
         from fpmatch.gallery import enrol as work
         from fpmatch.gallery.gallery import open_gallery
         from fpmatch.gallery.names import FVC_PATTERN, NamePattern
@@ -134,7 +134,7 @@ def enrol(
             opened,
             prints,
             pattern=names,
-            engine=cores(workers),
+            engine=processes(workers),
             extractor=partial(extract_print, reader=reader, min_quality=min_quality),
             progress=bars.show,
             strict=strict,

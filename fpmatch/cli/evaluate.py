@@ -206,9 +206,9 @@ def evaluate(
         raise click.UsageError(
             "--enrol goes with none of --report, --minutiae, --crop, --scores and --baseline"
         )
-    from fpmatch.engine.local import get_ready
+    from fpmatch.engine.local import start_fork_server
 
-    get_ready(workers, *_WORKERS_NEED)
+    start_fork_server(workers, *_WORKERS_NEED)
     with importing():
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 

@@ -155,7 +155,7 @@ def identify(
     GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. It is
     prepared when it is searched for the first time, and when it has changed.
     """
-    from fpmatch.engine.engine import cores
+    from fpmatch.engine.engine import processes
     from fpmatch.gallery import identify as work
     from fpmatch.gallery.consolidated import ConsolidatedFingers
     from fpmatch.gallery.gallery import open_gallery
@@ -173,7 +173,7 @@ def identify(
     assumed: list[Path] = []
     with open_gallery(gallery) as opened:
         with ProgressBars(_STAGES) as bars:
-            search = open_search(opened, matcher, engine=cores(workers), progress=bars.show)
+            search = open_search(opened, matcher, engine=processes(workers), progress=bars.show)
         together = ConsolidatedFingers(opened, search, curve) if consolidate else None
         for file in files:
             try:

@@ -95,9 +95,9 @@ def _check_extra() -> None:
 
 def _prepare(gallery: str, workers: int | None) -> None:
     """Make the gallery where it is missing, and prepare its prints for searches."""
-    from fpmatch.engine.engine import cores
+    from fpmatch.engine.engine import processes
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.search import open_search
 
     with open_gallery(gallery, create=True) as opened, ProgressBars(_STAGES) as bars:
-        open_search(opened, engine=cores(workers), progress=bars.show)
+        open_search(opened, engine=processes(workers), progress=bars.show)

@@ -1,1 +1,1 @@
-"""Where the work of whole batches is done: in this process, on all cores, or on a cluster."""
+"""Where the work of whole batches is done: in this process, in several, or on a cluster."""

@@ -1,7 +1,7 @@
-"""What the process that workers are forked from imports first, and nobody else.
+"""First import of the process that workers are forked from; not for other processes.
 
-It is there to import modules and to be copied: nothing in it becomes garbage, and whatever looks
-for garbage there, or in what a worker has from there, copies pages that would else be shared.
+That process only imports modules and is forked. Its garbage collector is switched off, because a
+collection there or of inherited objects would copy memory pages that are otherwise shared.
 """
 
 from __future__ import annotations

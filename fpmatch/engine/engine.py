@@ -1,20 +1,18 @@
-"""One interface to the places where the work of a whole batch may be done.
+"""Engines: where the chunks of a batch are worked on.
 
-An engine is one of three: this process (`here`), all cores of this machine (`cores`), or a Dask
-cluster that somebody else has started (`dask`). Whichever it is, the results come in the order of
-the work and are the same to the last bit: an engine decides where a chunk is worked on, never what
-comes out of it.
+`serial` works in this process, `processes` in several on this machine, `dask` on a cluster that is
+already running. With every engine the results come in the order of the chunks and are the same to
+the last bit.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from fpmatch.engine.local import Cores, Here, available_cores
+from fpmatch.engine.local import Processes, Serial, available_cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
-    from types import TracebackType
     from typing import Self
 
 Shared = TypeVar("Shared")
@@ -23,7 +21,7 @@ Result = TypeVar("Result")
 
 
 class Engine(Protocol):
-    """Do chunks of work somewhere; a context manager that lets go of that place at its end."""
+    """Works on chunks; as a context manager it keeps its workers from one `map` to the next."""
 
     def map(
         self,
@@ -33,58 +31,52 @@ class Engine(Protocol):
     ) -> Generator[Result, None, None]:
         """Yield ``work(shared, chunk)`` for each chunk, in order.
 
-        Chunks are drawn as they are needed and only so many results wait to be taken, so that
-        neither list needs to fit into memory. Leaving off early (closing the generator) drops
-        the work that has not begun.
+        Chunks are drawn as they are needed and few results wait to be taken, so that neither list
+        needs to fit into memory. Closing the generator cancels the chunks that have not begun.
 
         Parameters
         ----------
         work : callable
-            A function at the top of a module. Several chunks may be worked on at once, but never
-            two in one process, where OpenCV and numpy run on one thread meanwhile.
+            A function at the top of a module. No process works on two chunks at once, and OpenCV
+            and numpy are kept on one thread.
         shared : object
-            What all chunks need; sent to each worker once. A worker keeps its copy from chunk to
-            chunk, so `work` may leave in it what it does not want to compute twice.
+            What all chunks need; sent to each worker once. A worker keeps its copy, so `work` may
+            cache results in it.
         chunks : iterable
             The pieces of work.
 
         Raises
         ------
         EngineError
-            If the engine broke down. What `work` raises comes through as it is.
+            If the engine broke down. Errors of `work` are passed on.
         """
 
     def __enter__(self) -> Self:
-        """Take hold of the place."""
+        """Keep the workers until the block ends."""
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Let go of it."""
+    def __exit__(self, *_: object) -> None:
+        """Release the workers."""
 
 
-def here() -> Engine:
+def serial() -> Engine:
     """Return the engine that works in this process.
 
     Examples
     --------
-    >>> with here() as engine:
+    >>> with serial() as engine:
     ...     list(engine.map(pow, 2, [1, 2, 3]))
     [2, 4, 8]
     """
-    return Here()
+    return Serial()
 
 
-def cores(workers: int | None = None) -> Engine:
+def processes(workers: int | None = None) -> Engine:
     """Return the engine of several processes on this machine.
 
-    Worker processes are started afresh, or on Linux forked from one that has only imported modules:
-    OpenCV's threads do not survive a fork. They start when there is work for them, and end with it
-    or, where somebody has taken hold of the engine, when that one lets go. A script that calls into
-    here needs the usual ``if __name__ == "__main__":`` guard.
+    They start with the first chunk and end with the `map`, or with the block of the engine as a
+    context manager. They are spawned, or on Linux forked from a process that has only imported
+    modules, because OpenCV's threads do not survive a fork; a script therefore needs the usual
+    ``if __name__ == "__main__":`` guard.
 
     Parameters
     ----------
@@ -99,14 +91,14 @@ def cores(workers: int | None = None) -> Engine:
     count = available_cores() if workers is None else workers
     if count < 1:
         raise ValueError(f"workers must be at least 1, not {count}")
-    return Here() if count == 1 else Cores(count)
+    return Serial() if count == 1 else Processes(count)
 
 
 def dask(scheduler: str) -> Engine:
     """Return the engine of a Dask cluster that is already running.
 
-    Workers may join and may die: what a dead one was working on is done again by another. They
-    need the same version of fpmatch, but none of the files.
+    Workers may join and leave; what a lost worker had is computed again by another. They need the
+    same version of fpmatch, but none of the files.
 
     Parameters
     ----------
@@ -118,20 +110,13 @@ def dask(scheduler: str) -> Engine:
     EngineError
         If Dask is not installed (extra ``fpmatch[dask]``); on entering, if no scheduler answers.
     """
-    from fpmatch.engine.cluster import Cluster  # noqa: PLC0415
+    from fpmatch.engine.cluster import DaskCluster  # noqa: PLC0415
 
-    return Cluster(scheduler)
+    return DaskCluster(scheduler)
 
 
 def make_engine(workers: int | None = None, scheduler: str | None = None) -> Engine:
-    """Return the engine that a user asked for.
-
-    Parameters
-    ----------
-    workers : int, optional
-        Processes on this machine (default: one a core).
-    scheduler : str, optional
-        Address of a Dask scheduler, to work there instead.
+    """Return `dask` of the scheduler if there is one, else `processes`.
 
     Raises
     ------
@@ -141,7 +126,7 @@ def make_engine(workers: int | None = None, scheduler: str | None = None) -> Eng
         As `dask` does.
     """
     if scheduler is None:
-        return cores(workers)
+        return processes(workers)
     if workers is not None:
-        raise ValueError("workers are those of the scheduler: give one or the other")
+        raise ValueError("give workers or a scheduler, not both")
     return dask(scheduler)

@@ -1,4 +1,4 @@
-"""The engines of this machine: this process, and several beside it."""
+"""The engines of this machine: this process, and several worker processes."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from collections import deque
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from fpmatch.engine.task import init_worker, told, work_on
+from fpmatch.engine.task import init_worker, run_chunk, shared_task
 from fpmatch.engine.threads import loaded_single_threaded, single_threaded
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Iterator
     from concurrent.futures import Future, ProcessPoolExecutor
-    from types import TracebackType
     from typing import Self
 
 Shared = TypeVar("Shared")
@@ -27,7 +26,7 @@ Result = TypeVar("Result")
 
 # A fork server forks each worker from a process that has imported what it needs and run nothing.
 _START_METHOD: Final = "forkserver" if sys.platform == "linux" else "spawn"
-CHUNKS_IN_FLIGHT: Final = 4  # a worker: what it works on, and what waits for it or to be taken
+CHUNKS_IN_FLIGHT: Final = 4  # of each worker: worked on, waiting, or with a result to be taken
 _EVERY_WORKER_NEEDS: Final = (
     "fpmatch.engine._fork_server",
     "fpmatch.engine.task",
@@ -47,11 +46,11 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
-def get_ready(workers: int | None, *modules: str) -> None:
-    """Let modules that workers will need be imported beside what this process does meanwhile.
+def start_fork_server(workers: int | None, *modules: str) -> None:
+    """Start importing the modules that workers will need, in the process they are forked from.
 
-    It is for a program's main thread, not for libraries: the process that workers are forked from
-    is made once in the life of a program. Where they are not forked, nothing is done.
+    For the main thread of a program, not for libraries: that process is started once in the life
+    of a program. Without effect where workers are not forked.
 
     Parameters
     ----------
@@ -66,48 +65,34 @@ def get_ready(workers: int | None, *modules: str) -> None:
 
     context = multiprocessing.get_context(_START_METHOD)
     context.set_forkserver_preload([*_EVERY_WORKER_NEEDS, *modules])
-    on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # so it starts, and stays silent
+    on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: Ctrl-C is not for it
     try:
-        with loaded_single_threaded():  # no threads where processes are forked from
+        with loaded_single_threaded():  # no threads in a process that forks
             forkserver.ensure_running()
     finally:
         signal.signal(signal.SIGINT, on_interrupt)
 
 
-class Here:
+class Serial:
     """Work in this process; see `fpmatch.engine.engine.Engine`."""
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         pass
 
     def map(
-        self,
-        work: Callable[[Shared, Chunk], Result],
-        shared: Shared,
-        chunks: Iterable[Chunk],
+        self, work: Callable[[Shared, Chunk], Result], shared: Shared, chunks: Iterable[Chunk]
     ) -> Generator[Result, None, None]:
-        """Work on one chunk after the other, each when its result is asked for."""
+        """Work on each chunk when its result is requested."""
         with single_threaded():
             for chunk in chunks:
                 yield work(shared, chunk)
 
 
-class Cores:
-    """Work in several processes; see `fpmatch.engine.engine.Engine`.
-
-    Parameters
-    ----------
-    workers : int
-        How many.
-    """
+class Processes:
+    """Work in `workers` processes; see `fpmatch.engine.engine.Engine`."""
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
@@ -118,24 +103,16 @@ class Cores:
         self._held = True
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._held = False
         executor, self._executor = self._executor, None
         if executor is not None:
             executor.shutdown(cancel_futures=True)
 
     def map(
-        self,
-        work: Callable[[Shared, Chunk], Result],
-        shared: Shared,
-        chunks: Iterable[Chunk],
+        self, work: Callable[[Shared, Chunk], Result], shared: Shared, chunks: Iterable[Chunk]
     ) -> Generator[Result, None, None]:
-        """Hand out chunks a few at a time, and their results in order."""
+        """Submit a few chunks at a time, and yield their results in order."""
         from concurrent.futures.process import BrokenProcessPool  # noqa: PLC0415  (as in `_start`)
 
         executor = self._executor or _start(self._workers)
@@ -143,10 +120,10 @@ class Cores:
             self._executor = executor
         waiting: deque[Future[Any]] = deque()
         try:
-            with told(work, shared) as task:
+            with shared_task(work, shared) as task:
                 for chunk in chunks:
-                    with _interrupted_later():  # for this may start a worker
-                        waiting.append(executor.submit(work_on, task, chunk))
+                    with _interrupt_deferred():  # submitting may start a worker
+                        waiting.append(executor.submit(run_chunk, task, chunk))
                     if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
                         yield waiting.popleft().result()
                 while waiting:
@@ -161,23 +138,23 @@ class Cores:
 
 
 @contextmanager
-def _interrupted_later() -> Iterator[None]:
-    """Let Ctrl-C wait for what is done meanwhile: a pool half started neither works nor ends."""
+def _interrupt_deferred() -> Iterator[None]:
+    """Delay Ctrl-C until the block ends: a half-started pool neither works nor ends."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    came: list[int] = []
-    usual = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    received: list[int] = []
+    usual = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, usual)
-    if came:
+    if received:
         signal.raise_signal(signal.SIGINT)
 
 
 def _start(workers: int) -> ProcessPoolExecutor:
-    from concurrent.futures import ProcessPoolExecutor  # noqa: PLC0415  (beside the fork server)
+    from concurrent.futures import ProcessPoolExecutor  # noqa: PLC0415  (while the server starts)
 
     return ProcessPoolExecutor(
         max_workers=workers,

@@ -1,4 +1,4 @@
-"""What worker processes do: a task is told in a file, which each reads once, and chunk by chunk."""
+"""What worker processes run: they read a task from a file once, then work on its chunks."""
 
 from __future__ import annotations
 
@@ -16,41 +16,42 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-# The tasks that this worker process is at, by file; stays empty in the process that started it.
-_at: dict[Path, tuple[Callable[[Any, Any], Any], Any]] = {}
+# The tasks of this worker process, by file; empty in the process that started it.
+_tasks: dict[Path, tuple[Callable[[Any, Any], Any], Any]] = {}
 
 
 @contextmanager
-def told(work: Callable[[Any, Any], Any], shared: object) -> Iterator[Path]:
-    """Keep a file meanwhile that tells workers of a task: a function, and what its chunks share."""
+def shared_task(work: Callable[[Any, Any], Any], shared: object) -> Iterator[Path]:
+    """Keep a file from which workers read a task: a function, and what its chunks share."""
     with TemporaryDirectory(prefix="fpmatch-", ignore_cleanup_errors=True) as folder:
         task = Path(folder, "task")
         task.write_bytes(pickle.dumps((work, shared), pickle.HIGHEST_PROTOCOL))
         yield task
 
 
-def work_on(task: Path, chunk: object) -> Any:
-    """Work on a chunk of a task; of one left off, whose file is gone, it fails and is not missed.
+def run_chunk(task: Path, chunk: object) -> Any:
+    """Work on a chunk of a task.
 
-    To cancel the chunk would be less sure: a pool that breaks meanwhile cannot bear it.
+    A chunk of a cancelled task, whose file is gone, fails unnoticed. To cancel the chunk itself
+    would be less safe: a pool that breaks meanwhile cannot handle it.
     """
     task.stat()
-    if task not in _at:
-        for done in [other for other in _at if not other.exists()]:
-            del _at[done]
-        _at[task] = pickle.loads(task.read_bytes())
-    work, shared = _at[task]
+    if task not in _tasks:
+        for done in [other for other in _tasks if not other.exists()]:
+            del _tasks[done]
+        _tasks[task] = pickle.loads(task.read_bytes())
+    work, shared = _tasks[task]
     return work(shared, chunk)
 
 
 def init_worker() -> None:
-    """Get this process ready for work: on one thread, and for no longer than somebody wants it."""
+    """Prepare this worker process: one thread for libraries, and an end with its parent."""
     import cv2  # noqa: PLC0415
     import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
     from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
-    # Ctrl-C reaches the whole process group: the parent reports, and lets its workers go when they
-    # have done what they are at. One that died in mid-answer would leave it waiting for the rest.
+    # Ctrl-C reaches the whole process group: the parent reports it and ends its workers. A worker
+    # that died in the middle of an answer would leave the parent waiting for the rest.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
     cv2.setNumThreads(1)
@@ -58,10 +59,10 @@ def init_worker() -> None:
 
 
 def _end_with_parent() -> None:
-    """End this worker when the process that started it is gone, however it went."""
+    """End this worker when the process that started it has ended, for whatever reason."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
-        for task in list(_at):  # which nobody else is left to remove
+        for task in list(_tasks):  # no other process is left to remove them
             rmtree(task.parent, ignore_errors=True)
         os._exit(1)

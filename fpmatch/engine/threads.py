@@ -1,4 +1,4 @@
-"""Libraries that would start threads of their own, kept to one."""
+"""Limits on the threads that numpy and OpenCV start."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _BLAS_THREADS: Final = "OPENBLAS_NUM_THREADS"
 
 @contextmanager
 def loaded_single_threaded() -> Iterator[None]:
-    """Let numpy, where it is first imported meanwhile, start no threads, here or in a new process.
+    """Let numpy start no threads if it is first imported in the block, here or in a new process.
 
-    It is for a program's main thread: environment variables are all threads' own.
+    For the main thread of a program: environment variables are shared by all threads.
     """
     kept = os.environ.get(_BLAS_THREADS)
     os.environ[_BLAS_THREADS] = "1"
@@ -31,7 +31,7 @@ def loaded_single_threaded() -> Iterator[None]:
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
-    """Keep OpenCV and numpy on one thread, so that the cores are not asked twice."""
+    """Keep OpenCV and numpy on one thread, since the engine uses all cores already."""
     import cv2  # noqa: PLC0415
     from threadpoolctl import threadpool_limits  # noqa: PLC0415
 

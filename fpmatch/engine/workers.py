@@ -1,32 +1,40 @@
-"""Do a list of chunks of work on all cores, and tell how far it has come."""
+"""Batches on an engine: all chunks of a list, and one attempt at each item."""
 
 from __future__ import annotations
 
+import time
+from collections import deque
 from contextlib import closing, nullcontext
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
 
-from fpmatch.engine.engine import cores
+from fpmatch.engine.engine import processes
 from fpmatch.engine.local import available_cores
+from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 
     from fpmatch.engine.engine import Engine
 
 Shared = TypeVar("Shared")
 Chunk = TypeVar("Chunk")
+Item = TypeVar("Item")
 Result = TypeVar("Result")
+
+ITEMS_PER_CHUNK: Final = 2
 
 
 class Progress(Protocol):
-    """Be told how far a stage of an evaluation has come."""
+    """Receives how far a stage of a batch has come."""
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Take note that `done` of `total` items of `stage` are finished."""
+        """Note that `done` of `total` items of `stage` are finished."""
 
 
 def no_progress(stage: str, done: int, total: int) -> None:
-    """Take no note."""
+    """Ignore progress."""
 
 
 def run_chunks(
@@ -42,23 +50,16 @@ def run_chunks(
 
     Parameters
     ----------
-    work : callable
-        A function at the top of a module, called as ``work(shared, chunk)``.
-    shared : object
-        What all chunks need; as `fpmatch.engine.engine.Engine.map` has it.
+    work, shared
+        As for `fpmatch.engine.engine.Engine.map`.
     chunks : sequence
         The pieces of work.
     workers : int, optional
-        How many processes (default: one a core); 1 works in this process.
+        Number of processes (default: one a core); 1 works in this process.
     engine : Engine, optional
-        An engine that somebody has taken hold of, to work there instead.
+        An engine to work on instead; it is not released here.
     finished : callable
         Called with each chunk, in order, once its result is there.
-
-    Returns
-    -------
-    list
-        The results in the order of `chunks`.
 
     Raises
     ------
@@ -67,13 +68,119 @@ def run_chunks(
     EngineError
         If a worker process ended before its work was done.
     """
-    count = available_cores() if workers is None else workers
     results = []
     with (
-        cores(min(count, max(1, len(chunks)))) if engine is None else nullcontext(engine) as place,
+        _engine_for(len(chunks), workers, engine) as place,
         closing(place.map(work, shared, chunks)) as stream,
     ):
         for result, chunk in zip(stream, chunks, strict=True):
             results.append(result)
             finished(chunk)
     return results
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt(Generic[Result]):
+    """Hold what the work on one item gave.
+
+    Parameters
+    ----------
+    result : object or None
+        The result; None if the work raised an `FpmatchError`.
+    reason : str
+        Message of that error; else "".
+    cpu_ms : float
+        CPU time of the attempt in milliseconds.
+    """
+
+    result: Result | None
+    reason: str
+    cpu_ms: float
+
+
+def attempt_each(
+    engine: Engine,
+    work: Callable[[Item], Result],
+    items: Iterable[Item],
+    *,
+    items_per_chunk: int = ITEMS_PER_CHUNK,
+) -> Generator[tuple[Item, Attempt[Result]], None, None]:
+    """Yield each item with what the work on it gave; an item that is refused stops nothing.
+
+    Parameters
+    ----------
+    engine : Engine
+        Where the work is done.
+    work : callable
+        A function at the top of a module, or a `functools.partial` of one, called as
+        ``work(item)``. Its `FpmatchError` becomes the attempt's reason.
+    items : iterable
+        The items, drawn as they are needed.
+    items_per_chunk : int
+        Items sent to a worker at once.
+
+    Examples
+    --------
+    >>> from fpmatch.engine.engine import serial
+    >>> [attempt.result for _, attempt in attempt_each(serial(), abs, [-1, 2, -3])]
+    [1, 2, 3]
+    """
+    sent: deque[list[Item]] = deque()
+
+    def chunks() -> Iterator[list[Item]]:
+        iterator = iter(items)
+        while chunk := list(islice(iterator, items_per_chunk)):
+            sent.append(chunk)
+            yield chunk
+
+    with closing(engine.map(_attempt_chunk, work, chunks())) as results:
+        for attempts in results:
+            yield from zip(sent.popleft(), attempts, strict=True)
+
+
+def attempt_all(
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    *,
+    stage: str,
+    workers: int | None = None,
+    engine: Engine | None = None,
+    progress: Progress = no_progress,
+) -> list[Attempt[Result]]:
+    """Return the attempts of `attempt_each` at a list of items; other parameters as `run_chunks`.
+
+    `progress` is called with `stage` and the number of items that are done.
+    """
+    attempts: list[Attempt[Result]] = []
+    progress(stage, 0, len(items))
+    with (
+        _engine_for(-(-len(items) // ITEMS_PER_CHUNK), workers, engine) as place,
+        closing(attempt_each(place, work, items)) as stream,
+    ):
+        for _, attempt in stream:
+            attempts.append(attempt)
+            progress(stage, len(attempts), len(items))
+    return attempts
+
+
+def _engine_for(
+    chunks: int, workers: int | None, engine: Engine | None
+) -> Engine | nullcontext[Engine]:
+    """Return the engine given, which stays open, or one of no more processes than chunks."""
+    if engine is not None:
+        return nullcontext(engine)
+    return processes(min(available_cores() if workers is None else workers, max(1, chunks)))
+
+
+def _attempt_chunk(work: Callable[[Item], Result], chunk: list[Item]) -> list[Attempt[Result]]:
+    return [_attempt(work, item) for item in chunk]
+
+
+def _attempt(work: Callable[[Item], Result], item: Item) -> Attempt[Result]:
+    start = time.process_time()
+    result, reason = None, ""
+    try:
+        result = work(item)
+    except FpmatchError as error:
+        reason = str(error)
+    return Attempt(result, reason, 1000.0 * (time.process_time() - start))

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from itertools import islice
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from fpmatch.engine.workers import Progress, no_progress
-from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.each_image import for_each_image
+from fpmatch.engine.workers import Attempt, Progress, attempt_all, no_progress
 from fpmatch.gallery.prints import ExtractedPrint
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
@@ -21,12 +19,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.engine.engine import Engine
-    from fpmatch.evaluation.dataset import Dataset
-    from fpmatch.evaluation.each_image import ImageChunk
+    from fpmatch.evaluation.dataset import Dataset, Impression
     from fpmatch.image.io.read import GreyImage
     from fpmatch.minutiae import Template
 
     Extractor = Callable[[Path, float | None], Template | ExtractedPrint]
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,49 +146,86 @@ def extract_datasets(
         The databases.
     extractor : callable
         Makes a template from a path and a resolution (None: the file's own), alone or in an
-        `ExtractedPrint` with what was noticed; a function at the top of a module. By default
+        `ExtractedPrint` with notes; a function at the top of a module. By default
         `extract_image`, the images of a folder read with one polarity.
-    workers : int, optional
-        Processes to use (default: one a core).
-    engine : Engine, optional
-        As for `fpmatch.engine.workers.run_chunks`.
-    progress : callable
-        Called as ``progress(stage, done, total)``, in images.
-    stage : str
-        Name of the stage, for `progress`.
+    workers, engine, progress, stage
+        As for `fpmatch.engine.workers.attempt_all`, in images.
 
     Returns
     -------
     list of ExtractedSet
         The databases in their order. Images that cannot be used are kept as failures.
     """
-    found = for_each_image(
+    found = attempt_each_image(
         datasets,
-        _extract_chunk,
         extractor or partial(extract_image, reader=dataset_reader(datasets)),
         stage=stage,
         workers=workers,
         engine=engine,
         progress=progress,
     )
-    return [ExtractedSet(*row) for row in zip(datasets, found, strict=True)]
+    return [
+        ExtractedSet(dataset, tuple(map(_extraction, dataset.impressions, attempts)))
+        for dataset, attempts in zip(datasets, found, strict=True)
+    ]
 
 
-def _extract_chunk(extractor: Extractor, chunk: ImageChunk) -> list[Extraction]:
-    return [_extract_one(extractor, path, dpi) for path, dpi in chunk]
+def attempt_each_image(
+    datasets: Sequence[Dataset],
+    work: Callable[[Path, float | None], Result],
+    *,
+    stage: str,
+    workers: int | None = None,
+    engine: Engine | None = None,
+    progress: Progress = no_progress,
+) -> list[list[Attempt[Result]]]:
+    """Work on every image of some databases; see `fpmatch.engine.workers.attempt_all`.
+
+    Parameters
+    ----------
+    datasets : sequence of Dataset
+        The databases.
+    work : callable
+        A function at the top of a module, or a `functools.partial` of one, called with a path and
+        a resolution (None: the file's own).
+    stage, workers, engine, progress
+        As for `fpmatch.engine.workers.attempt_all`.
+
+    Returns
+    -------
+    list of list of Attempt
+        For each database, the attempts at its impressions in their order.
+    """
+    images = [(i.path, dataset.dpi) for dataset in datasets for i in dataset.impressions]
+    attempts = iter(
+        attempt_all(
+            partial(_on_image, work),
+            images,
+            stage=stage,
+            workers=workers,
+            engine=engine,
+            progress=progress,
+        )
+    )
+    return [list(islice(attempts, len(dataset.impressions))) for dataset in datasets]
 
 
-def _extract_one(extractor: Extractor, path: Path, dpi: float | None) -> Extraction:
-    start = time.process_time()
-    found: ExtractedPrint | None = None
-    try:
-        made = extractor(path, dpi)
-        found = made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
-        reason = "" if len(found.template.minutiae) else f"{path}: no minutiae found"
-    except FpmatchError as error:
-        reason = str(error)
-    cpu_ms = 1000.0 * (time.process_time() - start)
-    if found is None:
-        return Extraction(None, reason, cpu_ms)
-    template = None if reason else found.template
-    return Extraction(template, reason, cpu_ms, found.dpi_assumed, found.notes)
+def _on_image(
+    work: Callable[[Path, float | None], Result], image: tuple[Path, float | None]
+) -> Result:
+    return work(*image)
+
+
+def _extraction(impression: Impression, attempt: Attempt[Template | ExtractedPrint]) -> Extraction:
+    made = attempt.result
+    if made is None:
+        return Extraction(None, attempt.reason, attempt.cpu_ms)
+    found = made if isinstance(made, ExtractedPrint) else ExtractedPrint(made)
+    empty = not len(found.template.minutiae)
+    return Extraction(
+        template=None if empty else found.template,
+        reason=f"{impression.path}: no minutiae found" if empty else "",
+        cpu_ms=attempt.cpu_ms,
+        dpi_assumed=found.dpi_assumed,
+        notes=found.notes,
+    )

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.evaluation.table import RATE_TITLES, lined_up
+from fpmatch.evaluation.table import RATE_TITLES
+from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from fpmatch.evaluation.intervals import Interval, RateIntervals, ReportIntervals
@@ -41,7 +42,7 @@ def format_intervals(report: EvaluationReport, intervals: ReportIntervals) -> st
     if not names:
         return "95 % intervals: none, there are too few fingers"
     head = ("95 % intervals", *(INTERVAL_TITLES[name] for name in names))
-    return lined_up([head, *((title, *_cells(one, names)) for title, one in rows)])
+    return text_table([head, *((title, *_cells(one, names)) for title, one in rows)])
 
 
 def _cells(intervals: RateIntervals, names: list[str]) -> list[str]:

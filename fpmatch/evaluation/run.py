@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fpmatch.engine.engine import cores
+from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.comparison import compare_sets
@@ -109,7 +109,7 @@ def evaluate_matchers(
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
     everything = [*loaded, *(() if enrolment is None else enrolment.impostors)]
-    with cores(workers) as engine:
+    with processes(workers) as engine:
         found = extract_datasets(everything, extractor=extractor, engine=engine, progress=progress)
         extracted, impostors = found[: len(loaded)], found[len(loaded) :]
         probes = None

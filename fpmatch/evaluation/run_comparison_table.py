@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.evaluation.table import RATE_TITLES, lined_up, percent
+from fpmatch.evaluation.table import RATE_TITLES, percent
+from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,7 +49,7 @@ def format_paired(comparison: PairedComparison, name: str) -> str:
         cells += _rows(one, one.changes[:1])
     for one in (c.mean, c.pooled):
         cells += _rows(one, one.changes)
-    lines.append(lined_up(cells))
+    lines.append(text_table(cells))
     if c.only_before or c.only_now:
         lines.append(
             f"left out: {c.only_before:,} pairs that only the earlier run compared, "

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.text_table import text_table
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -53,7 +55,7 @@ def format_table(report: EvaluationReport) -> str:
             *(percent(report.rank_one), str(failed), "", ""),
         ),
     ]
-    return lined_up(cells)
+    return text_table(cells)
 
 
 def format_matchers(reports: Sequence[EvaluationReport]) -> str:
@@ -81,7 +83,7 @@ def format_matchers(reports: Sequence[EvaluationReport]) -> str:
             for report in reports
         ),
     ]
-    return lined_up(cells)
+    return text_table(cells)
 
 
 def _set_cells(row: SetResult, names: list[str]) -> tuple[str, ...]:
@@ -107,24 +109,3 @@ def percent(rate: float | None) -> str:
     ('1.23 %', '-')
     """
     return _UNDEFINED if rate is None else f"{100 * rate:.2f} %"
-
-
-def lined_up(cells: Sequence[Sequence[str]]) -> str:
-    """Return rows of cells as lines of equal columns, the first to the left, others to the right.
-
-    Examples
-    --------
-    >>> print(lined_up([("set", "EER"), ("ours", "1 %")]))
-    set   EER
-    ours  1 %
-    """
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return "\n".join(_line(row, widths) for row in cells)
-
-
-def _line(cells: Sequence[str], widths: list[int]) -> str:
-    first, *others = (
-        cell.rjust(width) if column else cell.ljust(width)
-        for column, (cell, width) in enumerate(zip(cells, widths, strict=True))
-    )
-    return "  ".join([first, *others]).rstrip()

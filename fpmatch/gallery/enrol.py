@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.engine.engine import cores
+from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.duplicates import Claim
@@ -107,7 +107,7 @@ def enrol(
     run = _Run(gallery, pattern or NamePattern(), len(prints), progress)
     progress("enrol", 0, len(prints))
     with (
-        engine or cores() as place,
+        engine or processes() as place,
         closing(place.map(extract_jobs, make, run.new(prints))) as results,
     ):
         extracted: list[ExtractedJob] = []

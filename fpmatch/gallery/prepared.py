@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch._version import __version__
-from fpmatch.engine.engine import cores
+from fpmatch.engine.engine import processes
 from fpmatch.errors import MatcherError, OutputError
 from fpmatch.gallery.compact import unpack_entry
 from fpmatch.matching.packed_templates import PackedTemplates
@@ -90,7 +90,7 @@ def prepare_gallery(
         kept = _load(folder / f"{form}-{fingerprint}")
         if kept is not None:
             return kept
-    prepared = _renew(gallery, matcher, _newest(folders, form), engine or cores(), progress)
+    prepared = _renew(gallery, matcher, _newest(folders, form), engine or processes(), progress)
     # What was enrolled meanwhile may be among them: under no name that stands for a content then.
     unchanged = gallery.content_hash() == fingerprint
     name = fingerprint if unchanged else secrets.token_hex(16)

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.engine.engine import here
+from fpmatch.engine.engine import serial
 from fpmatch.errors import ImageError
 from fpmatch.gallery.documents import candidate_document, summary_document
 from fpmatch.gallery.duplicates import Claim
@@ -177,5 +177,5 @@ def _search(gallery: Gallery, matcher: str) -> Search:
     key = (gallery.name, matcher, gallery.content_hash())
     if key not in _kept:
         _kept.clear()
-        _kept[key] = open_search(gallery, matcher, engine=here())
+        _kept[key] = open_search(gallery, matcher, engine=serial())
     return _kept[key]

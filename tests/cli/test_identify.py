@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from fpmatch.engine.engine import here
+from fpmatch.engine.engine import serial
 from fpmatch.gallery.enrol import enrol
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import find_prints
@@ -17,7 +17,7 @@ def place(tmp_path_factory, prints):
     folder = tmp_path_factory.mktemp("gallery")
     with open_gallery(folder / "prints.db", create=True) as gallery:
         files = find_prints(prints / name for name in ("1_1.png", "2_1.png", "1_2.png"))
-        assert enrol(gallery, files, engine=here()).enrolled == 3
+        assert enrol(gallery, files, engine=serial()).enrolled == 3
     return folder / "prints.db"
 
 

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from fpmatch import assess, fmr_to_score
-from fpmatch.engine.engine import here
+from fpmatch.engine.engine import serial
 from fpmatch.gallery.enrol import enrol
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import find_prints
@@ -358,7 +358,7 @@ def gallery(tmp_path_factory, prints):
     folder = tmp_path_factory.mktemp("claims")
     with open_gallery(folder / "prints.db", create=True) as opened:
         files = find_prints(prints / name for name in ("1_1.png", "1_2.png", "2_1.png"))
-        assert enrol(opened, files, engine=here()).enrolled == 3
+        assert enrol(opened, files, engine=serial()).enrolled == 3
     return folder / "prints.db"
 
 

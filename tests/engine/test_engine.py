@@ -19,8 +19,8 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from fpmatch.engine import cluster, task
-from fpmatch.engine.engine import cores, make_engine
-from fpmatch.engine.local import CHUNKS_IN_FLIGHT, Here
+from fpmatch.engine.engine import make_engine, processes
+from fpmatch.engine.local import CHUNKS_IN_FLIGHT, Serial
 from fpmatch.errors import EngineError, ImageError
 
 FOLDER = Path(__file__).parent
@@ -55,10 +55,10 @@ def scheduler(workers_find_the_work):
         yield started.scheduler_address
 
 
-@pytest.fixture(params=["here", "cores", pytest.param("dask", marks=needs_dask)])
+@pytest.fixture(params=["serial", "processes", pytest.param("dask", marks=needs_dask)])
 def engine(request, workers_find_the_work):
     scheduler = request.getfixturevalue("scheduler") if request.param == "dask" else None
-    workers = {"here": 1, "cores": 2, "dask": None}[request.param]
+    workers = {"serial": 1, "processes": 2, "dask": None}[request.param]
     with make_engine(workers, scheduler) as made:
         yield made
 
@@ -96,7 +96,7 @@ def test_an_error_of_the_work_comes_through(engine):
 
 @pytest.mark.usefixtures("workers_find_the_work")
 def test_processes_go_on_to_the_next_work_while_the_engine_is_held():
-    with cores(2) as engine:
+    with processes(2) as engine:
         first = set(engine.map(chunk_work.process, None, range(8)))
         again = set(engine.map(chunk_work.process, None, range(8)))
         # how many of the two get work is a matter of time
@@ -108,7 +108,7 @@ def test_processes_go_on_to_the_next_work_while_the_engine_is_held():
 
 @pytest.mark.usefixtures("workers_find_the_work")
 def test_processes_end_with_the_work_where_nobody_holds_the_engine():
-    engine = cores(2)
+    engine = processes(2)
     for process in set(engine.map(chunk_work.process, None, range(8))):
         assert not _is_there(process)
 
@@ -137,7 +137,7 @@ def test_two_works_in_turn_keep_what_is_theirs(engine):
 
 @pytest.mark.usefixtures("workers_find_the_work")
 def test_work_left_off_is_in_nobodys_way(tasks, tmp_path):
-    with cores(2) as engine:
+    with processes(2) as engine:
         with closing(engine.map(chunk_work.note, tmp_path, count())) as left_off:
             assert next(left_off) == 0
             assert next(left_off) == 1
@@ -149,7 +149,7 @@ def test_work_left_off_is_in_nobodys_way(tasks, tmp_path):
 
 @pytest.mark.usefixtures("workers_find_the_work")
 def test_work_waiting_to_be_taken_is_in_nobodys_way():
-    with cores(2) as engine, closing(engine.map(chunk_work.add, 0, count())) as first:
+    with processes(2) as engine, closing(engine.map(chunk_work.add, 0, count())) as first:
         assert next(first) == 0
         assert list(engine.map(chunk_work.add, 10, range(20))) == list(range(10, 30))
         assert next(first) == 1
@@ -157,7 +157,7 @@ def test_work_waiting_to_be_taken_is_in_nobodys_way():
 
 @pytest.mark.usefixtures("workers_find_the_work")
 def test_after_a_dead_process_a_held_engine_works_again(tasks, tmp_path):
-    with cores(2) as engine:
+    with processes(2) as engine:
         with pytest.raises(EngineError, match="a worker process ended"):
             list(engine.map(chunk_work.die_once, tmp_path, range(8)))
         assert list(tasks.iterdir()) == []
@@ -180,14 +180,14 @@ def test_results_before_an_error_come_first(engine):
 @pytest.mark.usefixtures("workers_find_the_work")
 def test_where_an_error_was_raised_is_told():
     with pytest.raises(ValueError, match="0") as raised:
-        list(cores(2).map(chunk_work.fail_at, 0, range(2)))
+        list(processes(2).map(chunk_work.fail_at, 0, range(2)))
     assert "chunk_work.py" in str(raised.value.__cause__)
 
 
 @pytest.mark.usefixtures("workers_find_the_work")
 def test_a_dead_process_is_said(tmp_path):
     with pytest.raises(EngineError, match="a worker process ended before its work was done"):
-        list(cores(2).map(chunk_work.die_once, tmp_path, range(8)))
+        list(processes(2).map(chunk_work.die_once, tmp_path, range(8)))
 
 
 def _is_there(process):
@@ -200,14 +200,18 @@ def _is_there(process):
 
 def test_workers_end_with_the_process_that_started_them(tmp_path):
     code = (
-        "from pathlib import Path; import chunk_work; from fpmatch.engine.engine import cores\n"
+        "from pathlib import Path; import chunk_work; from fpmatch.engine.engine import processes\n"
         "if __name__ == '__main__':\n"
-        f"    list(cores(2).map(chunk_work.sleep_long, Path({str(tmp_path)!r}), range(2)))"
+        f"    list(processes(2).map(chunk_work.sleep_long, Path({str(tmp_path)!r}), range(2)))"
     )
     script = tmp_path / "script.py"
     script.write_text(code)
     with TemporaryDirectory() as temporary:  # of a short name, as fork servers need it
-        environment = {**os.environ, "PYTHONPATH": str(FOLDER), "TMPDIR": temporary}
+        environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(FOLDER), *sys.path]),
+            "TMPDIR": temporary,
+        }
         with subprocess.Popen([sys.executable, script], env=environment) as main:
             while len(workers := [int(p.name) for p in tmp_path.iterdir() if p.name.isdigit()]) < 2:
                 assert main.poll() is None
@@ -222,20 +226,20 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
 @pytest.mark.skipif(sys.platform != "linux", reason="workers are forked from a server on Linux")
 def test_what_workers_need_is_imported_before_they_start(tmp_path):
     code = (
-        "import os, signal; import chunk_work; from fpmatch.engine.engine import cores\n"
-        "from fpmatch.engine.local import get_ready\n"
+        "import os, signal; import chunk_work; from fpmatch.engine.engine import processes\n"
+        "from fpmatch.engine.local import start_fork_server\n"
         "if __name__ == '__main__':\n"
         "    before = dict(os.environ), signal.getsignal(signal.SIGINT)\n"
-        "    get_ready(1, 'no.such.module')\n"
-        "    get_ready(2, 'no.such.module', 'colorsys')\n"
+        "    start_fork_server(1, 'no.such.module')\n"
+        "    start_fork_server(2, 'no.such.module', 'colorsys')\n"
         "    assert (dict(os.environ), signal.getsignal(signal.SIGINT)) == before\n"
-        "    assert all(cores(2).map(chunk_work.is_loaded, 'colorsys', range(4)))\n"
-        "    assert not any(cores(2).map(chunk_work.is_loaded, 'wave', range(4)))\n"
-        "    assert all(cores(2).map(chunk_work.looks_for_garbage, None, range(4)))\n"
+        "    assert all(processes(2).map(chunk_work.is_loaded, 'colorsys', range(4)))\n"
+        "    assert not any(processes(2).map(chunk_work.is_loaded, 'wave', range(4)))\n"
+        "    assert all(processes(2).map(chunk_work.looks_for_garbage, None, range(4)))\n"
     )
     script = tmp_path / "script.py"
     script.write_text(code)
-    environment = {**os.environ, "PYTHONPATH": str(FOLDER)}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(FOLDER), *sys.path])}
     done = subprocess.run(
         [sys.executable, script], env=environment, capture_output=True, text=True, check=False
     )
@@ -278,7 +282,7 @@ def test_a_cluster_without_workers_is_given_up(monkeypatch):
     import distributed
 
     monkeypatch.setattr(cluster, "NO_WORKERS_S", 0.2)
-    monkeypatch.setattr(cluster, "LOOK_AGAIN_S", 0.1)
+    monkeypatch.setattr(cluster, "POLL_S", 0.1)
     with (
         distributed.LocalCluster(
             n_workers=0, host="127.0.0.1", dashboard_address=":0", silence_logs=60
@@ -292,7 +296,7 @@ def test_a_cluster_without_workers_is_given_up(monkeypatch):
 def test_a_worker_of_another_version_refuses():
     told = pickle.dumps(("0.0.1", chunk_work.add, 1))
     with pytest.raises(EngineError, match=r"a worker has fpmatch .*, not 0\.0\.1: scores might"):
-        cluster._work_on("run", told, 2)
+        cluster._run_chunk("run", told, 2)
 
 
 def test_without_dask_the_extra_is_named(monkeypatch):
@@ -302,8 +306,8 @@ def test_without_dask_the_extra_is_named(monkeypatch):
 
 
 def test_workers_and_scheduler_exclude_each_other():
-    with pytest.raises(ValueError, match="one or the other"):
+    with pytest.raises(ValueError, match="not both"):
         make_engine(workers=2, scheduler="tcp://127.0.0.1:8786")
     with pytest.raises(ValueError, match="at least 1"):
         make_engine(workers=0)
-    assert isinstance(make_engine(workers=1), Here)
+    assert isinstance(make_engine(workers=1), Serial)

@@ -31,7 +31,7 @@ def test_interrupt_ends_parent_and_workers_quickly(make_database, tmp_path):
     folder = make_database(fingers=20, impressions=8)
     process = subprocess.Popen(
         [sys.executable, script, folder],
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

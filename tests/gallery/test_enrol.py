@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.engine.engine import cores, here
+from fpmatch.engine.engine import processes, serial
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import enrol as enrol_module
 from fpmatch.gallery.enrol import enrol
@@ -57,7 +57,7 @@ def labels(gallery):
 
 
 def test_new_prints_are_enrolled_and_failures_kept(gallery, folder, extractor):
-    result = enrol(gallery, find_prints([folder]), engine=here(), extractor=extractor)
+    result = enrol(gallery, find_prints([folder]), engine=serial(), extractor=extractor)
     assert (result.enrolled, result.known) == (24, 0)
     expected = {
         "7_1.tif": "broken",
@@ -72,7 +72,7 @@ def test_new_prints_are_enrolled_and_failures_kept(gallery, folder, extractor):
 
 def test_again_nothing_is_extracted_but_what_failed(gallery, folder, extractor):
     prints = find_prints([folder])
-    enrol(gallery, prints, engine=here(), extractor=extractor)
+    enrol(gallery, prints, engine=serial(), extractor=extractor)
     seen = []
 
     def noting(file):
@@ -80,13 +80,13 @@ def test_again_nothing_is_extracted_but_what_failed(gallery, folder, extractor):
         return extractor(file)
 
     before = gallery.content_hash()
-    result = enrol(gallery, prints, engine=here(), extractor=noting)
+    result = enrol(gallery, prints, engine=serial(), extractor=noting)
     assert (result.enrolled, result.known, len(result.failures)) == (0, 24, 3)
     assert seen == ["7_1.tif"]
     assert gallery.content_hash() == before
     (folder / "7_1.tif").write_text("mended")
     (folder / "9_1.tif").write_text("new")
-    result = enrol(gallery, find_prints([folder]), engine=here(), extractor=noting)
+    result = enrol(gallery, find_prints([folder]), engine=serial(), extractor=noting)
     assert (result.enrolled, result.known, len(result.failures)) == (2, 24, 2)
     assert len(gallery.failures()) == 2
 
@@ -95,7 +95,7 @@ def test_any_number_of_workers_gives_the_same_gallery(folder, tmp_path, extracto
     contents = []
     for workers in (1, 2):
         with open_gallery(tmp_path / f"{workers}.db", create=True) as gallery:
-            enrol(gallery, find_prints([folder]), engine=cores(workers), extractor=extractor)
+            enrol(gallery, find_prints([folder]), engine=processes(workers), extractor=extractor)
             contents.append((list(gallery.entries()), list(gallery.packed_templates())))
     assert contents[0] == contents[1]
 
@@ -105,7 +105,7 @@ def test_progress_counts_every_picture_once(gallery, folder, extractor):
     enrol(
         gallery,
         find_prints([folder]),
-        engine=here(),
+        engine=serial(),
         extractor=extractor,
         progress=lambda *row: told.append(row),
     )
@@ -120,7 +120,7 @@ def test_a_pattern_of_ones_own(gallery, tmp_path, extractor):
         (tmp_path / name).write_text(name)
     pattern = NamePattern(r"(?P<subject>\w+)/(?P<finger>\w+)-(?P<impression>\d)")
     prints = find_prints([tmp_path / "ada", tmp_path / "bob"])
-    result = enrol(gallery, prints, pattern=pattern, engine=here(), extractor=extractor)
+    result = enrol(gallery, prints, pattern=pattern, engine=serial(), extractor=extractor)
     assert result.enrolled == 3
     assert labels(gallery) == ["ada_left_1", "ada_right_1", "bob_left_1"]
 
@@ -130,7 +130,7 @@ def test_equal_names_in_two_folders_are_not_mixed_up(gallery, tmp_path, folder, 
     other.mkdir()
     (other / "1_1.tif").write_text("another finger")
     prints = find_prints([folder / "1_1.tif", other])
-    result = enrol(gallery, prints, engine=here(), extractor=extractor)
+    result = enrol(gallery, prints, engine=serial(), extractor=extractor)
     (failure,) = result.failures
     assert failure.source == str(other / "1_1.tif")
     assert failure.reason == f"another picture is enrolled as 1_1 already ({folder}/1_1.tif)"
@@ -139,17 +139,19 @@ def test_equal_names_in_two_folders_are_not_mixed_up(gallery, tmp_path, folder, 
 def test_resolutions_may_differ_and_are_told_apart(gallery, folder, extractor):
     (folder / "1_1.tif").write_text("untagged print")
     one, two = folder / "1_1.tif", folder / "1_2.tif"
-    assert enrol(gallery, find_prints([one]), engine=here(), extractor=extractor).assumed == (one,)
-    enrol(gallery, find_prints([two], 569), engine=here(), extractor=extractor)
+    assert enrol(gallery, find_prints([one]), engine=serial(), extractor=extractor).assumed == (
+        one,
+    )
+    enrol(gallery, find_prints([two], 569), engine=serial(), extractor=extractor)
     assert [entry.dpi for entry in gallery.entries()] == [500.0, 569.0]
-    again = enrol(gallery, find_prints([one], 569), engine=here(), extractor=extractor)
+    again = enrol(gallery, find_prints([one], 569), engine=serial(), extractor=extractor)
     assert [f.reason for f in again.failures] == ["enrolled already, at 500 dpi, not 569"]
 
 
 def test_a_file_that_goes_away_is_a_failure(gallery, folder, extractor):
     prints = find_prints([folder / "1_1.tif", folder / "1_2.tif"])
     (folder / "1_1.tif").unlink()
-    result = enrol(gallery, prints, engine=here(), extractor=extractor)
+    result = enrol(gallery, prints, engine=serial(), extractor=extractor)
     assert [f.reason for f in result.failures] == ["no such file or directory"]
     assert labels(gallery) == ["1_2"]
 
@@ -160,20 +162,20 @@ def test_a_gallery_that_cannot_be_written_ends_the_run(gallery, folder, extracto
 
     monkeypatch.setattr(gallery, "add", full)
     with pytest.raises(GalleryError, match="full"):
-        enrol(gallery, find_prints([folder]), engine=here(), extractor=extractor)
+        enrol(gallery, find_prints([folder]), engine=serial(), extractor=extractor)
 
 
 RUN = """
 import sys
 import fake_prints
-from fpmatch.engine.engine import cores
+from fpmatch.engine.engine import processes
 from fpmatch.gallery.enrol import enrol
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import find_prints
 if __name__ == "__main__":
     with open_gallery(sys.argv[1], create=True) as gallery:
         tell = lambda stage, done, total: print(done, flush=True)
-        enrol(gallery, find_prints(sys.argv[2:3]), engine=cores(int(sys.argv[3])),
+        enrol(gallery, find_prints(sys.argv[2:3]), engine=processes(int(sys.argv[3])),
               extractor=fake_prints.extractor, progress=tell)
 """
 
@@ -236,7 +238,7 @@ def test_two_runs_share_the_work_of_one_gallery(where, start):
 
 def test_pictures_come_in_chunks_of_the_new_ones(gallery, folder, extractor, monkeypatch):
     """Known pictures among new ones do not make chunks smaller."""
-    enrol(gallery, find_prints([folder / "1_1.tif"]), engine=here(), extractor=extractor)
+    enrol(gallery, find_prints([folder / "1_1.tif"]), engine=serial(), extractor=extractor)
     sizes = []
     work = enrol_module.extract_jobs
 
@@ -245,7 +247,7 @@ def test_pictures_come_in_chunks_of_the_new_ones(gallery, folder, extractor, mon
         return work(shared, jobs)
 
     monkeypatch.setattr(enrol_module, "extract_jobs", noting)
-    enrol(gallery, find_prints([folder]), engine=here(), extractor=extractor)
+    enrol(gallery, find_prints([folder]), engine=serial(), extractor=extractor)
     assert sizes == [2] * 12
 
 
@@ -261,5 +263,5 @@ def test_what_is_done_is_committed_a_few_pictures_at_a_time(
 
     monkeypatch.setattr(gallery, "add", noting)
     prints = [file for file in find_prints([folder]) if file.path.stem[0] in "12"]
-    enrol(gallery, prints[:7], engine=here(), extractor=extractor)
+    enrol(gallery, prints[:7], engine=serial(), extractor=extractor)
     assert sizes == [4, 3]

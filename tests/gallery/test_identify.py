@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fpmatch.engine.engine import here
+from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError, MatcherError
 from fpmatch.gallery import consolidated
 from fpmatch.gallery import identify as identify_module
@@ -144,7 +144,7 @@ def search(tmp_path):
                 for k in range(1, 13)
             ]
         )
-        return open_search(gallery, engine=here())
+        return open_search(gallery, engine=serial())
 
 
 def test_a_shortlist_finds_what_comparing_all_finds(search):
@@ -227,7 +227,7 @@ def test_impressions_outside_the_shortlist_count_as_no_match(tmp_path):
                 for k in range(1, 5)
             ]
         )
-        search = open_search(gallery, engine=here())
+        search = open_search(gallery, engine=serial())
     (found,) = identify(search, scattered(3), count=1, shortlist=1).candidates
     assert (found.number, found.impressions) == (3, 4)
     assert found.score == pytest.approx(fused_score([found.impression_score, 0.0, 0.0, 0.0]))
@@ -261,7 +261,7 @@ def fingers_of_touches():
 def test_candidates_are_compared_with_what_their_impressions_show_together(
     touches, fingers_of_touches
 ):
-    search = open_search(touches, engine=here())
+    search = open_search(touches, engine=serial())
     together = ConsolidatedFingers(touches, search)
     curve = load_calibration(search.matcher.name)
     for k, finger in enumerate(fingers_of_touches):
@@ -284,7 +284,7 @@ def test_candidates_are_compared_with_what_their_impressions_show_together(
 def test_a_threshold_holds_for_the_score_with_the_consolidated_template(
     touches, fingers_of_touches
 ):
-    search = open_search(touches, engine=here())
+    search = open_search(touches, engine=serial())
     together = ConsolidatedFingers(touches, search)
     probe = fingers_of_touches[1][0]
     best, *_ = identify(search, probe, together=together).candidates
@@ -305,7 +305,7 @@ def test_a_finger_of_one_impression_keeps_its_score(fingers, fake, tmp_path):
 
 def test_only_so_many_fingers_are_kept(touches, fingers_of_touches, monkeypatch):
     monkeypatch.setattr(consolidated, "FINGERS_KEPT", 1)
-    search = open_search(touches, engine=here())
+    search = open_search(touches, engine=serial())
     together = ConsolidatedFingers(touches, search)
     first, second = (
         identify(search, fingers_of_touches[2][0], together=together) for _ in range(2)
@@ -315,7 +315,7 @@ def test_only_so_many_fingers_are_kept(touches, fingers_of_touches, monkeypatch)
 
 
 def test_single_impressions_are_not_consolidated(touches, fingers_of_touches):
-    search = open_search(touches, engine=here())
+    search = open_search(touches, engine=serial())
     with pytest.raises(MatcherError, match="single impressions"):
         identify(
             search,

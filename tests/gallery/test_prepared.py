@@ -9,7 +9,7 @@ import numpy as np
 import platformdirs
 import pytest
 
-from fpmatch.engine.engine import cores, here
+from fpmatch.engine.engine import processes, serial
 from fpmatch.errors import GalleryError
 from fpmatch.gallery import prepared as prepared_module
 from fpmatch.gallery.entry import Label, NewEntry
@@ -48,7 +48,7 @@ def gallery(where):
 def prepare(gallery, told=None):
     """Return the prepared prints; `told` receives how many were prepared for it."""
     progress = (lambda *row: None) if told is None else lambda _, done, total: told.append(done)
-    return prepare_gallery(gallery, MATCHER, engine=here(), progress=progress)
+    return prepare_gallery(gallery, MATCHER, engine=serial(), progress=progress)
 
 
 def same(one, other):
@@ -75,7 +75,7 @@ def kept_in(gallery, cache):
 
 
 def test_the_search_finds_what_comparing_one_by_one_finds(gallery):
-    search = open_search(gallery, engine=here())
+    search = open_search(gallery, engine=serial())
     probe = MATCHER.prepare(new_entry(3).template)
     expected = [
         MATCHER.compare(probe, MATCHER.prepare(template)).similarity
@@ -182,7 +182,7 @@ def test_any_number_of_workers_prepares_the_same(tmp_path, monkeypatch):
     with open_gallery(tmp_path / "g.db", create=True) as gallery:
         gallery.add([new_entry(number) for number in range(5)])
         one = afresh(gallery, monkeypatch)
-        two = prepare_gallery(gallery, MATCHER, engine=cores(2), progress=lambda *_: None)
+        two = prepare_gallery(gallery, MATCHER, engine=processes(2), progress=lambda *_: None)
         assert same(one, two)
 
 

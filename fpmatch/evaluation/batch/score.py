@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch._version import __version__
-from fpmatch.engine.engine import here
+from fpmatch.engine.engine import serial
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError, OutputError
 from fpmatch.evaluation.batch.fingers import check_fingers, write_fingers
@@ -202,7 +202,7 @@ def score(
         key[PROBES] = REFERENCES
         needed[REFERENCES] = sorted({*plan.references, *plan.probes})
     stored = dict.fromkeys(key.values())
-    with engine or here() as place, Store(target, run) as store:
+    with engine or serial() as place, Store(target, run) as store:
         for name in stored:
             collect(store, name, sides[name], needed[name], place, progress)
         failed = {side: store.failures(key[side]) for side in sides}

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
+from fpmatch.engine.workers import attempt_each
 from fpmatch.errors import FpmatchError, ScoringError
 from fpmatch.evaluation.batch.fingers import finger_of_name
 from fpmatch.gallery.compact import unpack_template
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.polarity import Polarity
 
-IMAGES_PER_CHUNK: Final = 2
+    OpenedPrint = tuple[PrintFile, GreyImage | TemplateRecord | FpmatchError]
+
 _ZIP: Final = b"PK"  # how what `pack` returns begins
 _COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
 
@@ -137,22 +139,19 @@ class FolderSource:
         self, engine: Engine, numbers: Sequence[int]
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their numbers."""
-        starts = range(0, len(numbers), IMAGES_PER_CHUNK)
         # Read here, so that workers elsewhere need not see the files.
-        chunks = (
-            [self._read(self._files[n]) for n in numbers[k : k + IMAGES_PER_CHUNK]] for k in starts
-        )
-        with closing(engine.map(_extract_chunk, None, chunks)) as results:
-            for items in results:
-                yield from items
+        opened = (self._read(self._files[n]) for n in numbers)
+        with closing(attempt_each(engine, _extract, opened)) as attempts:
+            for (file, _), attempt in attempts:
+                yield attempt.result or StoredTemplate(
+                    None, attempt.reason.removeprefix(f"{file.path}: ")
+                )
 
-    def _read(
-        self, file: PrintFile
-    ) -> tuple[PrintFile, GreyImage | TemplateRecord] | StoredTemplate:
+    def _read(self, file: PrintFile) -> OpenedPrint:
         try:
             return file, self._open_reader()(file.path)
         except FpmatchError as error:
-            return _failed(file, error)
+            return file, error
 
 
 class GallerySource:
@@ -218,22 +217,12 @@ def unpack(data: bytes) -> Template:
     return Template(minutiae, int(width), int(height), dpi, field)
 
 
-def _extract_chunk(
-    _: None, chunk: list[tuple[PrintFile, GreyImage | TemplateRecord] | StoredTemplate]
-) -> list[StoredTemplate]:
-    return [part if isinstance(part, StoredTemplate) else _extract(*part) for part in chunk]
-
-
-def _extract(file: PrintFile, found: GreyImage | TemplateRecord) -> StoredTemplate:
-    try:
-        extracted = extract_print(file, reader=lambda _: found)
-    except FpmatchError as error:
-        return _failed(file, error)
+def _extract(opened: OpenedPrint) -> StoredTemplate:
+    file, found = opened
+    if isinstance(found, FpmatchError):
+        raise found
+    extracted = extract_print(file, reader=lambda _: found)
     return StoredTemplate(pack(extracted.template), "", extracted.dpi_assumed, extracted.notes)
-
-
-def _failed(file: PrintFile, error: FpmatchError) -> StoredTemplate:
-    return StoredTemplate(None, str(error).removeprefix(f"{file.path}: "))
 
 
 def _state(file: PrintFile) -> tuple[str, int, int, float | None]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.evaluation.ground_truth.false_minutiae import Cause
 from fpmatch.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, TOLERANCES
+from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from fpmatch.evaluation.ground_truth.minutiae_counts import MinutiaeCounts
@@ -47,7 +48,7 @@ def format_minutiae(report: MinutiaeReport) -> str:
         [_FALSE_HEAD, *map(_false_cells, rows)],
         [_TRANSFORM_HEAD, *map(_transform_cells, rows)],
     ]
-    return "\n\n".join(map(_as_text, blocks))
+    return "\n\n".join(map(text_table, blocks))
 
 
 def _minutiae_cells(row: MinutiaeSetResult) -> list[Cells]:
@@ -85,15 +86,3 @@ def _percent(share: float) -> str:
 
 def _number(value: float, unit: str) -> str:
     return _UNDEFINED if math.isnan(value) else f"{value:.2f}{unit}"
-
-
-def _as_text(rows: list[Cells]) -> str:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = (
-        "  ".join(
-            cell.rjust(width) if column else cell.ljust(width)
-            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        for row in rows
-    )
-    return "\n".join(line.rstrip() for line in lines)

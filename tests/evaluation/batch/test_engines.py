@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fpmatch.engine.engine import cores, dask
+from fpmatch.engine.engine import dask, processes
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
 
@@ -43,7 +43,7 @@ def workers_find_the_fakes(monkeypatch):
 
 
 def test_several_processes(tmp_path, expected):
-    assert run(tmp_path / "scores.csv", cores(2)) == expected
+    assert run(tmp_path / "scores.csv", processes(2)) == expected
 
 
 @needs_dask

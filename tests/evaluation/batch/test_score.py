@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from fpmatch.errors import EngineError, MatcherError, OutputError, ScoringError
-from fpmatch.evaluation.batch import rows
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.store import Store
@@ -122,7 +121,7 @@ def test_one_folder_on_both_sides_is_read_once(output):
 def test_parquet_holds_the_same(output, monkeypatch):
     from pyarrow import parquet
 
-    monkeypatch.setattr(rows, "_BLOCK_BYTES", 400)
+    monkeypatch.setattr("fpmatch.evaluation.batch.rows._BLOCK_BYTES", 400)
     run(output)
     table = output.with_suffix(".parquet")
     run(table)

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from fpmatch import extract, verify
-from fpmatch.engine.engine import here
+from fpmatch.engine.engine import serial
 from fpmatch.errors import FpmatchError, ScoringError
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.sources import FolderSource, GallerySource, open_source, pack, unpack
@@ -62,15 +62,15 @@ def test_a_folder_by_name_with_its_failures(folder):
     side = open_source(folder)
     assert isinstance(side, FolderSource)
     assert side.names == ["9_1.png", "10_1.png", "any name, really.tif"]
-    untagged, tagged, failed = side.items(here(), range(3))
+    untagged, tagged, failed = side.items(serial(), range(3))
     assert (untagged.dpi_assumed, tagged.dpi_assumed) == (True, False)
     assert unpack(tagged.data).minutiae == extract(folder / "10_1.png").minutiae
     assert (failed.data, failed.reason) == (None, "not an image of a known format")
-    assert next(side.items(here(), [2])) == failed
+    assert next(side.items(serial(), [2])) == failed
 
 
 def test_a_resolution_for_all(folder):
-    items = list(open_source(folder, dpi=569).items(here(), range(3)))
+    items = list(open_source(folder, dpi=569).items(serial(), range(3)))
     assert [unpack(item.data).dpi for item in items if item.data] == [569, 569]
     assert not any(item.dpi_assumed for item in items)
 
@@ -86,14 +86,14 @@ def test_a_fingerprint_tells_of_changes(folder):
 def test_a_picture_that_goes_away_is_a_row(folder):
     side = open_source(folder)
     (folder / "10_1.png").unlink()
-    assert next(side.items(here(), [1])).reason == "no such file"
+    assert next(side.items(serial(), [1])).reason == "no such file"
 
 
 def test_a_gallery_by_number(gallery):
     side = open_source(gallery)
     assert isinstance(side, GallerySource)
     assert side.names == ["ada_1_1", "bob_2#2", "bob_2#3"]
-    assert [unpack(item.data).width for item in side.items(here(), [0, 2])] == [300, 302]
+    assert [unpack(item.data).width for item in side.items(serial(), [0, 2])] == [300, 302]
 
 
 def test_a_gallery_that_changes_meanwhile_is_refused(gallery):
@@ -101,7 +101,7 @@ def test_a_gallery_that_changes_meanwhile_is_refused(gallery):
     with open_gallery(gallery) as opened:
         opened.remove([2])
     with pytest.raises(ScoringError, match=r"prints.db: changed while it was read; start again"):
-        list(side.items(here(), range(3)))
+        list(side.items(serial(), range(3)))
 
 
 @pytest.mark.parametrize(

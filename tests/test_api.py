@@ -54,7 +54,7 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "_version": set(),
     "errors": set(),
     "minutiae": set(),
-    "scale": set(),
+    "scale": {"matching"},
     "output": set(),
     "text_table": set(),
     "pointset": set(),

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from fpmatch.matching.result import Compared, Verification
+from fpmatch.matching.result import Compared, Comparison, Verification
 from fpmatch.minutiae import Template
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.report import as_dict, as_text
 
 
 def verification(
-    template: Template, transform: Similarity | None, rms_px: float, reason: str = ""
+    template: Template,
+    transform: Similarity | None,
+    rms_px: float,
+    reason: str = "",
+    compared: Compared | None = None,
 ) -> Verification:
     return Verification(
         match=bool(np.bool_(transform is not None)),
@@ -23,12 +26,16 @@ def verification(
         fmr=5.9e-6,
         threshold=40.0,
         matcher="unit-circle",
-        transform=transform,
-        pairs=np.array([[0, 1], [2, 3]], np.int32),
-        rms_px=rms_px,
-        agreement=0.816,
-        overlap=0.74,
-        reason=reason,
+        comparison=Comparison(
+            similarity=5.0,
+            transform=transform,
+            pairs=np.array([[0, 1], [2, 3]], np.int32),
+            rms_px=rms_px,
+            agreement=0.816,
+            overlap=0.74,
+            reason=reason,
+            compared=compared,
+        ),
         probe=template,
         reference=template,
     )
@@ -50,16 +57,18 @@ def test_text_of_a_match(template: Template) -> None:
 
 
 def test_text_and_json_say_how_much_was_compared(template: Template) -> None:
-    found = verification(template, Similarity(1.0, 0.0, 0.0, 0.0), 2.0)
-    lines = as_text(replace(found, compared=Compared(44, 93.4, 0.562, 86.2, 14.04))).splitlines()
+    move = Similarity(1.0, 0.0, 0.0, 0.0)
+    compared = Compared(44, 93.4, 0.562, 86.2, 14.04)
+    lines = as_text(verification(template, move, 2.0, compared=compared)).splitlines()
     assert lines[5:7] == [
         "  Overlap     74% of the smaller print, 93 mm2",
         "  Ridges      agreement 0.56 on 86 mm2, about +14.0 of the score",
     ]
     compared = Compared(44, 93.4, None, 0.0, 0.0)
-    lines = as_text(replace(found, compared=compared)).splitlines()
+    found = verification(template, move, 2.0, compared=compared)
+    lines = as_text(found).splitlines()
     assert lines[6] == "  Ridges      not compared"
-    document = as_dict(replace(found, compared=compared), "a", "b")
+    document = as_dict(found, "a", "b")
     assert document["compared"] == {
         "minutiae": 44,
         "area_mm2": 93.4,
@@ -67,7 +76,7 @@ def test_text_and_json_say_how_much_was_compared(template: Template) -> None:
         "ridge_area_mm2": 0.0,
         "ridge_score": 0.0,
     }
-    assert as_dict(found, "a", "b")["compared"] is None
+    assert as_dict(verification(template, move, 2.0), "a", "b")["compared"] is None
 
 
 def test_text_without_a_transform(template: Template) -> None:

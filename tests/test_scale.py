@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from fpmatch import Minutiae, Template, extract, find_scale, verify
-from fpmatch.scale import ScaleParameters, measure_scale
+from fpmatch.scale import MIN_PAIRS, measure_scale
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_skin_is_let_be_and_a_wrong_resolution_is_not(scattered: Template) -> No
 
 
 def test_where_nothing_can_be_measured(scattered: Template) -> None:
-    few = all_pairs(scattered)[: ScaleParameters().min_pairs - 1]
+    few = all_pairs(scattered)[: MIN_PAIRS - 1]
     assert measure_scale(scattered, scattered, few) is None
     heap = replace(scattered, minutiae=Minutiae(np.ones(30), np.ones(30), np.ones(30)))
     assert measure_scale(heap, heap, all_pairs(heap)) is None
@@ -92,7 +92,7 @@ def print_(fingers: list[NDArray[np.uint8]]) -> Template:
 
 
 def test_a_match_of_right_resolutions(print_: Template) -> None:
-    found = find_scale(verify(print_, print_), verify)
+    found = find_scale(verify(print_, print_))
     assert found is not None
     assert (found.ratio, found.differs) == (pytest.approx(1), False)
 
@@ -101,7 +101,7 @@ def test_a_match_of_right_resolutions(print_: Template) -> None:
 def test_a_wrong_resolution_is_found_match_or_not(print_: Template, factor: float) -> None:
     wrong = replace(print_, dpi=print_.dpi * factor)
     decision = verify(wrong, print_)
-    found = find_scale(decision, verify)
+    found = find_scale(decision)
     assert found is not None
     assert found.differs
     assert found.ratio == pytest.approx(factor, rel=0.02)
@@ -111,6 +111,6 @@ def test_a_wrong_resolution_is_found_match_or_not(print_: Template, factor: floa
 
 def test_different_fingers_have_no_scale(fingers: list[NDArray[np.uint8]]) -> None:
     a, b = (extract(pixels, dpi=500) for pixels in fingers)
-    assert find_scale(verify(a, b), verify) is None
+    assert find_scale(verify(a, b)) is None
     at_the_edge = replace(a, dpi=110.0)
-    assert find_scale(verify(at_the_edge, b), verify) is None
+    assert find_scale(verify(at_the_edge, b)) is None

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from fpmatch.image.io.raw import RawSize
     from fpmatch.matching.matchers.paper import PaperMatcher
     from fpmatch.matching.result import Verification
-    from fpmatch.scale import ScaleMeasurement
 
 IMAGE: Final = click.Path(path_type=Path)
 FMR_HELP: Final = (
@@ -153,28 +152,6 @@ def compare(options: PairOptions) -> tuple[GivenPrint, GivenPrint, Verification]
     )
     _say_calibrated_otherwise(options)
     return probe, reference, verification
-
-
-def scale_between(verification: Verification, options: PairOptions) -> ScaleMeasurement | None:
-    """Return the scale between the prints of a verification, at the resolutions that they claim.
-
-    Other scales are not tried for a matcher that decides by itself: it finds the same pairs there.
-    """
-    if verification.rho is not None and not verification.match:
-        return None
-    from functools import partial
-
-    from fpmatch.matching.calibration import load_calibration
-    from fpmatch.matching.verify import verify
-    from fpmatch.scale import find_scale
-
-    same = partial(
-        verify,
-        matcher=_matcher(options),
-        threshold=chosen_threshold(options),
-        calibration=load_calibration(options.matcher, options.calibration),
-    )
-    return find_scale(verification, same)
 
 
 def _matcher(options: PairOptions) -> str | PaperMatcher:

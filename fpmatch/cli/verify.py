@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from fpmatch.cli.claim import check
-from fpmatch.cli.pair import PairOptions, compare, pair_options, scale_between
+from fpmatch.cli.pair import PairOptions, compare, pair_options
 from fpmatch.cli.prints import say_wrong_resolution
 
 
@@ -82,8 +82,9 @@ def verify(
 
         save_overlay(overlay_file, probe.picture(), reference.picture(), verification)
     from fpmatch.report import as_dict, as_text
+    from fpmatch.scale import find_scale
 
-    scale = scale_between(verification, options)
+    scale = find_scale(verification)
     quality = {"probe": probe.quality(), "reference": reference.quality()}
     if verification.match:  # else the report tells it
         say_wrong_resolution(options.probe, quality["probe"])

@@ -26,8 +26,8 @@ from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_fmr
 from fpmatch.matching.consolidate import consolidate, link_impressions
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import Explaining, Verification
-from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.matching.result import Verification
+from fpmatch.matching.verify import DEFAULT_THRESHOLD, PreparedPair
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -267,25 +267,17 @@ def verify_finger(
     curve = load_calibration(chosen.name) if calibration is None else calibration
     finger, prepared = Finger.of(references, chosen, curve), chosen.prepare(probe)
     found = finger.compare(prepared)
-    comparison = found.comparison
-    match = comparison.transform is not None and found.score >= threshold
-    if not match and isinstance(chosen, Explaining):
-        comparison = chosen.explain(prepared, finger.impressions[found.best])
     verification = Verification(
-        match=match,
+        match=found.comparison.transform is not None and found.score >= threshold,
         score=found.score,
         fmr=found.fmr,
         threshold=float(threshold),
         matcher=chosen.name,
-        transform=comparison.transform,
-        pairs=comparison.pairs,
-        rms_px=comparison.rms_px,
-        agreement=comparison.agreement,
-        overlap=comparison.overlap,
-        reason="" if match else comparison.reason or "too few minutiae agree",
+        comparison=found.comparison,
         probe=probe,
         reference=references[finger.chosen[found.best]],
         fmr_reach=score_to_fmr(curve.reach),
+        rematch=PreparedPair(chosen, prepared, finger.impressions[found.best], curve, amount=False),
     )
     return FingerVerification(verification, found.scores, finger.chosen, finger.chosen[found.best])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Hold how much of two prints was compared, and what the ridges said.
+    """Hold how much of two prints was compared, and how well the ridges agree.
 
     Parameters
     ----------
@@ -28,7 +29,7 @@ class Compared:
     ridge_area_mm2 : float
         Area on which the ridges were compared.
     ridge_score : float
-        What the ridges add to the score, about, in its units; 0 where they were not compared.
+        Approximate contribution of the ridges to the score; 0 where they were not compared.
     """
 
     minutiae: int
@@ -57,7 +58,11 @@ class Comparison:
     overlap : float
         Share (0..1) of the smaller print that lies inside the other's region.
     reason : str
-        Where nothing was found: why, in words; else "".
+        What speaks most against one finger, or why nothing was found; "" if the matcher gives none.
+    compared : Compared or None
+        How much was compared, where it was computed.
+    detail : object
+        The matcher's own record of the comparison.
     """
 
     similarity: float
@@ -67,6 +72,8 @@ class Comparison:
     agreement: float
     overlap: float
     reason: str = ""
+    compared: Compared | None = None
+    detail: Any = field(default=None, repr=False, compare=False)
 
 
 class Matcher(Protocol):
@@ -90,24 +97,19 @@ class Matcher(Protocol):
 
 @runtime_checkable
 class Explaining(Protocol):
-    """Tell more of two prints that do not match than `compare` takes the time to find out."""
+    """Explain a comparison: why there is no match, how much was compared, how much is needed."""
 
-    def explain(self, probe: Any, reference: Any) -> Comparison:
-        """Return the comparison of two prepared templates, with all there is to say."""
+    def explain(self, probe: Any, reference: Any, found: Comparison) -> Comparison:
+        """Return `found` under the best transform there is, with all reasons against one finger."""
 
-
-@runtime_checkable
-class StatesAmount(Protocol):
-    """Tell how much of two prints is compared, and what comparisons of so much usually reach."""
-
-    def compared(self, probe: Any, reference: Any) -> Compared | None:
-        """Return how much is compared under the best transform; None without one."""
+    def compared(self, probe: Any, reference: Any, found: Comparison) -> Compared | None:
+        """Return how much was compared in `found`; None where nothing was aligned."""
 
     def available(self, probe: Any, reference: Any) -> tuple[int, float]:
         """Return minutiae and area in mm2 of the smaller of two prepared templates."""
 
     def typical_similarity(self, probe: Any, reference: Any, factor: float) -> float:
-        """Return what half of the genuine comparisons of `factor` times as much reach."""
+        """Return the median similarity of genuine prints with `factor` times as much skin."""
 
 
 @runtime_checkable
@@ -123,9 +125,22 @@ class DecidesByShare(Protocol):
         """Share that must be exceeded."""
 
 
-@dataclass(frozen=True, slots=True)
+class Rematch(Protocol):
+    """Compute what a decision does not need; `fpmatch.matching.verify.PreparedPair` does."""
+
+    def explain(self, verification: Verification) -> Comparison:
+        """Return the evidence of a verification in full."""
+
+    def score_of(self, probe: Template) -> tuple[float, NDArray[np.int32]]:
+        """Compare another probe with the reference; return the score and the pairs."""
+
+
+@dataclass(frozen=True)
 class Verification:
     """Hold the decision on two templates and the evidence for it.
+
+    The evidence (`transform`, `pairs`, `rms_px`, `agreement`, `overlap`, `reason`, `compared`) is
+    completed when one of these is first read: a decision alone costs one comparison.
 
     Parameters
     ----------
@@ -141,19 +156,17 @@ class Verification:
         The least score of a match; where `rho` decides, the score of a matched share of `rho`.
     matcher : str
         Name of the matcher.
-    transform, pairs, rms_px, agreement, overlap
-        As in `Comparison`.
-    reason : str
-        Where the answer is no: why, in words; "" for a match.
+    comparison : Comparison
+        The matcher's result.
     probe, reference : Template
         The two templates compared.
     fmr_reach : float
-        Lowest FMR that the calibration data measure; a lower `fmr` is extrapolated.
+        Smallest FMR that the calibration data measure; a lower `fmr` is extrapolated.
     rho : float or None
         Where the matcher decided by the share of minutiae that are paired: the share that is not
         enough for a match. None where the score decided.
-    compared : Compared or None
-        How much was compared; None where the matcher does not say.
+    rematch : Rematch, optional
+        Completes the evidence; without it `comparison` is all there is.
     """
 
     match: bool
@@ -161,17 +174,52 @@ class Verification:
     fmr: float
     threshold: float
     matcher: str
-    transform: Similarity | None
-    pairs: NDArray[np.int32]
-    rms_px: float
-    agreement: float
-    overlap: float
-    reason: str
+    comparison: Comparison = field(repr=False)
     probe: Template = field(repr=False)
     reference: Template = field(repr=False)
     fmr_reach: float = 0.0
     rho: float | None = None
-    compared: Compared | None = None
+    rematch: Rematch | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def evidence(self) -> Comparison:
+        """The comparison in full: for a non-match, under the best transform there is."""
+        return self.comparison if self.rematch is None else self.rematch.explain(self)
+
+    @property
+    def transform(self) -> Similarity | None:
+        """The transform from the probe's pixels to the reference's; see `Comparison`."""
+        return self.evidence.transform
+
+    @property
+    def pairs(self) -> NDArray[np.int32]:
+        """Pairs of minutiae, shape (K, 2)."""
+        return self.evidence.pairs
+
+    @property
+    def rms_px(self) -> float:
+        """Root mean square distance of the pairs, in reference pixels."""
+        return self.evidence.rms_px
+
+    @property
+    def agreement(self) -> float:
+        """Share of the minutiae inside the common region that are paired."""
+        return self.evidence.agreement
+
+    @property
+    def overlap(self) -> float:
+        """Share of the smaller print that lies inside the other's region."""
+        return self.evidence.overlap
+
+    @property
+    def reason(self) -> str:
+        """Why the answer is no, in words; "" for a match."""
+        return "" if self.match else self.evidence.reason
+
+    @property
+    def compared(self) -> Compared | None:
+        """How much was compared; None where the matcher does not give it."""
+        return self.evidence.compared
 
     @property
     def matched_share(self) -> float:

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching.calibration import calibrated_matchers, load_calibration, score_to_fmr
+from fpmatch.matching.calibration import (
+    MAX_SCORE,
+    calibrated_matchers,
+    load_calibration,
+    score_to_fmr,
+)
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import DecidesByShare, Explaining, StatesAmount, Verification
+from fpmatch.matching.result import DecidesByShare, Explaining, Verification
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from fpmatch.matching.calibration import Calibration
-    from fpmatch.matching.result import Matcher
+    from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 
 FACTORS: Final = tuple(1.1**k for k in range(1, 49))  # of more skin, up to about a hundred times
@@ -66,68 +75,102 @@ def verify(
     >>> result.match, result.score
     (False, 0.0)
     """
-    if threshold is not None and not 0 <= threshold <= 100:
+    if threshold is not None and not 0 <= threshold <= MAX_SCORE:
         raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     rho = chosen.rho if threshold is None and isinstance(chosen, DecidesByShare) else None
     if calibration is None and (rho is None or chosen.name in calibrated_matchers()):
         calibration = load_calibration(chosen.name)
-    prepared = chosen.prepare(probe), chosen.prepare(reference)
-    comparison = chosen.compare(*prepared)
+    pair = PreparedPair(chosen, chosen.prepare(probe), chosen.prepare(reference), calibration)
+    comparison = chosen.compare(pair.probe, pair.reference)
     score = _score(calibration, comparison.similarity)
-    if rho is not None:
-        enough, needed = comparison.similarity > rho, _score(calibration, rho)
-    else:
+    if rho is None:
         needed = DEFAULT_THRESHOLD if threshold is None else float(threshold)
         enough = score >= needed
-    match = comparison.transform is not None and enough
-    if not match and isinstance(chosen, Explaining):
-        comparison = chosen.explain(*prepared)
-    reason = "" if match else comparison.reason or "too few minutiae agree"
-    if not match and rho is None and isinstance(chosen, StatesAmount) and calibration is not None:
-        reason = "; ".join(filter(None, [_shortage(chosen, prepared, calibration, needed), reason]))
+    else:
+        needed = _score(calibration, rho)
+        enough = comparison.similarity > rho
     return Verification(
-        match=match,
+        match=comparison.transform is not None and enough,
         score=score,
         fmr=math.nan if calibration is None else score_to_fmr(score),
         threshold=needed,
         matcher=chosen.name,
-        transform=comparison.transform,
-        pairs=comparison.pairs,
-        rms_px=comparison.rms_px,
-        agreement=comparison.agreement,
-        overlap=comparison.overlap,
-        reason=reason,
+        comparison=comparison,
         probe=probe,
         reference=reference,
         fmr_reach=0.0 if calibration is None else score_to_fmr(calibration.reach),
         rho=rho,
-        compared=chosen.compared(*prepared) if isinstance(chosen, StatesAmount) else None,
+        rematch=pair,
     )
 
 
-def _shortage(
-    matcher: StatesAmount, prepared: tuple[Any, Any], calibration: Calibration, needed: float
-) -> str:
-    """Say that there is too little to decide, and how much it would take; "" where there is enough.
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedPair:
+    """Hold two prepared prints, to compute what a decision on them does not need.
 
-    It is too little where fewer than half of the comparisons of one finger would match.
+    Parameters
+    ----------
+    matcher : Matcher
+        The matcher.
+    probe, reference : object
+        What its `prepare` returned.
+    calibration : Calibration or None
+        Turns its similarities into scores.
+    amount : bool
+        Whether to state how much was compared, and how much is usually needed.
     """
 
-    def typical(factor: float) -> float:
-        return calibration.score(matcher.typical_similarity(*prepared, factor))
+    matcher: Matcher
+    probe: Any
+    reference: Any
+    calibration: Calibration | None
+    amount: bool = True
 
-    minutiae, area = matcher.available(*prepared)
-    if typical(1.0) >= needed:
-        return ""
-    there = f"too little to decide: {minutiae} minutiae on {area:.0f} mm2 in the smaller print"
-    enough = next((factor for factor in FACTORS if typical(factor) >= needed), None)
-    if enough is None:
-        return f"{there}; no amount is usually enough for a score of {needed:.1f}"
-    return (
-        f"{there}, where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm2 are "
-        f"usually needed for a score of {needed:.1f}"
-    )
+    def explain(self, verification: Verification) -> Comparison:
+        """Return the evidence of a verification of the two prints in full."""
+        found, matcher = verification.comparison, self.matcher
+        if isinstance(matcher, Explaining):
+            if not verification.match:
+                found = matcher.explain(self.probe, self.reference, found)
+            if self.amount:
+                compared = matcher.compared(self.probe, self.reference, found)
+                found = replace(found, compared=compared)
+        if verification.match:
+            return found
+        shortage = self._shortage(verification.threshold) if verification.rho is None else ""
+        reason = found.reason or "too few minutiae agree"
+        return replace(found, reason="; ".join(filter(None, [shortage, reason])))
+
+    def score_of(self, probe: Template) -> tuple[float, NDArray[np.int32]]:
+        """Compare another probe with the reference; return the score and the pairs."""
+        found = self.matcher.compare(self.matcher.prepare(probe), self.reference)
+        return _score(self.calibration, found.similarity), found.pairs
+
+    def _shortage(self, needed: float) -> str:
+        """Return a note where there is too little to decide: how much it would take; else "".
+
+        It is too little where fewer than half of the genuine comparisons would match.
+        """
+        matcher, calibration = self.matcher, self.calibration
+        if not (self.amount and isinstance(matcher, Explaining) and calibration is not None):
+            return ""
+
+        def reaches(factor: float) -> bool:
+            typical = matcher.typical_similarity(self.probe, self.reference, factor)
+            return calibration.score(typical) >= needed
+
+        if reaches(1.0):
+            return ""
+        minutiae, area = matcher.available(self.probe, self.reference)
+        given = f"too little to decide: {minutiae} minutiae on {area:.0f} mm2 in the smaller print"
+        enough = next(filter(reaches, FACTORS), None)
+        if enough is None:
+            return f"{given}; no amount is usually enough for a score of {needed:.1f}"
+        return (
+            f"{given}, where about {math.ceil(enough * minutiae)} on {enough * area:.0f} mm2 are "
+            f"usually needed for a score of {needed:.1f}"
+        )
 
 
 def _score(calibration: Calibration | None, similarity: float) -> float:

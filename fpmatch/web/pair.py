@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -288,10 +287,10 @@ def _compare(
         if isinstance(reference, Upload)
         else _from_gallery(reference)
     )
-    decide = partial(verify, matcher=options.chosen_matcher(), threshold=threshold)
-    verification = decide(ours.template, theirs.template)
-    searched = verification.rho is None or verification.match  # else it finds the same pairs
-    scale = find_scale(verification, decide) if told and searched else None
+    verification = verify(
+        ours.template, theirs.template, matcher=options.chosen_matcher(), threshold=threshold
+    )
+    scale = find_scale(verification) if told else None
     return _Compared(ours, theirs, verification, scale)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fpmatch.matching.result import Verification
+from fpmatch.matching.result import Comparison, Verification
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
 
@@ -62,15 +62,19 @@ def compared(
             "fmr": 10**-5.2,
             "threshold": 40.0,
             "matcher": "unit-circle",
+            "probe": probe,
+            "reference": reference,
+        }
+        found: dict[str, Any] = {
+            "similarity": 5.0,
             "transform": TRUE_TRANSFORM,
             "pairs": np.array([[0, 0], [1, 1], [3, 3]], dtype=np.int32),
             "rms_px": 2.2,
             "agreement": 0.6,
             "overlap": 0.9,
             "reason": "",
-            "probe": probe,
-            "reference": reference,
         }
-        return Verification(**(fields | changes))
+        found |= {name: changes.pop(name) for name in found.keys() & changes.keys()}
+        return Verification(**(fields | changes), comparison=Comparison(**found))
 
     return make

@@ -40,7 +40,8 @@ def case() -> Case:
 def without(result: Verification, *, pairs: int) -> Verification:
     """Return a result of fewer pairs; of none, and no transform."""
     transform = result.transform if pairs else None
-    return replace(result, pairs=result.pairs[:pairs], transform=transform)
+    found = replace(result.comparison, pairs=result.pairs[:pairs], transform=transform)
+    return replace(result, comparison=found, rematch=None)
 
 
 def test_the_pictures_are_those_of_the_steps_and_always_the_same(case: Case) -> None:

@@ -27,7 +27,7 @@ NO_PAIRS = np.empty((0, 2), dtype=np.int32)
 def without_minutiae(verification):
     return dataclasses.replace(
         verification,
-        pairs=NO_PAIRS,
+        comparison=dataclasses.replace(verification.comparison, pairs=NO_PAIRS),
         probe=dataclasses.replace(verification.probe, minutiae=Minutiae.empty()),
         reference=dataclasses.replace(verification.reference, minutiae=Minutiae.empty()),
     )
@@ -76,8 +76,9 @@ def test_small_prints_are_magnified(probe_image, reference_image, compared):
 
 def test_ridges_that_agree_turn_dark_and_others_do_not(probe_image, reference_image, compared):
     right = without_minutiae(compared())
+    off = dataclasses.replace(right.transform, tx=right.transform.tx + 4.5)
     half_a_ridge_off = dataclasses.replace(
-        right, transform=dataclasses.replace(right.transform, tx=right.transform.tx + 4.5)
+        right, comparison=dataclasses.replace(right.comparison, transform=off)
     )
 
     def dark_share(verification):
@@ -227,7 +228,9 @@ def test_prints_of_unlike_resolution_agree_when_scaled(probe_image, reference_im
         reference_image,
         dataclasses.replace(
             verification,
-            transform=verification.transform.after(half),
+            comparison=dataclasses.replace(
+                verification.comparison, transform=verification.transform.after(half)
+            ),
             probe=Template(Minutiae.empty(), double.shape[1], double.shape[0], dpi=1000),
         ),
     )

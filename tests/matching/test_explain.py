@@ -106,7 +106,8 @@ def test_prints_whose_local_matches_are_weak_are_explained(seed: int) -> None:
     assert isinstance(matcher, Explaining)
     pair = [matcher.prepare(template_of(spread_points(rng, 20))) for _ in range(2)]
     with scored_by(some_weights(relaxation=math.inf)):
-        found, explained = matcher.compare(*pair), matcher.explain(*pair)
+        found = matcher.compare(*pair)
+        explained = matcher.explain(*pair, found)
     assert explained.similarity == found.similarity
     assert explained.transform is not None
     assert "pairs among" in explained.reason
@@ -139,7 +140,8 @@ def test_a_comparison_has_the_main_reason_alone(rng: np.random.Generator) -> Non
     assert isinstance(matcher, Explaining)
     probe, reference = map(matcher.prepare, doubled(rng))
     with scored_by(some_weights()):
-        explained, found = matcher.explain(probe, reference), matcher.compare(probe, reference)
+        found = matcher.compare(probe, reference)
+        explained = matcher.explain(probe, reference, found)
     assert found.transform is not None
     assert explained.reason.startswith(found.reason)
     assert explained.reason != found.reason
@@ -158,7 +160,8 @@ def test_prints_that_the_prefilter_rejects_are_aligned_to_explain_it(seed: int) 
     one, other = (matcher.prepare(template_of(spread_points(rng, 30))) for _ in range(2))
     with scored_by(some_weights(NEVER, prefilter=(1e9, 0.0, 1e9))):
         found, back = matcher.compare(one, other), matcher.compare(other, one)
-        explained, turned = matcher.explain(one, other), matcher.explain(other, one)
+        explained = matcher.explain(one, other, found)
+        turned = matcher.explain(other, one, back)
     with scored_by(some_weights(NEVER)):
         aligned = matcher.compare(one, other)
     assert found.transform is None
@@ -188,7 +191,8 @@ def test_what_passes_the_prefilter_is_explained_as_compared(rng: np.random.Gener
     )
     with scored_by(some_weights(prefilter=REJECTING)):
         one, other = pair
-        found, explained = matcher.compare(one, other), matcher.explain(one, other)
+        found = matcher.compare(one, other)
+        explained = matcher.explain(one, other, found)
     assert found.transform is not None
     assert explained.transform == found.transform
     assert explained.pairs.tolist() == found.pairs.tolist()
@@ -200,4 +204,5 @@ def test_what_cannot_be_aligned_is_explained_as_compared(rng: np.random.Generato
     assert isinstance(matcher, Explaining)
     one, few = template_of(spread_points(rng, 20)), template_of(spread_points(rng, 2))
     pair = matcher.prepare(one), matcher.prepare(few)
-    assert matcher.explain(*pair).reason == matcher.compare(*pair).reason != ""
+    found = matcher.compare(*pair)
+    assert matcher.explain(*pair, found).reason == found.reason != ""

@@ -585,7 +585,7 @@ def test_any_degenerate_print_has_an_answer_or_a_reason(
             forth, back = MATCHER.compare(one, other), MATCHER.compare(other, one)
             assert forth.similarity == back.similarity
             assert forth.pairs.tolist() == sorted(back.pairs[:, ::-1].tolist())
-            explained = MATCHER.explain(one, other)
+            explained = MATCHER.explain(one, other, MATCHER.compare(one, other))
             assert explained.similarity == forth.similarity
             for result in (forth, explained):
                 assert 0 <= result.similarity < math.inf

@@ -34,7 +34,8 @@ def test_result_hands_on_what_the_matcher_found(matcher: str) -> None:
     chosen = get_matcher(matcher)
     prepared = chosen.prepare(PROBE), chosen.prepare(IMPOSTOR)
     compared = chosen.compare(*prepared)
-    compared = chosen.explain(*prepared) if isinstance(chosen, Explaining) else compared
+    if isinstance(chosen, Explaining):
+        compared = chosen.explain(*prepared, compared)
     found = verify(PROBE, IMPOSTOR, matcher=matcher)
     assert found.matcher == matcher
     assert found.score == load_calibration(matcher).score(compared.similarity)

@@ -62,11 +62,11 @@ def draw(
     Examples
     --------
     >>> import numpy as np
-    >>> from fpmatch.matching.result import Verification
+    >>> from fpmatch.matching.result import Comparison, Verification
     >>> from fpmatch.minutiae import Minutiae, Template
     >>> blank = Template(Minutiae.empty(), width=60, height=40)
-    >>> nothing = Verification(False, 0.0, 1.0, 40.0, "unit-circle", None,
-    ...     np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, "no ridges found", blank, blank)
+    >>> found = Comparison(0.0, None, np.empty((0, 2), np.int32), 0.0, 0.0, 0.0, "no ridges found")
+    >>> nothing = Verification(False, 0.0, 1.0, 40.0, "unit-circle", found, blank, blank)
     >>> image = np.full((40, 60), 255, np.uint8)
     >>> draw(image, image, nothing).shape[2]
     3

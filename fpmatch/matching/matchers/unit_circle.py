@@ -86,21 +86,24 @@ class UnitCircleMatcher:
         partner, weight = aligner.best_partner, aligner.best_weight
         return _comparison(a, b, partner, weight, evidence, turn, swapped=swapped)
 
-    def explain(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
-        """Align two prints in any case, and say why they do not match.
+    def explain(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, found: Comparison
+    ) -> Comparison:
+        """Align two prints in any case, and give all reasons against one finger.
 
         Parameters
         ----------
         probe, reference : PreparedTemplate
             What `prepare` returned.
+        found : Comparison
+            What `compare` returned of them.
 
         Returns
         -------
         Comparison
-            Of the similarity that `compare` finds, with the best transform there is, and with all
-            that speaks against one finger, competing transforms among it.
+            Of the similarity of `found`, under the best transform there is, with all that speaks
+            against one finger, competing transforms among it.
         """
-        found = self.compare(probe, reference)
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
         aligned = _aligned_in_any_case(a, b)
@@ -115,20 +118,21 @@ class UnitCircleMatcher:
         reason = explain(probe, reference, evidence, competing)
         return replace(whole, similarity=found.similarity, reason=reason)
 
-    def compared(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Compared | None:
-        """Return how much of two prints is compared under the best transform; None without one."""
-        a, b = sorted((probe, reference), key=lambda side: side.key)
-        aligned = _aligned_in_any_case(a, b)
-        if aligned is None:
+    def compared(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, found: Comparison
+    ) -> Compared | None:
+        """Return how much of two prints was compared in `found`; None where nothing was aligned."""
+        evidence: Evidence | None = found.detail
+        if evidence is None:
             return None
-        _, evidence = aligned
-        model = score.load_weights().model_of(a, b)
+        model = score.load_weights().model_of(probe, reference)
+        first = min(probe, reference, key=lambda side: side.key)
         by_ridges = model.ridge_sum(evidence.features) / evidence.decade
         return Compared(
             minutiae=evidence.common,
             area_mm2=evidence.area * MM2_PER_PX2,
             ridge_agreement=evidence.ridges if evidence.cells else None,
-            ridge_area_mm2=evidence.cells * a.region.step**2 * MM2_PER_PX2,
+            ridge_area_mm2=evidence.cells * first.region.step**2 * MM2_PER_PX2,
             ridge_score=10.0 * by_ridges if evidence.cells else 0.0,
         )
 
@@ -222,7 +226,8 @@ def align(
     """
     if a.key == b.key:
         return _aligned_with_itself(a, b, scorer)
-    workspace = Workspace(max(len(a), len(b)), scorer)
+    capacity = max(len(a), len(b))
+    workspace = workspace_for(capacity) if scorer is None else Workspace(capacity, scorer)
     total = workspace.align(a, b)
     if total is None:
         return None
@@ -298,6 +303,7 @@ def _comparison(
         agreement=evidence.agreement,
         overlap=evidence.overlap,
         reason=main_reason(evidence),
+        detail=evidence,
     )
 
 

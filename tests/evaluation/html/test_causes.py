@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from fpmatch.evaluation.html.causes import explain_false_match, explain_false_non_match
-from fpmatch.matching.result import Verification
+from fpmatch.matching.result import Comparison, Verification
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
 
@@ -31,12 +31,9 @@ def verification(
         fmr=0.3,
         threshold=40.0,
         matcher="unit-circle",
-        transform=transform,
-        pairs=np.zeros((pairs, 2), np.int32),
-        rms_px=rms_px,
-        agreement=agreement,
-        overlap=overlap,
-        reason=reason,
+        comparison=Comparison(
+            0.0, transform, np.zeros((pairs, 2), np.int32), rms_px, agreement, overlap, reason
+        ),
         probe=probe or template(),
         reference=reference or template(),
     )

@@ -36,7 +36,7 @@ _WORKERS_NEED: Final = (
     "fpmatch.image.assess",
     "fpmatch.image.extract",
     "fpmatch.image.quality.folder_polarity",
-    "fpmatch.image.io.readers",
+    "fpmatch.image.io.registry",
     "fpmatch.image.io.read",
 )
 

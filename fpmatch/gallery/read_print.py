@@ -51,7 +51,7 @@ def read_print(
 
 
 def _begins_like_a_picture(path: Path) -> bool:
-    from fpmatch.image.io.readers import reader_named  # noqa: PLC0415  (takes OpenCV's time)
+    from fpmatch.image.io.registry import is_image_file  # noqa: PLC0415  (takes OpenCV's time)
 
     try:
         if not stat.S_ISREG(path.stat().st_mode):
@@ -60,4 +60,4 @@ def _begins_like_a_picture(path: Path) -> bool:
             head = stream.read(_LONGEST_SIGNATURE)
     except (OSError, ValueError):
         return False
-    return reader_named(head) is not None
+    return is_image_file(head)

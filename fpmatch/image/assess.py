@@ -47,7 +47,7 @@ class QualityRecorder(NoRecorder):
     >>> import numpy as np
     >>> stages = QualityRecorder()
     >>> template = extract(np.full((200, 200), 255, np.uint8), dpi=500, recorder=stages)
-    >>> stages.figures().ridges_mm2, stages.quality(template.dpi).score
+    >>> stages.measures().ridges_mm2, stages.quality(template.dpi).score
     (0.0, 0)
     """
 
@@ -59,13 +59,13 @@ class QualityRecorder(NoRecorder):
         if stage in MEASURED_STAGES:
             self._stages[stage] = array
 
-    def figures(self) -> QualityMeasures:
-        """Return the figures of the print that was extracted last."""
+    def measures(self) -> QualityMeasures:
+        """Return the measures of the print that was extracted last."""
         return measure_quality(self._stages)
 
     def quality(self, dpi: float) -> PrintQuality:
         """Return its quality; `dpi` is the resolution that it was taken for."""
-        return grade(self.figures(), dpi)
+        return grade(self.measures(), dpi)
 
 
 def assess(

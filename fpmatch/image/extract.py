@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.image.enhancement.enhancers import FLOWS
+from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.io.read import GreyImage, ImageLimits, as_grey, read_image
 from fpmatch.image.parameters import ExtractionParameters
 from fpmatch.image.preprocess.foreground import Box, foreground_box
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.image.recorder import NoRecorder, PlacedRecorder
+from fpmatch.image.recorder import NoRecorder, UncropRecorder
 from fpmatch.image.skeleton.binarize import binarize
 from fpmatch.image.skeleton.crossing_number import find_nodes
 from fpmatch.image.skeleton.minutia_quality import minutia_quality
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.image.enhancement.enhancers import EnhancedPrint, Flow
+    from fpmatch.image.enhancement.enhancers import EnhancedPrint, Enhancer
     from fpmatch.image.recorder import Recorder
     from fpmatch.image.skeleton.crossing_number import SkeletonNodes
 
@@ -94,7 +94,7 @@ def extract(
 
     box = foreground_box(grey, p.foreground)
     if recorder is not None:
-        note = PlacedRecorder(note, box, (grey.shape[0], grey.shape[1]))
+        note = UncropRecorder(note, box, (grey.shape[0], grey.shape[1]))
     normalized = normalize(grey[box.slices], p.normalization)
     note.record("normalised", normalized.pixels)
     flow = follow_ridges(normalized, p, note)
@@ -120,11 +120,11 @@ def extract(
     )
 
 
-def _way(enhance: str) -> Flow:
+def _way(enhance: str) -> Enhancer:
     try:
-        return FLOWS[enhance]
+        return ENHANCERS[enhance]
     except KeyError:
-        raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(FLOWS)}") from None
+        raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(ENHANCERS)}") from None
 
 
 def resample(grey: NDArray[np.uint8], dpi: float) -> tuple[NDArray[np.uint8], float]:
@@ -205,16 +205,16 @@ def _as_columns(minutiae: Minutiae, zoom: float) -> NDArray[np.float32]:
 def _ridge_field(
     flow: EnhancedPrint, binary: NDArray[np.bool_], box: Box, shape: tuple[int, int], zoom: float
 ) -> RidgeField | None:
-    """Return the ridges as a template keeps them, on cells twice as large; None if there are none.
+    """Return the ridges as a template keeps them, on blocks twice as large; None if there are none.
 
-    A large cell belongs to the print where at least half of it does. The picture of its ridges is
-    the binary image at an eighth of the cell's side.
+    A large block belongs to the print where at least half of it does. The picture of its ridges is
+    the binary image at an eighth of the block's side.
     """
-    if not flow.cells.any():
+    if not flow.blocks.any():
         return None
-    even = tuple((0, side % 2) for side in flow.cells.shape)
-    inside = np.pad(flow.cells, even)
-    doubled = np.pad(np.exp(2j * flow.field.orientation) * flow.cells, even)
+    even = tuple((0, side % 2) for side in flow.blocks.shape)
+    inside = np.pad(flow.blocks, even)
+    doubled = np.pad(np.exp(2j * flow.field.orientation) * flow.blocks, even)
     rows, columns = (side // 2 for side in inside.shape)
     blocks = (rows, 2, columns, 2)
     orientation = np.mod(np.angle(doubled.reshape(blocks).sum(axis=(1, 3))) / 2, np.pi)
@@ -226,6 +226,6 @@ def _ridge_field(
     in_cells = bits.reshape(rows, 8, columns, 8).transpose(0, 2, 1, 3).reshape(rows, columns, 64)
     ridges = np.packbits(in_cells, axis=2, bitorder="little").view("<u8")[..., 0]
     whole_image = (
-        box.placed(cells, shape, step) for cells in (orientation.astype(np.float32), mask, ridges)
+        box.uncrop(blocks, shape, step) for blocks in (orientation.astype(np.float32), mask, ridges)
     )
     return RidgeField(step / zoom, *whole_image)

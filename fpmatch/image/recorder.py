@@ -31,7 +31,7 @@ class NoRecorder:
         """Do nothing."""
 
 
-class PlacedRecorder:
+class UncropRecorder:
     """Hand on the stages of a box of an image, each in its place in the image.
 
     Around it is 0, or NaN where what is recorded may be unknown.
@@ -56,13 +56,13 @@ class PlacedRecorder:
         height, width = self.box.bottom - self.box.top, self.box.right - self.box.left
         if array.shape == (height, width) != self.shape:
             around = math.nan if stage in MAY_BE_UNKNOWN else 0.0
-            array = self.box.placed(array, self.shape, around=around)
+            array = self.box.uncrop(array, self.shape, around=around)
         self.recorder.record(stage, array)
 
 
-def wants_every_stage(recorder: Recorder) -> bool:
+def needs_display_stages(recorder: Recorder) -> bool:
     """Tell whether stages that are made for the eye alone are to be made for this recorder."""
-    receiver = recorder.recorder if isinstance(recorder, PlacedRecorder) else recorder
+    receiver = recorder.recorder if isinstance(recorder, UncropRecorder) else recorder
     return not isinstance(receiver, NoRecorder)
 
 

@@ -13,12 +13,12 @@ from fpmatch.cli.enhance import WAYS
 from fpmatch.cli.reading import read
 from fpmatch.evaluation import extraction
 from fpmatch.image import extract as extraction_of_one
-from fpmatch.image.enhancement.enhancers import FLOWS
+from fpmatch.image.enhancement.enhancers import ENHANCERS
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 
 
 def test_the_words_are_those_of_the_extraction() -> None:
-    assert tuple(FLOWS) == WAYS
+    assert tuple(ENHANCERS) == WAYS
     assert WAYS[0] == DEFAULT_ENHANCEMENT
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fpmatch.image.preprocess.foreground import Box
-from fpmatch.image.recorder import NoRecorder, PlacedRecorder, StageRecorder, wants_every_stage
+from fpmatch.image.recorder import NoRecorder, UncropRecorder, StageRecorder, needs_display_stages
 
 
 def test_stages_are_kept_in_their_order() -> None:
@@ -49,9 +49,9 @@ def test_no_recorder_keeps_nothing_and_changes_nothing() -> None:
 
 def test_pictures_of_a_box_are_placed_and_all_else_is_handed_on() -> None:
     recorder = StageRecorder()
-    placed = PlacedRecorder(recorder, Box(16, 20, 32, 38), (30, 40))
+    uncrop = UncropRecorder(recorder, Box(16, 20, 32, 38), (30, 40))
     for stage, shape in (("picture", (4, 6)), ("columns", (9, 5)), ("whole", (30, 40))):
-        placed.record(stage, np.ones(shape, np.float32))
+        uncrop.record(stage, np.ones(shape, np.float32))
     shapes = {stage: array.shape for stage, array in recorder.stages.items()}
     assert shapes == {"picture": (30, 40), "columns": (9, 5), "whole": (30, 40)}
     assert recorder.stages["picture"].sum() == recorder.stages["picture"][16:20, 32:38].sum() == 24
@@ -60,5 +60,5 @@ def test_pictures_of_a_box_are_placed_and_all_else_is_handed_on() -> None:
 def test_only_who_looks_wants_every_stage() -> None:
     box = Box(0, 16, 0, 16)
     for recorder, wanted in ((StageRecorder(), True), (NoRecorder(), False)):
-        assert wants_every_stage(recorder) is wanted
-        assert wants_every_stage(PlacedRecorder(recorder, box, (32, 32))) is wanted
+        assert needs_display_stages(recorder) is wanted
+        assert needs_display_stages(UncropRecorder(recorder, box, (32, 32))) is wanted

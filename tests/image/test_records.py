@@ -16,55 +16,59 @@ from made_files import (
 )
 
 from fpmatch.errors import ImageError, ImageReadError
-from fpmatch.image.io.an2 import decode_an2
-from fpmatch.image.io.fir import decode_finger_image_record
 from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.image.io.registry import find_reader
+from fpmatch.image.io.read import GreyImage
 from fpmatch.image.io.wsq import decode_wsq
 
 GREY = rings()
 PNG = saved(GREY, "PNG")
 
 
+def decoded(data: bytes) -> GreyImage:
+    return find_reader(data).decode(data, DEFAULT_LIMITS)
+
+
 @pytest.mark.parametrize("type_", [13, 14, 15])
 def test_a_tagged_record_of_pixels(type_: int) -> None:
-    picture = decode_an2(an2(tagged_print(GREY, type_=type_)), DEFAULT_LIMITS)
-    assert np.array_equal(picture.pixels, GREY)
-    assert (picture.dpi, picture.format) == (500, f"ANSI/NIST type {type_}")
+    image = decoded(an2(tagged_print(GREY, type_=type_)))
+    assert np.array_equal(image.pixels, GREY)
+    assert (image.dpi, image.format) == (500, f"ANSI/NIST type {type_}")
 
 
 def test_a_tagged_record_of_a_compressed_file() -> None:
     record = tagged_print(rings(61, 53), wsq(), compression=b"WSQ20", scale=(2, 197, 197))
-    picture = decode_an2(an2((2, with_fields(2, [(2, b"00")])), record), DEFAULT_LIMITS)
-    assert np.array_equal(picture.pixels, decode_wsq(wsq(), DEFAULT_LIMITS).pixels)
-    assert (picture.dpi, picture.format) == (500, "ANSI/NIST type 14, WSQ")
+    image = decoded(an2((2, with_fields(2, [(2, b"00")])), record))
+    assert np.array_equal(image.pixels, decode_wsq(wsq(), DEFAULT_LIMITS).pixels)
+    assert (image.dpi, image.format) == (500, "ANSI/NIST type 14, WSQ")
 
 
 @pytest.mark.parametrize(("native", "scan", "dpi"), [(0, b"39.37", 500), (1, b"39.37", 1000)])
 def test_a_binary_record_has_the_standard_or_the_scans_resolution(
     native: int, scan: bytes, dpi: float
 ) -> None:
-    picture = decode_an2(an2(binary_print(GREY, native=native), scan=scan), DEFAULT_LIMITS)
-    assert np.array_equal(picture.pixels, GREY)
-    assert (picture.dpi, picture.format) == (dpi, "ANSI/NIST type 4")
+    image = decoded(an2(binary_print(GREY, native=native), scan=scan))
+    assert np.array_equal(image.pixels, GREY)
+    assert (image.dpi, image.format) == (dpi, "ANSI/NIST type 4")
 
 
 def test_the_first_of_several_prints_is_read_and_that_is_said() -> None:
     data = an2(tagged_print(GREY), tagged_print(255 - GREY))
-    picture = decode_an2(data, DEFAULT_LIMITS)
-    assert np.array_equal(picture.pixels, GREY)
-    assert picture.notes == ("the first of its 2 images was read",)
+    image = decoded(data)
+    assert np.array_equal(image.pixels, GREY)
+    assert image.notes == ("the first of its 2 images was read",)
 
 
 def test_a_record_that_tells_another_size_is_noticed() -> None:
-    picture = decode_an2(an2(tagged_print(GREY[:60], PNG, compression=b"PNG")), DEFAULT_LIMITS)
-    assert picture.pixels.shape == GREY.shape
-    assert picture.notes == ("its record tells 60 x 60 pixels of an image that has 60 x 72",)
+    image = decoded(an2(tagged_print(GREY[:60], PNG, compression=b"PNG")))
+    assert image.pixels.shape == GREY.shape
+    assert image.notes == ("its record gives a size of 60 x 60 pixels, but its image has 60 x 72",)
 
 
 def test_an_unknown_scale_leaves_the_resolution_to_the_file_inside() -> None:
     inside = saved(GREY, "PNG", dpi=(569, 569))
     record = tagged_print(GREY, inside, compression=b"PNG", scale=(0, 0, 0))
-    assert decode_an2(an2(record), DEFAULT_LIMITS).dpi == 569
+    assert decoded(an2(record)).dpi == 569
 
 
 @pytest.mark.parametrize(
@@ -76,7 +80,7 @@ def test_an_unknown_scale_leaves_the_resolution_to_the_file_inside() -> None:
         ),
         (an2(tagged_print(GREY))[:-100], "a record ends too late"),
         (an2(tagged_print(GREY))[:20], "a record ends too late"),
-        (b"1.001:many", "does not tell its length"),
+        (b"1.001:many", "a record without a length"),
         (an2(tagged_print(GREY, b"")), "pixels are missing"),
         (an2(tagged_print(GREY, b"text", compression=b"WSQ20")), "cannot be read .WSQ20."),
         (an2(binary_print(GREY, compression=9)), "unknown compression"),
@@ -88,14 +92,14 @@ def test_an_unknown_scale_leaves_the_resolution_to_the_file_inside() -> None:
 )
 def test_bad_transactions_say_what_is_wrong(data: bytes, reason: str) -> None:
     with pytest.raises(ImageReadError, match=reason):
-        decode_an2(data, DEFAULT_LIMITS)
+        decoded(data)
 
 
 def test_absurd_sizes_are_refused_before_anything_is_made() -> None:
     huge = np.broadcast_to(np.uint8(0), (9_000, 9_000))
     for data in (an2(tagged_print(huge, b"")), an2(binary_print(huge, b""))):
         with pytest.raises(ImageError, match="more than 64 megapixels"):
-            decode_an2(data, DEFAULT_LIMITS)
+            decoded(data)
 
 
 @pytest.mark.parametrize(
@@ -107,20 +111,20 @@ def test_absurd_sizes_are_refused_before_anything_is_made() -> None:
     ],
 )
 def test_finger_image_records(standard: str, name: str) -> None:
-    bare = decode_finger_image_record(finger_image_record(GREY, standard), DEFAULT_LIMITS)
+    bare = decoded(finger_image_record(GREY, standard))
     per_cm = finger_image_record(GREY, standard, data=PNG, compression=5, scale=(2, 197))
-    packed = decode_finger_image_record(per_cm, DEFAULT_LIMITS)
-    for picture, form in ((bare, name), (packed, f"{name}, PNG")):
-        assert np.array_equal(picture.pixels, GREY)
-        assert (picture.dpi, picture.format) == (500, form)
+    packed = decoded(per_cm)
+    for image, form in ((bare, name), (packed, f"{name}, PNG")):
+        assert np.array_equal(image.pixels, GREY)
+        assert (image.dpi, image.format) == (500, form)
 
 
 @pytest.mark.parametrize(("per_cm", "dpi"), [(197, 500), (224, 569), (394, 1000), (0, None)])
 def test_pixels_a_centimetre(per_cm: int, dpi: float | None) -> None:
     record = finger_image_record(GREY, "2011", scale=(2, per_cm))
-    assert decode_finger_image_record(record, DEFAULT_LIMITS).dpi == dpi
+    assert decoded(record).dpi == dpi
     transaction = an2(tagged_print(GREY, scale=(2, per_cm, per_cm)))
-    assert decode_an2(transaction, DEFAULT_LIMITS).dpi == dpi
+    assert decoded(transaction).dpi == dpi
 
 
 @pytest.mark.parametrize("standard", ["ansi", "2005", "2011"])
@@ -133,4 +137,4 @@ def test_bad_finger_image_records_say_what_is_wrong(standard: str) -> None:
         (finger_image_record(GREY, standard, depth=4), "pixels of 4 bits|ends too soon"),
     ):
         with pytest.raises((ImageReadError, ImageError), match=reason):
-            decode_finger_image_record(data, DEFAULT_LIMITS)
+            decoded(data)

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from fpmatch.image.enhancement.blend import blend
-from fpmatch.image.enhancement.gabor import enhance
+from fpmatch.image.enhancement.gabor import gabor_filter
 from fpmatch.image.enhancement.network import enhance_by_network
 from fpmatch.image.enhancement.orientation import (
     enhanced_orientation,
@@ -25,7 +25,7 @@ from fpmatch.image.enhancement.ridge_period import ridge_period
 from fpmatch.image.enhancement.spectrum import ridge_spectrum
 from fpmatch.image.preprocess.blocks import Blocks, blocks_to_pixels
 from fpmatch.image.preprocess.segment import mask_at_pixels, segment, segment_enhanced
-from fpmatch.image.recorder import wants_every_stage
+from fpmatch.image.recorder import needs_display_stages
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from fpmatch.image.preprocess.normalize import NormalizedImage
     from fpmatch.image.recorder import Recorder
 
-    Flow = Callable[[NormalizedImage, ExtractionParameters, Recorder], "EnhancedPrint"]
+    Enhancer = Callable[[NormalizedImage, ExtractionParameters, Recorder], "EnhancedPrint"]
 
-CELL_PX: Final = 8  # side of the cells of the learned way, at 500 dpi
+BLOCK_PX: Final = 8  # side of the blocks of the learned way, at 500 dpi
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,19 +49,19 @@ class EnhancedPrint:
     Parameters
     ----------
     step_px : int
-        Side of the cells.
-    cells : ndarray of bool, shape (rows, columns)
-        Segmentation mask on the cells.
+        Side of the blocks.
+    blocks : ndarray of bool, shape (rows, columns)
+        Segmentation mask on the blocks.
     mask : ndarray of bool, shape (H, W)
         The same at the pixels.
     field : OrientationField
-        Ridge orientation of the cells.
+        Ridge orientation of the blocks.
     enhanced : ndarray of float32, shape (H, W)
         Enhanced image, ridges positive, 0 outside the mask.
     """
 
     step_px: int
-    cells: NDArray[np.bool_]
+    blocks: NDArray[np.bool_]
     mask: NDArray[np.bool_]
     field: OrientationField
     enhanced: NDArray[np.float32]
@@ -87,19 +87,19 @@ def enhance_learned(
         Mask, orientation and enhanced image.
     """
     p = parameters
-    grid = Blocks(CELL_PX, (image.pixels.shape[0], image.pixels.shape[1]))
+    grid = Blocks(BLOCK_PX, (image.pixels.shape[0], image.pixels.shape[1]))
     ridges = enhance_by_network(image.pixels)
-    cells = segment_enhanced(image, ridges, grid, p.segmentation)
-    mask = mask_at_pixels(cells, grid)
-    field = enhanced_orientation(ridges, cells, grid, p.orientation)
+    blocks = segment_enhanced(image, ridges, grid, p.segmentation)
+    mask = mask_at_pixels(blocks, grid)
+    field = enhanced_orientation(ridges, blocks, grid, p.orientation)
     enhanced = np.asarray(cv2.copyTo(ridges, mask.view(np.uint8)), np.float32)
     note.record("enhanced", enhanced)
     note.record("mask", mask)
-    if wants_every_stage(note):
+    if needs_display_stages(note):
         orientation = orientation_at_pixels(field.orientation, grid)
         note.record("orientation", np.where(mask, orientation, np.nan))
         note.record("coherence", blocks_to_pixels(field.coherence, grid))
-    return EnhancedPrint(CELL_PX, cells, mask, field, enhanced)
+    return EnhancedPrint(BLOCK_PX, blocks, mask, field, enhanced)
 
 
 def enhance_gabor(
@@ -125,23 +125,23 @@ def enhance_gabor(
     """
     p = parameters
     spectrum = ridge_spectrum(image.pixels, p.spectrum)
-    cells = segment(image, spectrum, p.segmentation)
-    mask = mask_at_pixels(cells, spectrum)
+    blocks = segment(image, spectrum, p.segmentation)
+    mask = mask_at_pixels(blocks, spectrum)
     note.record("mask", mask)
     pixels = image.pixels
     for last in (*[False] * p.blend.rounds, True):
-        field = ridge_orientation(spectrum, cells, p.orientation)
+        field = ridge_orientation(spectrum, blocks, p.orientation)
         orientation = orientation_at_pixels(field.orientation, spectrum)
-        period = blocks_to_pixels(ridge_period(spectrum, field, cells, p.period), spectrum)
-        enhanced = enhance(pixels, mask, orientation, period, p.enhancement)
+        period = blocks_to_pixels(ridge_period(spectrum, field, blocks, p.period), spectrum)
+        enhanced = gabor_filter(pixels, mask, orientation, period, p.enhancement)
         if not last:
             spectrum = ridge_spectrum(blend(pixels, enhanced, mask, p.blend), p.spectrum)
     note.record("orientation", np.where(mask, orientation, np.nan))
     note.record("coherence", blocks_to_pixels(field.coherence, spectrum))
     note.record("period", np.where(mask, period, np.nan))
     note.record("enhanced", enhanced)
-    return EnhancedPrint(spectrum.step_px, cells, mask, field, enhanced)
+    return EnhancedPrint(spectrum.step_px, blocks, mask, field, enhanced)
 
 
-FLOWS: Final[Mapping[str, Flow]] = {"learned": enhance_learned, "filters": enhance_gabor}
+ENHANCERS: Final[Mapping[str, Enhancer]] = {"learned": enhance_learned, "filters": enhance_gabor}
 """The ways by name."""

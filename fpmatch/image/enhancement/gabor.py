@@ -25,7 +25,7 @@ class EnhancementParameters:
     across_sigma_periods: float = 0.42
 
 
-def enhance(
+def gabor_filter(
     pixels: NDArray[np.float32],
     mask: NDArray[np.bool_],
     orientation: NDArray[np.float32],
@@ -67,7 +67,7 @@ def enhance(
     >>> x = np.arange(64, dtype=np.float32)
     >>> waves = np.tile(np.cos(2 * np.pi * x / 8), (64, 1)).astype(np.float32)
     >>> whole = np.ones((64, 64), bool)
-    >>> out = enhance(waves, whole, np.full((64, 64), np.pi / 2, np.float32),
+    >>> out = gabor_filter(waves, whole, np.full((64, 64), np.pi / 2, np.float32),
     ...               np.full((64, 64), 8, np.float32))
     >>> bool(np.corrcoef(out[16:48, 16:48].ravel(), waves[16:48, 16:48].ravel())[0, 1] > 0.99)
     True

@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class OrientationParameters:
-    """Set the smoothing of the orientation field; lengths in cells (8 px at 500 dpi)."""
+    """Set the smoothing of the orientation field; lengths in blocks (8 px at 500 dpi)."""
 
     energy_power: float = 1.0
-    fine_sigma_cells: float = 0.8
-    coarse_sigma_cells: float = 2.5
+    fine_sigma_blocks: float = 0.8
+    coarse_sigma_blocks: float = 2.5
     trusted_coherence: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class OrientationField:
-    """Hold the local ridge orientation on the cells of a spectrum.
+    """Hold the local ridge orientation on the blocks of a spectrum.
 
     Parameters
     ----------
@@ -58,14 +58,14 @@ def ridge_orientation(
     spectrum : RidgeSpectrum
         Local ridge spectrum.
     mask : ndarray of bool, shape (rows, columns)
-        Segmentation mask on the same cells; what lies outside does not influence what is inside.
+        Segmentation mask on the same blocks; what lies outside does not influence what is inside.
     parameters : OrientationParameters, optional
         Smoothing.
 
     Returns
     -------
     OrientationField
-        Orientation and coherence of every cell.
+        Orientation and coherence of every block.
 
     References
     ----------
@@ -103,16 +103,16 @@ def enhanced_orientation(
     enhanced : ndarray of float32, shape (H, W)
         Ridges without noise, weak where they are uncertain.
     mask : ndarray of bool, shape (rows, columns)
-        Segmentation mask on the cells; what lies outside does not influence what is inside.
+        Segmentation mask on the blocks; what lies outside does not influence what is inside.
     grid : BlockGrid
-        The cells.
+        The blocks.
     parameters : OrientationParameters, optional
         Smoothing, as in `ridge_orientation`.
 
     Returns
     -------
     OrientationField
-        Orientation and coherence of every cell.
+        Orientation and coherence of every block.
 
     References
     ----------
@@ -135,9 +135,9 @@ def enhanced_orientation(
 
 
 def _smoothed(stacked: NDArray[np.float32], p: OrientationParameters) -> OrientationField:
-    """Average (cosine, sine, weight) of the doubled angle, shape (rows, columns, 3), over cells."""
-    fine, coherence = _unit(blur_blocks(stacked, p.fine_sigma_cells))
-    coarse, _ = _unit(blur_blocks(stacked, p.coarse_sigma_cells))
+    """Smooth (cosine, sine, weight) of the doubled angle, shape (rows, columns, 3)."""
+    fine, coherence = _unit(blur_blocks(stacked, p.fine_sigma_blocks))
+    coarse, _ = _unit(blur_blocks(stacked, p.coarse_sigma_blocks))
     trust = np.square(np.minimum(coherence / np.float32(p.trusted_coherence), 1))
     cosine, sine = trust * fine + (1 - trust) * coarse
     orientation = np.mod(0.5 * np.arctan2(sine, cosine), np.float32(np.pi))
@@ -146,7 +146,7 @@ def _smoothed(stacked: NDArray[np.float32], p: OrientationParameters) -> Orienta
 
 
 def orientation_at_pixels(orientation: NDArray[np.float32], grid: BlockGrid) -> NDArray[np.float32]:
-    """Interpolate an orientation field of cells to pixels, in the double angle; shape (H, W)."""
+    """Interpolate an orientation field of blocks to pixels, in the double angle; shape (H, W)."""
     doubled = np.dstack([np.cos(2 * orientation), np.sin(2 * orientation)]).astype(np.float32)
     large = blocks_to_pixels(doubled, grid)
     angle = np.mod(0.5 * cv2.phase(large[..., 0], large[..., 1]), np.pi)

@@ -20,9 +20,9 @@ _NO_ENERGY: Final = 1e-9  # share of the local energy, summed over the angles
 
 @dataclass(frozen=True, slots=True)
 class PeriodParameters:
-    """Set the estimate of the ridge period; lengths in cells (8 px at 500 dpi)."""
+    """Set the estimate of the ridge period; lengths in blocks (8 px at 500 dpi)."""
 
-    smoothing_cells: float = 2.0
+    smoothing_blocks: float = 2.0
     angle_sharpness: float = 8.0
     peak_power: float = 3.0
 
@@ -43,9 +43,9 @@ def ridge_period(
     spectrum : RidgeSpectrum
         Local ridge spectrum.
     field : OrientationField
-        Local ridge orientation on the same cells.
+        Local ridge orientation on the same blocks.
     mask : ndarray of bool, shape (rows, columns)
-        Segmentation mask on the same cells.
+        Segmentation mask on the same blocks.
     parameters : PeriodParameters, optional
         Smoothing.
 
@@ -70,7 +70,7 @@ def ridge_period(
     along = np.exp(p.angle_sharpness * (np.cos(turn) - 1.0)) * mask[..., None]
     weight = along / (spectrum.total + 1e-3)[..., None]
     by_period = np.einsum("ijaf,ija->ijf", spectrum.energy, weight)
-    blurred = blur_blocks(by_period, p.smoothing_cells)
+    blurred = blur_blocks(by_period, p.smoothing_blocks)
     blurred[blurred.max(axis=2) < _NO_ENERGY] = 1.0  # nothing to tell: all periods alike
     peaked = (blurred / blurred.max(axis=2, keepdims=True)) ** p.peak_power
     log_period = (peaked @ np.log(spectrum.periods)) / peaked.sum(axis=2)

@@ -15,7 +15,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_BAND_ROWS: Final = 16  # rows of cells at a time: memory does not grow with the image's height
+_BAND_ROWS: Final = 16  # rows of blocks at a time: memory does not grow with the image's height
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +31,12 @@ class SpectrumParameters:
 
 @dataclass(frozen=True, slots=True)
 class RidgeSpectrum:
-    """Hold the local spectrum on a grid of cells.
+    """Hold the local spectrum on a grid of blocks.
 
     Parameters
     ----------
     step_px : int
-        Side of a cell; cell ``[i, j]`` is centred at pixel ``((j + 0.5)·step, (i + 0.5)·step)``.
+        Side of a block; block ``[i, j]`` is centred at pixel ``((j + 0.5)·step, (i + 0.5)·step)``.
     shape : tuple of int
         Height and width of the image.
     angles : ndarray of float32, shape (A,)
@@ -72,7 +72,7 @@ def ridge_spectrum(
     Returns
     -------
     RidgeSpectrum
-        Energies on cells of ``step_px`` pixels.
+        Energies on blocks of ``step_px`` pixels.
 
     References
     ----------
@@ -118,7 +118,7 @@ def ridge_spectrum(
 def _neighbourhoods(
     pixels: NDArray[np.float32], rows: int, columns: int, p: SpectrumParameters
 ) -> NDArray[np.float32]:
-    """Return a view of the neighbourhood of each cell, shape (rows, columns, side, side)."""
+    """Return a view of the neighbourhood of each block, shape (rows, columns, side, side)."""
     height, width = pixels.shape
     radius, side = p.window_radius_px, 2 * p.window_radius_px + 1
     before = radius - p.step_px // 2

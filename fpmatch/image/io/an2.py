@@ -1,12 +1,12 @@
 """Read the print in an ANSI/NIST-ITL transaction file (AN2, EFT, EBTS), records 4, 13 and 14.
 
-Of the traditional encoding: records of text fields, and of type 3 to 8 in binary. The length of
-each record stands at its start, and the first one lists the types of the others.
+Of the traditional encoding: records of text fields, and of type 3 to 8 in binary. Each record
+begins with its length, and the first one lists the types of the others.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageReadError
@@ -15,8 +15,9 @@ from fpmatch.image.io.record_image import RecordImage, decode_record_image
 from fpmatch.image.io.resolution import MM_PER_INCH, dpi_in_units, usable_dpi
 
 if TYPE_CHECKING:
-    from fpmatch.image.io.byte_reader import Picture
+    from fpmatch.image.io.grey import GreyImage
     from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.io.record_image import DecodeFile
 
 SIGNATURES: Final = (b"1.001:", b"1.01:")
 MAX_RECORDS: Final = 1000
@@ -25,7 +26,7 @@ MAX_FIRST_RECORD: Final = 1_000_000  # bytes
 _GROUP, _RECORD, _UNIT = b"\x1d", b"\x1e", b"\x1f"
 _DATA: Final = 999
 _BINARY_TYPES: Final = range(3, 9)
-_GREY_FINGER: Final = 4  # the binary type that a print of 8 bits has
+_GREY_FINGER: Final = 4  # the binary type of a print of 8 bits
 _TAGGED_PRINTS: Final = (13, 14, 15)  # latent, finger, palm
 _BINARY_COMPRESSION: Final = ("NONE", "WSQ20", "JPEGB", "JPEGL", "JP2", "JP2L", "PNG")
 _STANDARD_PPI: Final = 500.0
@@ -33,33 +34,17 @@ _STANDARD_PPI: Final = 500.0
 
 @dataclass(frozen=True, slots=True)
 class _Record:
-    """One record: its type, and its bytes."""
+    """One record of a file."""
 
     type: int
     data: bytes
 
 
-def decode_an2(data: bytes, limits: ImageLimits) -> Picture:
-    """Decode the first image of a print in a transaction file.
+def decode_an2(data: bytes, limits: ImageLimits, decode_file: DecodeFile) -> GreyImage:
+    """Decode the first image of a print in a transaction file; `decode_file` as in `record_image`.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    limits : ImageLimits
-        Sizes that are refused, before decoding.
-
-    Returns
-    -------
-    Picture
-        The print, at the resolution that its record tells.
-
-    Raises
-    ------
-    ImageReadError
-        If the file is damaged, or holds no image of a finger or palm in grey.
-    ImageError
-        If the picture is too small or too large.
+    Raises ImageReadError if the file is damaged or contains no grey image of a finger or palm,
+    ImageError if the image is too small or too large.
     """
     first, *others = records = _records(data)
     prints = [r for r in others if r.type == _GREY_FINGER or r.type in _TAGGED_PRINTS]
@@ -67,14 +52,16 @@ def decode_an2(data: bytes, limits: ImageLimits) -> Picture:
         types = ", ".join(str(record.type) for record in records)
         raise ImageReadError(f"ANSI/NIST file without a grey print (its records: type {types})")
     record = prints[0]
-    read = _binary_print if record.type == _GREY_FINGER else _tagged_print
-    embedded = read(record, _fields(first))
-    note = (f"the first of its {len(prints)} images was read",) if len(prints) > 1 else ()
-    return decode_record_image(embedded, f"ANSI/NIST type {record.type}", note, limits)
+    parse = _binary_print if record.type == _GREY_FINGER else _tagged_print
+    found = parse(record, _fields(first))
+    image = decode_record_image(found, f"ANSI/NIST type {record.type}", limits, decode_file)
+    if len(prints) == 1:
+        return image
+    return replace(image, notes=(*image.notes, f"the first of its {len(prints)} images was read"))
 
 
 def _records(data: bytes) -> list[_Record]:
-    """Split a file into its records, by the first one's list of contents."""
+    """Split a file into its records, whose types the first one lists."""
     at = _tagged_length(data, 0)
     if at > min(len(data), MAX_FIRST_RECORD):
         raise ImageReadError("damaged ANSI/NIST file (a record ends too late)")
@@ -100,11 +87,11 @@ def _records(data: bytes) -> list[_Record]:
 
 
 def _tagged_length(data: bytes, at: int) -> int:
-    """Return the length of the record of text fields at `at`."""
+    """Return the length of the record of text fields that begins at `at`."""
     end = data.find(_GROUP, at, at + 32)
     _, _, length = data[at:end].partition(b":")
     if end < 0 or not length.isdigit():
-        raise ImageReadError("damaged ANSI/NIST file (a record does not tell its length)")
+        raise ImageReadError("damaged ANSI/NIST file (a record without a length)")
     return _number(length)
 
 
@@ -163,7 +150,6 @@ def _per_mm(text: bytes) -> float | None:
 
 
 def _number(text: bytes) -> int:
-    """Return a number that text names."""
     digits = text.strip()
     if not digits.isdigit() or len(digits) > 12:
         raise ImageReadError("damaged ANSI/NIST file (text where a number should be)")

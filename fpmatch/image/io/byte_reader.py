@@ -1,51 +1,19 @@
-"""What the readers of image formats share: `Picture`, their result, and `ByteReader`."""
+"""Read big-endian numbers from the bytes of an image file."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fpmatch.errors import ImageReadError
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 _MARKER: Final = re.compile(rb"\xff[^\x00]", re.DOTALL)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Picture:
-    """Hold a decoded picture.
-
-    Parameters
-    ----------
-    pixels : ndarray of uint8, shape (H, W)
-        Grey values, 0 black to 255 white.
-    dpi : float or None
-        Resolution that the file tells in dots per inch; None where it tells no usable one.
-    format : str
-        Name of the format, for people.
-    notes : tuple of str
-        What was done or noticed on reading, in words.
-    """
-
-    pixels: NDArray[np.uint8] = field(repr=False)
-    dpi: float | None = None
-    format: str = ""
-    notes: tuple[str, ...] = ()
-
-
 class ByteReader:
-    """Read big-endian numbers one after the other from bytes that may end too soon.
+    """Read numbers one after the other from `data`; errors name the format `name`.
 
-    Parameters
-    ----------
-    data : bytes
-        What to read.
-    name : str
-        What the bytes are, for messages.
+    Every method raises ImageReadError where the bytes end too soon.
     """
 
     def __init__(self, data: bytes, name: str) -> None:
@@ -57,13 +25,7 @@ class ByteReader:
         return len(self._data) - self._at
 
     def take(self, count: int) -> bytes:
-        """Return the next `count` bytes.
-
-        Raises
-        ------
-        ImageReadError
-            If there are not so many.
-        """
+        """Return the next `count` bytes."""
         if not 0 <= count <= self.left:
             raise ImageReadError(f"damaged {self._name} image (it ends too soon)")
         start, self._at = self._at, self._at + count
@@ -90,6 +52,4 @@ class ByteReader:
         marker = _MARKER.search(self._data, self._at)
         if marker is None:
             raise ImageReadError(f"damaged {self._name} image (it ends too soon)")
-        coded = self._data[self._at : marker.start()]
-        self._at = marker.start()
-        return coded.replace(b"\xff\x00", b"\xff")
+        return self.take(marker.start() - self._at).replace(b"\xff\x00", b"\xff")

@@ -1,11 +1,9 @@
-"""A folder of prints: its images, and what it says of them.
+"""A folder of prints: its images, and the file ``dataset.toml`` that describes them::
 
-A file ``dataset.toml`` beside the prints may say what they do not::
-
-    name = "FVC2002 DB1_B"
-    dpi = 500
-    sensor = "optical, Identix TouchView II"
-    polarity = "dark"
+name = "FVC2002 DB1_B"
+dpi = 500
+sensor = "optical, Identix TouchView II"
+polarity = "dark"
 """
 
 from __future__ import annotations
@@ -26,30 +24,25 @@ if TYPE_CHECKING:
 
 DESCRIPTION_FILE: Final = "dataset.toml"
 IMAGE_EXTENSIONS: Final = frozenset(
-    (
-        *(".bmp", ".gif", ".jpeg", ".jpg", ".pbm", ".pgm", ".png", ".pnm", ".ppm"),
-        *(".tif", ".tiff", ".webp"),
-        *(".j2k", ".jp2", ".wsq"),
-        *(".an2", ".eft"),
-    )
+    ".bmp .gif .jpeg .jpg .pbm .pgm .png .pnm .ppm .tif .tiff .webp .j2k .jp2 .wsq .an2 .eft".split()
 )
 _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
 class DatasetInfo:
-    """Hold what ``dataset.toml`` says of the prints beside it.
+    """Hold the contents of ``dataset.toml``, which describe all prints of a folder.
 
     Parameters
     ----------
     name : str or None
         Name of the database.
     dpi : float or None
-        Resolution of all prints in dots per inch; None leaves it to each file's own tag.
+        Resolution; None leaves it to each file's own tag.
     sensor : str
-        What took the prints; "" where nobody says.
+        Name of the sensor; "" where unknown.
     polarity : str
-        "dark" or "white": how all prints show their ridges; "auto" where nobody says.
+        "dark" or "white" ridges; "auto" where unknown.
     """
 
     name: str | None = None
@@ -59,22 +52,10 @@ class DatasetInfo:
 
 
 def images_in(folder: str | os.PathLike[str]) -> list[Path]:
-    """Return the files of a folder that are named like images, numbers in their names in order.
+    """Return the files of a folder with an image's extension, numbers in names in order.
 
-    Parameters
-    ----------
-    folder : path-like
-        The folder; not those in it. Hidden files are passed over.
-
-    Returns
-    -------
-    list of Path
-        ``9_2.png`` before ``10_1.tif``.
-
-    Raises
-    ------
-    DatasetError
-        If it is missing, no folder, or cannot be listed.
+    ``9_2.png`` comes before ``10_1.tif``; subfolders and hidden files are skipped. Raises
+    DatasetError if the folder cannot be listed.
     """
     root = Path(folder)
     if not root.exists():
@@ -82,29 +63,17 @@ def images_in(folder: str | os.PathLike[str]) -> list[Path]:
     if not root.is_dir():
         raise DatasetError(f"{root}: not a folder of prints")
     try:
-        files = [path for path in root.iterdir() if _is_named_like_an_image(path)]
+        names = [path for path in root.iterdir() if not path.name.startswith(".")]
     except OSError as error:
         raise DatasetError(f"{root}: cannot be listed: {error.strerror}") from error
-    return sorted((path for path in files if path.is_file()), key=_natural_order)
+    images = (path for path in names if path.suffix.lower() in IMAGE_EXTENSIONS and path.is_file())
+    return sorted(images, key=_natural_order)
 
 
 def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
-    """Read the ``dataset.toml`` of a folder.
+    """Read the ``dataset.toml`` of a folder, if there is one.
 
-    Parameters
-    ----------
-    folder : path-like
-        The folder.
-
-    Returns
-    -------
-    DatasetInfo
-        What it says; nothing where there is no such file.
-
-    Raises
-    ------
-    DatasetError
-        If the file cannot be read, or an entry is not what it should be.
+    Raises DatasetError if the file cannot be read or an entry is not valid.
     """
     path = Path(folder) / DESCRIPTION_FILE
     if not path.is_file():
@@ -124,12 +93,8 @@ def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
     return DatasetInfo(entries.get("name"), dpi, entries.get("sensor", ""), polarity)
 
 
-def _is_named_like_an_image(path: Path) -> bool:
-    return path.suffix.lower() in IMAGE_EXTENSIONS and not path.name.startswith(".")
-
-
 def _natural_order(path: Path) -> tuple[list[str | int], str]:
-    """Return a key by which numbers in names are compared as numbers."""
+    """Return a sort key that compares numbers in names as numbers."""
     parts: list[str | int] = list(_DIGITS.split(path.name))
     parts[1::2] = [int(part) for part in parts[1::2]]
     return parts, path.name

@@ -10,48 +10,33 @@ from fpmatch.image.io.record_image import UNCOMPRESSED, RecordImage, decode_reco
 from fpmatch.image.io.resolution import dpi_in_units
 
 if TYPE_CHECKING:
-    from fpmatch.image.io.byte_reader import Picture
+    from fpmatch.image.io.grey import GreyImage
     from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.io.record_image import DecodeFile
 
 SIGNATURES: Final = (b"FIR\x00",)
 _NAME: Final = "finger image record"
 _VERSION_2011: Final = b"020\x00"
-_PIXELS: Final = 0  # compression code of one byte a pixel; all others are told by their content
+_PIXELS: Final = 0  # compression code of one byte a pixel; other images are recognized by content
 _PACKED: Final = 1
-# Bytes of the 2004 and 2005 records between their length and the resolution: ANSI's has a
-# product's identifier besides.
+# Bytes of a product's identifier, by which the records of 2004 and 2005 differ.
 _PRODUCT_BYTES: Final = {"ANSI/INCITS 381": 4, "ISO/IEC 19794-4:2005": 0}
 
 
-def decode_finger_image_record(data: bytes, limits: ImageLimits) -> Picture:
-    """Decode the first image of a finger image record.
+def decode_fir(data: bytes, limits: ImageLimits, decode_file: DecodeFile) -> GreyImage:
+    """Decode the first image of a finger image record; `decode_file` as in `record_image`.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    limits : ImageLimits
-        Sizes that are refused, before decoding.
-
-    Returns
-    -------
-    Picture
-        The print, at the resolution that the record tells.
-
-    Raises
-    ------
-    ImageReadError
-        If the record is damaged, or its pixels are packed or not of 8 bits.
-    ImageError
-        If the picture is too small or too large.
+    Raises ImageReadError if the record is damaged, or its pixels are packed or not of 8 bits;
+    ImageError if the image is too small or too large.
     """
     if data[4:8] == _VERSION_2011:
-        return decode_record_image(_image_of_2011(data), "ISO/IEC 19794-4:2011", (), limits)
+        image = _image_of_2011(data)
+        return decode_record_image(image, "ISO/IEC 19794-4:2011", limits, decode_file)
     failures: list[FpmatchError] = []
     for standard, product_bytes in _PRODUCT_BYTES.items():
         try:
             image = _image_of_2005(data, product_bytes)
-            return decode_record_image(image, standard, (), limits)
+            return decode_record_image(image, standard, limits, decode_file)
         except FpmatchError as error:
             failures.append(error)
     raise failures[-1]
@@ -70,7 +55,7 @@ def _image_of_2005(data: bytes, product_bytes: int) -> RecordImage:
     reader.take(1)
     if length < 14:
         raise ImageReadError(f"damaged {_NAME} image (its length is too small)")
-    return _embedded(reader.take(length - 14), compression, width, height, depth, dpi)
+    return _record_image(reader.take(length - 14), compression, width, height, depth, dpi)
 
 
 def _image_of_2011(data: bytes) -> RecordImage:
@@ -86,7 +71,7 @@ def _image_of_2011(data: bytes) -> RecordImage:
     depth, compression = reader.u8(), reader.u8()
     reader.take(1)  # kind of impression
     width, height = reader.u16(), reader.u16()
-    return _embedded(reader.take(reader.u32()), compression, width, height, depth, dpi)
+    return _record_image(reader.take(reader.u32()), compression, width, height, depth, dpi)
 
 
 def _dpi(reader: ByteReader) -> float | None:
@@ -96,7 +81,7 @@ def _dpi(reader: ByteReader) -> float | None:
     return dpi_in_units(units, reader.u16(), reader.u16())
 
 
-def _embedded(
+def _record_image(
     data: bytes, compression: int, width: int, height: int, depth: int, dpi: float | None
 ) -> RecordImage:
     if compression == _PACKED:

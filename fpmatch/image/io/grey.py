@@ -1,13 +1,15 @@
-"""From samples of any type and colour to 8-bit grey values."""
+"""`GreyImage`, and the conversion of samples of any type and colour to 8-bit grey values."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import ImageError
 from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.minutiae import check_dpi
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -15,12 +17,52 @@ if TYPE_CHECKING:
     from fpmatch.image.io.limits import ImageLimits
 
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
-_BAND_SAMPLES: Final = 4_000_000  # at a time: memory does not grow with the image
-_MAX_INVISIBLE: Final = 3  # grey levels between all pixels of a picture that shows nothing
+_BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
+_MAX_INVISIBLE: Final = 3  # grey levels between all pixels of an image that shows nothing
 
 ON_WHITE: Final = "its transparent background was laid over white"
 ON_BLACK: Final = "its transparent background was laid over black, white showing nothing"
 ALL_TRANSPARENT: Final = "its transparency was ignored: every pixel is fully transparent"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GreyImage:
+    """Hold one impression as it was read.
+
+    Parameters
+    ----------
+    pixels : ndarray of uint8, shape (H, W)
+        Grey values, 0 black to 255 white.
+    dpi : float or None
+        Resolution in dots per inch; None where it is unknown.
+    source : str
+        Path of the file, or ``"array"``; errors start with it.
+    format : str
+        Name of the file format; "" where there was no file.
+    notes : tuple of str
+        What reading changed or assumed, such as inverted grey values.
+
+    Raises
+    ------
+    ImageError
+        If `pixels` is not two-dimensional uint8, or empty.
+    ResolutionError
+        If `dpi` lies outside 100 to 4000.
+    """
+
+    pixels: NDArray[np.uint8] = field(repr=False)
+    dpi: float | None = None
+    source: str = "array"
+    format: str = field(default="", repr=False)
+    notes: tuple[str, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        if self.pixels.ndim != 2 or self.pixels.dtype != np.uint8:
+            raise ImageError(f"{self.source}: pixels must be a two-dimensional array of uint8")
+        if self.pixels.size == 0:
+            raise ImageError(f"{self.source}: an image must have pixels")
+        if self.dpi is not None:
+            object.__setattr__(self, "dpi", check_dpi(self.dpi))
 
 
 def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> NDArray[np.uint8]:
@@ -29,8 +71,8 @@ def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> NDArra
     Parameters
     ----------
     array : array_like, shape (H, W), (H, W, 1), (H, W, 3) or (H, W, 4)
-        Grey, RGB or RGBA; transparent pixels are laid over white. Booleans are black and white;
-        uint8 is taken as it is; uint16 spans 0..65535; other integers span 0..255 if none is
+        Grey, RGB or RGBA; transparent pixels are composed over white. Black to white is False to
+        True, 0..255 for uint8 and 0..65535 for uint16; other integers span 0..255 if none is
         larger, else 0..65535; floats span 0..1 if none is larger, else 0..255.
     limits : ImageLimits
         Sizes that are refused.
@@ -67,20 +109,10 @@ def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> NDArra
 
 
 def flatten_transparency(colours: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], tuple[str, ...]]:
-    """Return the grey values of a picture with transparency, and a note on what was done.
+    """Return RGBA values (H, W, 4) as grey values, and notes on what became of transparency.
 
-    Parameters
-    ----------
-    colours : ndarray of uint8, shape (H, W, 4)
-        RGBA.
-
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        Laid over white, or over black where nothing shows over white; as if nothing were
-        transparent where everything is.
-    tuple of str
-        No note where every pixel is opaque.
+    They are composed over white, or over black where nothing shows over white; transparency is
+    ignored where every pixel is fully transparent.
     """
     opacity = colours[..., 3]
     if opacity.min() == 255:
@@ -116,7 +148,7 @@ def _eight_bit(values: NDArray[Any]) -> NDArray[np.uint8]:
 
 
 def _span(largest: float, *, is_float: bool, is_uint16: bool) -> float:
-    """Return the value that means white, as `as_grey` documents it."""
+    """Return the value of white, as `as_grey` documents it."""
     if is_uint16:
         return 65535.0
     if is_float:

@@ -1,4 +1,4 @@
-"""Huffman codes as WSQ files carry them: tables for 16 bits at a time."""
+"""Huffman codes of WSQ files, as tables indexed by 16 bits."""
 
 from __future__ import annotations
 
@@ -16,14 +16,9 @@ MAX_TABLES: Final = 8  # of one segment
 
 @dataclass(frozen=True, slots=True)
 class HuffmanTable:
-    """Hold, for every word of 16 bits, the symbol whose code the word starts with.
+    """Hold the symbol whose code each word of 16 bits starts with, and the bits of that code.
 
-    Parameters
-    ----------
-    symbols : bytes
-        The symbol of each word, 65,536 of them.
-    lengths : bytes
-        Bits of its code; 0 where no code fits.
+    The length is 0 where no code fits.
     """
 
     symbols: bytes
@@ -31,15 +26,10 @@ class HuffmanTable:
 
 
 def read_huffman_tables(body: ByteReader) -> dict[int, HuffmanTable]:
-    """Read the tables of a segment, by their numbers.
+    """Read the tables of a segment, by number; raise ImageReadError if they are inconsistent.
 
-    Each is a number, how many codes there are of 1 to 16 bits, and their symbols in order; codes
-    of one length follow each other, as in JPEG.
-
-    Raises
-    ------
-    ImageReadError
-        If the codes do not fit into their lengths, or symbols are missing.
+    A table consists of its number, the count of codes of each length from 1 to 16 bits, and their
+    symbols in order; codes of one length are consecutive, as in JPEG.
     """
     tables: dict[int, HuffmanTable] = {}
     for _ in range(MAX_TABLES):

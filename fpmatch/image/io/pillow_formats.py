@@ -1,6 +1,6 @@
 """The raster formats that Pillow decodes.
 
-The list is closed on purpose: Pillow knows others that start outside programs to decode a file.
+The list is closed: other Pillow decoders start external programs.
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ import numpy as np
 from PIL import Image, TiffImagePlugin, UnidentifiedImageError
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.byte_reader import Picture
-from fpmatch.image.io.decoder_limits import check_decoder_limits
-from fpmatch.image.io.grey import as_grey, flatten_transparency
+from fpmatch.image.io.grey import GreyImage, as_grey, flatten_transparency
+from fpmatch.image.io.limits import check_decoder_limits
 from fpmatch.image.io.resolution import tagged_dpi
 
 if TYPE_CHECKING:
@@ -27,22 +26,18 @@ if TYPE_CHECKING:
 
     from fpmatch.image.io.limits import ImageLimits
 
-# First bytes of a file and the name of Pillow's decoder for it.
-SIGNATURES: Final = (
-    (b"II*\x00", "TIFF"),
-    (b"MM\x00*", "TIFF"),
-    (b"II+\x00", "TIFF"),
-    (b"MM\x00+", "TIFF"),
-    (b"\x89PNG\r\n\x1a\n", "PNG"),
-    (b"BM", "BMP"),
-    (b"\xff\xd8\xff", "JPEG"),
-    *((b"P%d" % digit, "PPM") for digit in range(1, 7)),
-    (b"GIF8", "GIF"),
-    (b"RIFF", "WEBP"),
-    (b"\x00\x00\x00\x0cjP  ", "JPEG2000"),
-    (b"\xff\x4f\xff\x51", "JPEG2000"),
-)
-FIRST_OF_SEVERAL: Final = "the first of its pictures is read, of several"
+SIGNATURES: Final = {
+    "TIFF": (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+"),
+    "PNG": (b"\x89PNG\r\n\x1a\n",),
+    "BMP": (b"BM",),
+    "JPEG": (b"\xff\xd8\xff",),
+    "PPM": tuple(b"P%d" % digit for digit in range(1, 7)),
+    "GIF": (b"GIF8",),
+    "WEBP": (b"RIFF",),
+    "JPEG2000": (b"\x00\x00\x00\x0cjP  ", b"\xff\x4f\xff\x51"),
+}
+"""Name of Pillow's decoder, and the first bytes of its files."""
+FIRST_OF_SEVERAL: Final = "the first of its several images was read"
 TIFF_BITS_PER_SAMPLE: Final = 258
 TIFF_COMPRESSION: Final = 259
 TIFF_PHOTOMETRIC: Final = 262
@@ -54,41 +49,23 @@ _HEAD_BYTES: Final = 4096
 _warnings_lock = threading.Lock()
 
 
-def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> Picture:
-    """Decode a picture; of a file with several the first.
+def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyImage:
+    """Decode an image file with Pillow's `decoder`; of several images the first.
 
-    Parameters
-    ----------
-    decoder : str
-        Name of Pillow's decoder.
-    data : bytes
-        The file.
-    limits : ImageLimits
-        Sizes that are refused, before decoding.
-
-    Returns
-    -------
-    Picture
-        Its grey values, with the resolution that the file tells.
-
-    Raises
-    ------
-    ImageReadError
-        If the file is damaged.
-    ImageError
-        If the picture is too small or too large, or its values make no grey image.
+    Raises ImageReadError if the file is damaged, ImageError if the image breaks the limits or its
+    values make no grey image.
     """
     check_decoder_limits(decoder, data)
     try:
         with (
             _decoder_warnings_held(),
-            Image.open(BytesIO(data), formats=[decoder]) as picture,
+            Image.open(BytesIO(data), formats=[decoder]) as image,
         ):
-            limits.check(*picture.size)
-            dpi, notes = tagged_dpi(picture, data[:_HEAD_BYTES])
-            if getattr(picture, "is_animated", False):
+            limits.check(*image.size)
+            dpi, notes = tagged_dpi(image, data[:_HEAD_BYTES])
+            if getattr(image, "is_animated", False):
                 notes += (FIRST_OF_SEVERAL,)
-            samples = _samples(picture)
+            samples = _samples(image)
     except FpmatchError:
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
@@ -100,25 +77,25 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> Pictur
         if reason:
             raise ImageReadError(f"TIFF image with {reason}, which cannot be read") from error
         raise ImageReadError(f"damaged {decoder} image (its header cannot be read)") from error
-    except Exception as error:  # decoders of a damaged file raise almost anything
-        raise ImageReadError(f"damaged {decoder} image ({in_words(error)})") from error
+    except Exception as error:  # decoders raise almost anything on damage
+        raise ImageReadError(f"damaged {decoder} image ({error_text(error)})") from error
     if samples.ndim == 3 and samples.shape[2] == 4 and samples.dtype == np.uint8:
         pixels, on_ground = flatten_transparency(samples)
-        return Picture(pixels, dpi, decoder, notes + on_ground)
-    return Picture(as_grey(samples, limits=limits), dpi, decoder, notes)
+        return GreyImage(pixels, dpi, format=decoder, notes=notes + on_ground)
+    return GreyImage(as_grey(samples, limits=limits), dpi, format=decoder, notes=notes)
 
 
-def in_words(error: Exception) -> str:
-    """Return the reason that an exception gives, on one line."""
+def error_text(error: Exception) -> str:
+    """Return the message of an exception on one line."""
     reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return " ".join(reason.split()) or type(error).__name__
 
 
 @contextmanager
 def _decoder_warnings_held() -> Iterator[None]:
-    """Keep Pillow's warnings from the user; its warning of a huge image becomes an error.
+    """Silence Pillow's warnings; its warning of a huge image becomes an error.
 
-    Python's warning filters are global to the process, so one thread at a time changes them.
+    Warning filters are global to the process, so one thread at a time changes them.
     """
     with _warnings_lock, warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -126,22 +103,22 @@ def _decoder_warnings_held() -> Iterator[None]:
         yield
 
 
-def _samples(picture: Image.Image) -> NDArray[Any]:
-    """Return the picture's samples in a type that says their span, grey, RGB or RGBA."""
-    if picture.mode.startswith("I;16"):
-        return _sixteen_bit_samples(picture)
-    if picture.mode == "I" and _is_unsigned_tiff(picture):
-        return _thirty_two_bit_samples(picture)
-    if picture.mode in {"1", "L", "I", "F"} and not picture.has_transparency_data:
-        return np.asarray(picture)
-    return np.asarray(picture.convert("RGBA" if picture.has_transparency_data else "RGB"))
+def _samples(image: Image.Image) -> NDArray[Any]:
+    """Return samples of grey, RGB or RGBA in a type that defines their span."""
+    if image.mode.startswith("I;16"):
+        return _sixteen_bit_samples(image)
+    if image.mode == "I" and _is_unsigned_tiff(image):
+        return _thirty_two_bit_samples(image)
+    if image.mode in {"1", "L", "I", "F"} and not image.has_transparency_data:
+        return np.asarray(image)
+    return np.asarray(image.convert("RGBA" if image.has_transparency_data else "RGB"))
 
 
-def _sixteen_bit_samples(picture: Image.Image) -> NDArray[np.uint16]:
+def _sixteen_bit_samples(image: Image.Image) -> NDArray[np.uint16]:
     """Return samples of 9 to 16 bits on the span 0..65535, black at 0."""
-    tags = getattr(picture, "tag_v2", {})
+    tags = getattr(image, "tag_v2", {})
     bits = int(tags.get(TIFF_BITS_PER_SAMPLE, (16,))[0])
-    samples = np.asarray(picture).astype(np.uint16)
+    samples = np.asarray(image).astype(np.uint16)
     if bits < 16:
         largest = 2**bits - 1
         scaled = np.minimum(samples, largest).astype(np.uint32) * 0xFFFF // largest
@@ -151,24 +128,24 @@ def _sixteen_bit_samples(picture: Image.Image) -> NDArray[np.uint16]:
     return samples
 
 
-def _is_unsigned_tiff(picture: Image.Image) -> bool:
-    tags = getattr(picture, "tag_v2", {})
+def _is_unsigned_tiff(image: Image.Image) -> bool:
+    tags = getattr(image, "tag_v2", {})
     return bool(
         tags.get(TIFF_BITS_PER_SAMPLE, (0,))[0] == 32
         and tags.get(TIFF_SAMPLE_FORMAT, (TIFF_UNSIGNED,))[0] == TIFF_UNSIGNED
     )
 
 
-def _thirty_two_bit_samples(picture: Image.Image) -> NDArray[Any]:
+def _thirty_two_bit_samples(image: Image.Image) -> NDArray[Any]:
     """Return samples of 32 bits as they are where 16 would do, else their upper half."""
-    samples = np.asarray(picture).view(np.uint32)
+    samples = np.asarray(image).view(np.uint32)
     if samples.max(initial=0) <= 0xFFFF:
         return samples
     return (samples >> 16).astype(np.uint16)
 
 
 def _unknown_kind(data: bytes) -> str:
-    """Return what a TIFF is, in words, that is whole as far as its tags go; "" for another."""
+    """Describe a TIFF whose tags are intact but whose kind is not supported; else return ""."""
     try:
         header = data[:8] if data[2:3] == b"*" or data[3:4] == b"*" else data[:16]
         tags = TiffImagePlugin.ImageFileDirectory_v2(header)
@@ -180,5 +157,5 @@ def _unknown_kind(data: bytes) -> str:
         return f"{'/'.join(map(str, bits[:4]))} bits a sample and compression " + str(
             int(tags[TIFF_COMPRESSION])
         )
-    except Exception:  # noqa: BLE001  # then it is damaged, which the caller says
+    except Exception:  # noqa: BLE001  # damaged tags
         return ""

@@ -1,4 +1,4 @@
-"""Bare pixels: files without a header, whose size somebody must tell."""
+"""Bare pixels: files without a header, whose size the caller gives."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.image.io.byte_reader import Picture
+from fpmatch.image.io.grey import GreyImage
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from fpmatch.image.io.limits import ImageLimits
 
 _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
@@ -21,17 +19,9 @@ _SIZE: Final = re.compile(r"([1-9]\d{0,5})[x×X]([1-9]\d{0,5})", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class RawSize:
-    """Hold the size in pixels of a picture whose file is its pixels, row by row, 8 bits each.
+    """Hold the size of an image whose file is its pixels, row by row, 8 bits each.
 
-    Parameters
-    ----------
-    width, height : int
-        Both at least 1.
-
-    Raises
-    ------
-    ImageError
-        If one is not.
+    Raises ImageError unless both sides are at least 1.
 
     Examples
     --------
@@ -53,13 +43,7 @@ class RawSize:
 
     @classmethod
     def parse(cls, text: str) -> RawSize:
-        """Return the size that ``WIDTHxHEIGHT`` names.
-
-        Raises
-        ------
-        ImageError
-            If `text` is not of that form.
-        """
+        """Return the size that ``WIDTHxHEIGHT`` names; raise ImageError for other text."""
         size = _SIZE.fullmatch(text.strip())
         if size is None:
             raise ImageError(f"a size is written WIDTHxHEIGHT, as in 388x374, not {text!r}")
@@ -69,21 +53,10 @@ class RawSize:
         return f"{self.width}x{self.height}"
 
 
-def raw_size_of(length: int, sizes: Sequence[RawSize]) -> RawSize | None:
-    """Return the first of `sizes` that a file of `length` bytes can have; None if it has none."""
-    return next((size for size in sizes if size.bytes == length), None)
-
-
-def decode_raw(data: bytes, size: RawSize, limits: ImageLimits) -> Picture:
-    """Return the picture whose pixels `data` are.
-
-    Raises
-    ------
-    ImageError
-        If it is too small or too large, or `data` has another length than its pixels.
-    """
+def decode_raw(data: bytes, size: RawSize, limits: ImageLimits) -> GreyImage:
+    """Return `data` as the pixels of an image of `size`; raise ImageError if they do not fit."""
     limits.check(size.width, size.height)
     if len(data) != size.bytes:
         raise ImageError(f"{len(data)} bytes are no {size} pixels of 8 bits")
     pixels = np.frombuffer(data, np.uint8).reshape(size.height, size.width)
-    return Picture(pixels.copy(), format="raw")
+    return GreyImage(pixels.copy(), format="raw")

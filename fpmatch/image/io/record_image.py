@@ -1,4 +1,4 @@
-"""Pictures inside records: compressed like a file of their own, or bare pixels."""
+"""Images inside records: compressed like a file of their own, or bare pixels."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageReadError
 from fpmatch.image.io.raw import RawSize, decode_raw
-from fpmatch.image.io.readers import reader_named
 
 if TYPE_CHECKING:
-    from fpmatch.image.io.byte_reader import Picture
+    from collections.abc import Callable
+
+    from fpmatch.image.io.grey import GreyImage
     from fpmatch.image.io.limits import ImageLimits
+
+    DecodeFile = Callable[[bytes, ImageLimits], GreyImage | None]
+    """Decode an image file that is no record; None if its format is unknown."""
 
 UNCOMPRESSED: Final = "NONE"
 _DEPTH: Final = 8
@@ -19,7 +23,7 @@ _DEPTH: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class RecordImage:
-    """Hold an image as a record has it.
+    """Hold an image as a record contains it.
 
     Parameters
     ----------
@@ -28,11 +32,11 @@ class RecordImage:
     compression : str
         Its name in the standard; ``NONE`` for pixels.
     width, height : int
-        Size in pixels that the record tells.
+        Size in pixels according to the record.
     depth : int
         Bits of a pixel.
     dpi : float or None
-        Resolution that the record tells, where it does.
+        Resolution according to the record.
     """
 
     data: bytes = field(repr=False)
@@ -44,32 +48,12 @@ class RecordImage:
 
 
 def decode_record_image(
-    image: RecordImage, record: str, notes: tuple[str, ...], limits: ImageLimits
-) -> Picture:
-    """Decode an image that a record has.
+    image: RecordImage, record: str, limits: ImageLimits, decode_file: DecodeFile
+) -> GreyImage:
+    """Decode the image of a record, at the record's resolution if known, else at its own.
 
-    Parameters
-    ----------
-    image : RecordImage
-        The image.
-    record : str
-        What the record is, for people.
-    notes : tuple of str
-        What there is to say of the record.
-    limits : ImageLimits
-        Sizes that are refused, before decoding.
-
-    Returns
-    -------
-    Picture
-        At the record's resolution, else that of the file in it.
-
-    Raises
-    ------
-    ImageReadError
-        If it is damaged, of an unknown compression, or of another size than the record tells.
-    ImageError
-        If it is too small or too large.
+    `record` is the record's kind, for messages. Raises ImageReadError if the image is damaged or
+    of an unknown compression, ImageError if it is too small or too large.
     """
     if image.compression == UNCOMPRESSED:
         if image.depth != _DEPTH:
@@ -78,21 +62,17 @@ def decode_record_image(
         limits.check(size.width, size.height)
         if len(image.data) < size.bytes:
             raise ImageReadError(f"damaged {record} image (pixels are missing)")
-        picture = decode_raw(image.data[: size.bytes], size, limits)
-        inner = ""
-    else:
-        reader = reader_named(image.data)
-        if reader is None:
-            raise ImageReadError(
-                f"{record} with an image that cannot be read ({image.compression})"
-            )
-        picture = reader.decode(image.data, limits)
-        inner = f", {picture.format}"
-        if picture.pixels.shape != (image.height, image.width):
-            height, width = picture.pixels.shape
-            notes += (
-                f"its record tells {image.width} x {image.height} pixels of an image that has "
-                f"{width} x {height}",
-            )
-    dpi = picture.dpi if image.dpi is None else image.dpi
-    return replace(picture, dpi=dpi, format=record + inner, notes=picture.notes + notes)
+        decoded = decode_raw(image.data[: size.bytes], size, limits)
+        return replace(decoded, dpi=image.dpi, format=record)
+    found = decode_file(image.data, limits)
+    if found is None:
+        raise ImageReadError(f"{record} with an image that cannot be read ({image.compression})")
+    notes = found.notes
+    height, width = found.pixels.shape
+    if (height, width) != (image.height, image.width):
+        notes += (
+            f"its record gives a size of {image.width} x {image.height} pixels, but its image has "
+            f"{width} x {height}",
+        )
+    dpi = found.dpi if image.dpi is None else image.dpi
+    return replace(found, dpi=dpi, format=f"{record}, {found.format}", notes=notes)

@@ -1,20 +1,73 @@
-"""The registry of image formats: find the reader of a file by how the file begins."""
+"""The registry of image formats: the reader of a file is found by its first bytes."""
 
 from __future__ import annotations
 
-from typing import Final
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io import an2, fir
-from fpmatch.image.io.readers import PICTURE_READERS, ImageReader
+from fpmatch.image.io import an2, fir, pillow_formats, wsq
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from fpmatch.image.io.grey import GreyImage
+    from fpmatch.image.io.limits import ImageLimits
+
+
+@dataclass(frozen=True, slots=True)
+class ImageReader:
+    """Read one format of image file.
+
+    Parameters
+    ----------
+    name : str
+        Name of the format.
+    signatures : tuple of bytes
+        First bytes of its files.
+    decode : callable
+        Decodes a file's bytes within `ImageLimits`; raises nothing but an `FpmatchError` that
+        names the reason and not the file, whatever the bytes are.
+    """
+
+    name: str
+    signatures: tuple[bytes, ...]
+    decode: Callable[[bytes, ImageLimits], GreyImage]
+
+
+FILE_READERS: Final = (
+    *(
+        ImageReader(name, signatures, partial(pillow_formats.decode_with_pillow, name))
+        for name, signatures in pillow_formats.SIGNATURES.items()
+    ),
+    ImageReader("WSQ", (wsq.START_OF_IMAGE,), wsq.decode_wsq),
+)
+"""The formats of a single image."""
+SIGNATURE_BYTES: Final = max(len(start) for reader in FILE_READERS for start in reader.signatures)
+"""How many bytes of a file `is_image_file` needs."""
+
+
+def is_image_file(data: bytes) -> bool:
+    """Return whether a file begins like one of `FILE_READERS`, so that it is no template."""
+    return any(data.startswith(reader.signatures) for reader in FILE_READERS)
+
+
+def _decode_file(data: bytes, limits: ImageLimits) -> GreyImage | None:
+    """Decode an image inside a record; None if its format is unknown."""
+    readers = (reader for reader in FILE_READERS if data.startswith(reader.signatures))
+    reader = next(readers, None)
+    return None if reader is None else reader.decode(data, limits)
+
 
 READERS: Final = (
-    *PICTURE_READERS,
-    ImageReader("AN2", an2.SIGNATURES, an2.decode_an2),
-    ImageReader("FIR", fir.SIGNATURES, fir.decode_finger_image_record),
+    *FILE_READERS,
+    ImageReader("AN2", an2.SIGNATURES, partial(an2.decode_an2, decode_file=_decode_file)),
+    ImageReader("FIR", fir.SIGNATURES, partial(fir.decode_fir, decode_file=_decode_file)),
 )
+"""All formats: single images, and records that contain one."""
 
-# How files begin that people take for images, and what they are.
+# First bytes of files that people take for images, and what those files are.
 _OTHERS: Final = (
     (b"FMR\x00", "a minutiae template, ISO/IEC 19794-2 or ANSI 378"),
     (b"%PDF", "a PDF document"),
@@ -36,39 +89,21 @@ _BOXES: Final = {b"ftypheic": "a HEIC image", b"ftypavif": "an AVIF image"}
 _DICOM_AT: Final = 128
 
 
-def reader_of(data: bytes) -> ImageReader:
-    """Return the reader of the format that `data` begins like.
+def find_reader(data: bytes) -> ImageReader:
+    """Return the reader of the format that `data`, a file or its beginning, begins like.
 
-    Parameters
-    ----------
-    data : bytes
-        A file, or how it begins.
-
-    Returns
-    -------
-    ImageReader
-        Its reader.
-
-    Raises
-    ------
-    ImageReadError
-        If the format is not known, with a word on what it is where that is.
+    Raises ImageReadError if the format is unknown; the message names well-known other formats.
 
     Examples
     --------
-    >>> reader_of(b"P5 64 64 255 ").name
+    >>> find_reader(b"P5 64 64 255 ").name
     'PPM'
     """
     for reader in READERS:
         if data.startswith(reader.signatures):
             return reader
-    kind = _kind_of(data)
-    raise ImageReadError("not an image of a known format" + (f" ({kind})" if kind else ""))
-
-
-def _kind_of(data: bytes) -> str:
-    """Return what a file is that is no image of a known format; "" where that is not known."""
+    kind = next((kind for start, kind in _OTHERS if data.startswith(start)), "")
+    kind = _BOXES.get(data[4:12], kind)
     if data[_DICOM_AT : _DICOM_AT + 4] == b"DICM":
-        return "a DICOM file"
-    named = next((kind for start, kind in _OTHERS if data.startswith(start)), "")
-    return _BOXES.get(data[4:12], named)
+        kind = "a DICOM file"
+    raise ImageReadError("not an image of a known format" + (f" ({kind})" if kind else ""))

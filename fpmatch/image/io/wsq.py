@@ -1,8 +1,8 @@
-"""Decode WSQ, the wavelet scalar quantisation in which police and border agencies keep prints.
+"""Decode WSQ (wavelet scalar quantisation), the format of police and border agencies.
 
-The format is that of the FBI's IAFIS-IC-0110 (version 3.1): a tree of wavelet subbands, quantised,
-run-length and Huffman coded. The decoder is this package's own: the one library on PyPI wraps C
-code that takes the process down on a damaged file.
+FBI, IAFIS-IC-0110 (version 3.1): a tree of wavelet subbands, quantised, run-length and Huffman
+coded. The decoder is written here because the one on PyPI wraps C code that crashes the process on
+a damaged file.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io.byte_reader import ByteReader, Picture
+from fpmatch.image.io.byte_reader import ByteReader
+from fpmatch.image.io.grey import GreyImage
 from fpmatch.image.io.huffman import HuffmanTable, read_huffman_tables
 from fpmatch.image.io.resolution import usable_dpi
 
@@ -27,40 +28,33 @@ if TYPE_CHECKING:
     Filters = tuple[NDArray[np.float32], NDArray[np.float32]]
 
 START_OF_IMAGE: Final = b"\xff\xa0"
-_END, _FRAME, _BLOCK, _FILTERS, _QUANTISERS, _HUFFMAN, _COMMENT = (
-    *range(0xFFA1, 0xFFA7),
-    0xFFA8,
-)
+_END, _FRAME, _BLOCK, _FILTERS, _QUANTISERS, _HUFFMAN = range(0xFFA1, 0xFFA7)
+_COMMENT: Final = 0xFFA8
 _LARGEST_TAP: Final = 2.0  # of a filter: those in use stay below 1
 MAX_SEGMENTS: Final = 1000
-SUBBANDS: Final = 60  # that are transmitted, of 64 that a quantiser table tells of
+SUBBANDS: Final = 60  # transmitted, of the 64 of a quantiser table
 MAX_MEGAPIXELS: Final = 16.0  # symbols are decoded one by one: about a second a megapixel
 _PPI: Final = re.compile(rb"(?:^|\n)PPI (\d{2,5})(?:\n|$)")
 
-# How the picture is split: each node into top left, top right, bottom left and bottom right.
+# How the image is split: each node into top left, top right, bottom left and bottom right.
 _LEAF: Final = ()
 _FOUR: Final = (_LEAF,) * 4
 _SIXTEEN: Final = (_FOUR,) * 4
 _LOWEST: Final = ((_FOUR, _LEAF, _LEAF, _LEAF), _FOUR, _FOUR, _FOUR)
 TREE: Final = ((_LOWEST, _SIXTEEN, _SIXTEEN, _LEAF), _FOUR, _FOUR, _LEAF)
 
-# Huffman symbols: up to 100 the length of a run of zeros, from 107 on a value; between them escapes
-# with the value or run length in the bits that follow.
+# Huffman symbols: up to 100 the length of a run of zeros, from 107 on a value; between them
+# escapes, whose value or run length follows: (its bits, the sign of the value or 0 for a run).
 _LONGEST_RUN: Final = 100
 _ZERO_SYMBOL: Final = 180
-_ESCAPES: Final = {
-    101: (8, 1),
-    102: (8, -1),
-    103: (16, 1),
-    104: (16, -1),
-    105: (8, 0),
-    106: (16, 0),
-}
+_ESCAPES: Final = dict(
+    zip(range(101, 107), ((8, 1), (8, -1), (16, 1), (16, -1), (8, 0), (16, 0)), strict=True)
+)
 
 
 @dataclass(slots=True)
 class _Header:
-    """What stands before the first block of coefficients, and between the blocks."""
+    """Tables of the file, and the coefficients decoded so far."""
 
     size: tuple[int, int] | None = None  # width, height
     shift: float = 0.0
@@ -73,27 +67,11 @@ class _Header:
     values: list[int] = field(default_factory=list)
 
 
-def decode_wsq(data: bytes, limits: ImageLimits) -> Picture:
-    """Decode a WSQ file.
+def decode_wsq(data: bytes, limits: ImageLimits) -> GreyImage:
+    """Decode a WSQ file of at most 16 megapixels.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    limits : ImageLimits
-        Sizes that are refused, before a coefficient is decoded; 16 megapixels at most.
-
-    Returns
-    -------
-    Picture
-        Grey values, and the resolution that a NIST comment in the file tells.
-
-    Raises
-    ------
-    ImageReadError
-        If the file is damaged, or uses filters of even length.
-    ImageError
-        If the picture is too small or too large.
+    The resolution comes from a NIST comment in the file. Raises ImageReadError if the file is
+    damaged or uses filters of even length, ImageError if the image is too small or too large.
     """
     header = _Header()
     reader = ByteReader(data, "WSQ")
@@ -103,7 +81,7 @@ def decode_wsq(data: bytes, limits: ImageLimits) -> Picture:
     while (marker := reader.u16()) != _END:
         segments += 1
         if segments > MAX_SEGMENTS:
-            raise ImageReadError(f"WSQ image of more than {MAX_SEGMENTS} segments, which is absurd")
+            raise ImageReadError(f"WSQ image of more than {MAX_SEGMENTS} segments")
         if marker == _BLOCK:
             _read_block(reader, header)
         else:
@@ -113,10 +91,10 @@ def decode_wsq(data: bytes, limits: ImageLimits) -> Picture:
     subbands = _dequantised(header, header.size, header.bins)
     joined = _join_node(TREE, header.size, subbands, header.filters)
     grey = joined * np.float32(header.scale) + np.float32(header.shift) + np.float32(0.5)
-    told = next((m[1] for c in header.comments if (m := _PPI.search(c))), None)
-    return Picture(
+    ppi = next((m[1] for c in header.comments if (m := _PPI.search(c))), None)
+    return GreyImage(
         np.clip(np.nan_to_num(grey), 0, 255).astype(np.uint8),
-        dpi=usable_dpi(told),
+        dpi=usable_dpi(ppi),
         format="WSQ",
     )
 
@@ -212,7 +190,7 @@ def _decode_values(table: HuffmanTable, data: bytes, values: list[int], most: in
             else:
                 raise ImageReadError("damaged WSQ image (a run of no coefficients)")
         else:
-            raise ImageReadError("damaged WSQ image (a coefficient has no meaning)")
+            raise ImageReadError("damaged WSQ image (an unknown symbol)")
 
 
 def _dequantised(
@@ -242,7 +220,7 @@ def _dequantised(
 def _leaf_sizes(
     node: tuple[object, ...], size: tuple[int, int], *, right: bool = False, below: bool = False
 ) -> list[tuple[int, int]]:
-    """Return width and height of each leaf below `node`, which lies so within its parent."""
+    """Return (width, height) of each leaf below `node`, in a given quarter of its parent."""
     if not node:
         return [size]
     sizes = []
@@ -269,7 +247,7 @@ def _join_node(
     right: bool = False,
     below: bool = False,
 ) -> NDArray[np.float32]:
-    """Join the subbands below `node`, taken from the front of `subbands`, to a picture."""
+    """Join the subbands below `node`, taken from the front of `subbands`, to an image."""
     if not node:
         return subbands.pop(0)
     width, height = size
@@ -278,9 +256,9 @@ def _join_node(
         in_right, in_below = bool(quarter & 1), bool(quarter & 2)
         high_x, high_y = in_right != right, in_below != below
         inner = _half(width, low=not high_x), _half(height, low=not high_y)
-        picture = _join_node(part, inner, subbands, filters, right=in_right, below=in_below)  # type: ignore[arg-type]
+        quarter_image = _join_node(part, inner, subbands, filters, right=in_right, below=in_below)  # type: ignore[arg-type]
         spread = np.zeros((height, width), np.float32)
-        spread[int(high_y) :: 2, int(high_x) :: 2] = picture
+        spread[int(high_y) :: 2, int(high_x) :: 2] = quarter_image
         joined += cv2.sepFilter2D(
             spread, cv2.CV_32F, filters[high_x], filters[high_y], borderType=cv2.BORDER_REFLECT_101
         )

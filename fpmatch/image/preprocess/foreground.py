@@ -17,7 +17,7 @@ from fpmatch.image.preprocess.percentiles import percentiles
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-ALIGNMENT_PX: Final = 16  # of the box's first row and column: the cells of a template's field
+ALIGNMENT_PX: Final = 16  # of the box's first row and column: the blocks of a template's field
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,11 +25,11 @@ class ForegroundParameters:
     """Set how the foreground is found; lengths in pixels at 500 dpi, ranges in grey levels."""
 
     window_px: int = 9
-    cell_px: int = 8
+    block_px: int = 8
     strong_percentile: float = 95.0
     min_relative_range: float = 0.15
     min_range: int = 12
-    opening_cells: int = 3
+    opening_blocks: int = 3
     margin_px: int = 16
     min_side_px: int = 64
 
@@ -48,7 +48,7 @@ class Box:
         """What cuts the box out of an array (H, W)."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
-    def placed(
+    def uncrop(
         self, array: NDArray[Any], shape: tuple[int, int], step_px: int = 1, around: float = 0
     ) -> NDArray[Any]:
         """Return what belongs to the box as what belongs to its image.
@@ -102,12 +102,12 @@ def foreground_box(grey: NDArray[np.uint8], parameters: ForegroundParameters | N
     p = parameters or ForegroundParameters()
     height, width = grey.shape
     spread = local_range(grey, p.window_px)
-    cells = spread[p.cell_px // 2 :: p.cell_px, p.cell_px // 2 :: p.cell_px]
-    if not cells.size:
+    blocks = spread[p.block_px // 2 :: p.block_px, p.block_px // 2 :: p.block_px]
+    if not blocks.size:
         return Box(0, height, 0, width)
-    strong = float(percentiles(cells.ravel().astype(np.float32), p.strong_percentile)[0])
-    lively = (cells > max(p.min_range, p.min_relative_range * strong)).astype(np.uint8)
-    element = np.ones((p.opening_cells, p.opening_cells), np.uint8)
+    strong = float(percentiles(blocks.ravel().astype(np.float32), p.strong_percentile)[0])
+    lively = (blocks > max(p.min_range, p.min_relative_range * strong)).astype(np.uint8)
+    element = np.ones((p.opening_blocks, p.opening_blocks), np.uint8)
     opened = np.asarray(cv2.morphologyEx(lively, cv2.MORPH_OPEN, element), bool)
     rows, columns = np.atleast_1d(opened.any(axis=1), opened.any(axis=0))
     return Box(*_side(rows, height, p), *_side(columns, width, p))
@@ -124,8 +124,8 @@ def _side(lively: NDArray[np.bool_], size: int, p: ForegroundParameters) -> tupl
     where = np.flatnonzero(lively)
     if not len(where):
         return 0, size
-    first = int(where[0]) * p.cell_px - p.margin_px
-    last = (int(where[-1]) + 1) * p.cell_px + p.margin_px
+    first = int(where[0]) * p.block_px - p.margin_px
+    last = (int(where[-1]) + 1) * p.block_px + p.margin_px
     lacking = max(0, p.min_side_px - (last - first))
     first = max(0, first - lacking) // ALIGNMENT_PX * ALIGNMENT_PX
     last = -(-(last + lacking) // ALIGNMENT_PX) * ALIGNMENT_PX

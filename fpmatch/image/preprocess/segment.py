@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SegmentationParameters:
-    """Set the segmentation; lengths in cells of the spectrum (8 px at 500 dpi)."""
+    """Set the segmentation; lengths in blocks of the spectrum (8 px at 500 dpi)."""
 
-    smoothing_cells: float = 1.2
+    smoothing_blocks: float = 1.2
     min_strength: float = 0.10
     min_certainty: float = 0.15
     min_contrast: float = 8.0
     min_relative_contrast: float = 0.25
     min_relative_contrast_of_certain: float = 0.3
-    closing_cells: int = 5
-    opening_cells: int = 5
-    opening_cells_of_certain: int = 3
-    min_area_cells: int = 40
+    closing_blocks: int = 5
+    opening_blocks: int = 5
+    opening_blocks_of_certain: int = 3
+    min_area_blocks: int = 40
     min_relative_area: float = 0.2
 
 
@@ -41,9 +41,9 @@ def segment(
     spectrum: RidgeSpectrum,
     parameters: SegmentationParameters | None = None,
 ) -> NDArray[np.bool_]:
-    """Find the cells that hold ridges.
+    """Find the blocks that hold ridges.
 
-    A cell belongs to the print where one wave carries enough of the local energy and the local
+    A block belongs to the print where one wave carries enough of the local energy and the local
     contrast is no small fraction of the print's own; ragged edges are smoothed, holes filled and
     small parts dropped.
 
@@ -59,13 +59,13 @@ def segment(
     Returns
     -------
     ndarray of bool, shape (rows, columns)
-        The segmentation mask on the cells of the spectrum; all False where there is no print.
+        The segmentation mask on the blocks of the spectrum; all False where there is no print.
     """
     p = parameters or SegmentationParameters()
-    strength = ridge_strength(spectrum, p.smoothing_cells)
+    strength = ridge_strength(spectrum, p.smoothing_blocks)
     certain = strength >= p.min_strength
     ridges = _of_contrast(image, strength, certain, spectrum, p.min_relative_contrast, p)
-    return _tidy(ridges, p.opening_cells, p)
+    return _tidy(ridges, p.opening_blocks, p)
 
 
 def segment_enhanced(
@@ -74,7 +74,7 @@ def segment_enhanced(
     grid: BlockGrid,
     parameters: SegmentationParameters | None = None,
 ) -> NDArray[np.bool_]:
-    """Find the cells whose ridges are certain, in an image that tells how certain they are.
+    """Find the blocks whose ridges are certain, in an image that tells how certain they are.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def segment_enhanced(
     enhanced : ndarray of float32, shape (H, W)
         From `fpmatch.image.enhancement.network`: -1 to 1, about 0 where nothing can be told.
     grid : BlockGrid
-        The cells.
+        The blocks.
     parameters : SegmentationParameters, optional
         Thresholds and smoothing.
 
@@ -93,11 +93,11 @@ def segment_enhanced(
         The segmentation mask; all False where there is no print.
     """
     p = parameters or SegmentationParameters()
-    certainty = blur_blocks(block_mean_product(enhanced, enhanced, grid), p.smoothing_cells)
+    certainty = blur_blocks(block_mean_product(enhanced, enhanced, grid), p.smoothing_blocks)
     certain = certainty >= p.min_certainty
     least = p.min_relative_contrast_of_certain
     ridges = _of_contrast(image, certainty, certain, grid, least, p)
-    return _tidy(ridges, p.opening_cells_of_certain, p)
+    return _tidy(ridges, p.opening_blocks_of_certain, p)
 
 
 def _of_contrast(
@@ -108,7 +108,7 @@ def _of_contrast(
     min_relative_contrast: float,
     p: SegmentationParameters,
 ) -> NDArray[np.bool_]:
-    """Return those of the cells `ridges` whose contrast is like that of the strong ones."""
+    """Return those of the blocks `ridges` whose contrast is like that of the strong ones."""
     valid = image.valid.astype(np.float32)
     contrast = block_mean_product(image.contrast, valid, grid)
     ridges = ridges & (block_mean_product(valid, valid, grid) > 0.5)
@@ -120,33 +120,33 @@ def _of_contrast(
     return ridges
 
 
-def ridge_strength(spectrum: RidgeSpectrum, smoothing_cells: float) -> NDArray[np.float32]:
+def ridge_strength(spectrum: RidgeSpectrum, smoothing_blocks: float) -> NDArray[np.float32]:
     """Return the largest share of the local energy in one wave, 0..1, shape (rows, columns)."""
     rows, columns, angles, periods = spectrum.energy.shape
-    energy = blur_blocks(spectrum.energy.reshape(rows, columns, angles * periods), smoothing_cells)
-    total = blur_blocks(spectrum.total, smoothing_cells)
+    energy = blur_blocks(spectrum.energy.reshape(rows, columns, angles * periods), smoothing_blocks)
+    total = blur_blocks(spectrum.total, smoothing_blocks)
     strength: NDArray[np.float32] = energy.max(axis=2) / (total + 1e-3)
     return strength
 
 
 def mask_at_pixels(mask: NDArray[np.bool_], grid: BlockGrid) -> NDArray[np.bool_]:
-    """Return the mask of cells as a smooth mask of pixels, shape (H, W)."""
+    """Return the mask of blocks as a smooth mask of pixels, shape (H, W)."""
     pixels: NDArray[np.bool_] = blocks_to_pixels(mask.astype(np.float32), grid) > 0.5
     return pixels
 
 
 def _tidy(
-    ridges: NDArray[np.bool_], opening_cells: int, p: SegmentationParameters
+    ridges: NDArray[np.bool_], opening_blocks: int, p: SegmentationParameters
 ) -> NDArray[np.bool_]:
     """Close, open, drop small parts, fill holes."""
-    margin = p.closing_cells
+    margin = p.closing_blocks
     padded = np.pad(ridges, margin).astype(np.uint8)
-    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _disc(p.closing_cells))
-    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(opening_cells))
+    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _disc(p.closing_blocks))
+    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(opening_blocks))
     _, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
     area = stats[:, cv2.CC_STAT_AREA].copy()
     area[0] = 0
-    keep = area >= max(p.min_area_cells, p.min_relative_area * area.max(initial=0))
+    keep = area >= max(p.min_area_blocks, p.min_relative_area * area.max(initial=0))
     print_ = keep[labels]
     _, outside = cv2.connectedComponents((~print_).astype(np.uint8), connectivity=4)
     filled: NDArray[np.bool_] = outside != outside[0, 0]

@@ -70,7 +70,7 @@ def find_polarities(
     dpi : float, optional
         Resolution of them all; by default what ``dataset.toml`` says, else each file's own.
     reader : callable
-        Reads an image; it takes ``polarity`` and ``dpi`` as `fpmatch.image.io.read.read_image` does.
+        Reads an image; takes ``polarity`` and ``dpi`` as `fpmatch.image.io.read.read_image`.
 
     Returns
     -------

@@ -1,9 +1,8 @@
 """Polarity: whether a print shows its ridges white on black.
 
-The lines themselves differ (see `fpmatch.image.quality.line_cues`). How much each cue counts was learned
-from synthetic prints by ``scripts/train_polarity``. One sensor has one polarity: the evidence of
-several images is summed. Of a single image the background says something, too, but little: a sensor
-may show what does not touch it darker than its ridges.
+Ridges and valleys differ as lines (see `fpmatch.image.quality.line_cues`); the weights of these
+cues were learned from synthetic prints by ``scripts/train_polarity``. One sensor has one polarity,
+so the evidence of several images is summed. For a single image the background is weak evidence too.
 """
 
 from __future__ import annotations

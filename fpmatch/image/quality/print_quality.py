@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.measures import QualityMeasures
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("print_quality.json")
-USUAL_PERIOD_PX: Final = 9.0
+TYPICAL_PERIOD_PX: Final = 9.0
 """Distance from ridge to ridge of most fingers, in pixels at 500 dpi: 0.46 mm."""
 WRONG_RESOLUTION: Final = "wrong resolution"
 """What a reason is called whose ridges lie too near or too far apart."""
@@ -298,10 +298,10 @@ def _about_ink(f: QualityMeasures, limit: QualityLimits) -> list[Reason]:
 
 def _wrong_resolution(period_px: float, dpi: float) -> Reason:
     """Return the reason for ridges that lie `period_px` apart, in pixels at 500 dpi."""
-    usual = USUAL_PERIOD_PX * MM_PER_PX
+    usual = TYPICAL_PERIOD_PX * MM_PER_PX
     return Reason(
         WRONG_RESOLUTION,
         f"ridges lie {period_px * dpi / STANDARD_DPI:.1f} px apart, {period_px * MM_PER_PX:.2f} mm "
         f"at {dpi:g} dpi, and {usual:.2f} of most fingers: the resolution is probably not "
-        f"{dpi:g} dpi but about {round(dpi * period_px / USUAL_PERIOD_PX, -1):.0f} dpi (set it)",
+        f"{dpi:g} dpi but about {round(dpi * period_px / TYPICAL_PERIOD_PX, -1):.0f} dpi (set it)",
     )

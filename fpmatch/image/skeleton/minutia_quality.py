@@ -1,4 +1,4 @@
-"""Quality of a minutia: how well the ridges that were found describe the image around it."""
+"""Quality of a minutia: correlation of the image with its enhancement around it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.image.skeleton import _correlation_kernel as kernel
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
 class QualityParameters:
-    """Set the neighbourhood that is compared; length in pixels at 500 dpi."""
+    """Set the neighbourhood that is compared; lengths in pixels at 500 dpi."""
 
     radius_px: int = 14
     sigma_px: float = 8.0
@@ -28,21 +26,10 @@ def minutia_quality(
     y: NDArray[np.int32],
     parameters: QualityParameters | None = None,
 ) -> NDArray[np.uint8]:
-    """Measure the quality of minutiae as the correlation of the image and its enhancement.
+    """Measure the quality of the minutiae at `x` and `y`, 0 to 100.
 
-    Parameters
-    ----------
-    pixels, enhanced : ndarray of float32, shape (H, W)
-        Normalised and enhanced image.
-    x, y : ndarray of int32, shape (N,)
-        Pixels of the minutiae.
-    parameters : QualityParameters, optional
-        Neighbourhood.
-
-    Returns
-    -------
-    ndarray of uint8, shape (N,)
-        100 times the correlation in a Gaussian neighbourhood; 0 where it is not positive.
+    It is 100 times the correlation of the normalised and the enhanced image, both (H, W), in a
+    Gaussian neighbourhood; 0 where the correlation is negative.
 
     Examples
     --------
@@ -51,29 +38,24 @@ def minutia_quality(
     [100]
     """
     p = parameters or QualityParameters()
-    gauss = np.exp(-(np.arange(-p.radius_px, p.radius_px + 1) ** 2) / (2 * p.sigma_px**2))
-    sums = np.zeros((len(x), 3))
-    sum_up = kernel.sum_around if kernel.COMPILED else sum_with_numpy
-    a, b = np.asarray(pixels, np.float32), np.asarray(enhanced, np.float32)
-    sum_up(a, b, np.asarray(x, np.int32), np.asarray(y, np.int32), gauss, sums)
-    cross, power, enhanced_power = sums.T
+    offsets = np.arange(-p.radius_px, p.radius_px + 1)
+    gauss = np.exp(-(offsets**2) / (2 * p.sigma_px**2))
+    weight = np.outer(gauss, gauss).reshape(-1, 1)
+    stride = pixels.shape[1] + 2 * p.radius_px
+    centre = (y.astype(np.intp) + p.radius_px) * stride + x + p.radius_px
+    at = (offsets[:, None] * stride + offsets).reshape(-1, 1) + centre
+    a, b = (
+        np.pad(image, p.radius_px).ravel().take(at).astype(np.float64)
+        for image in (pixels, enhanced)
+    )
+    cross, power, enhanced_power = (
+        _column_sums(weight * product) for product in (a * b, a * a, b * b)
+    )
     correlation = cross / np.sqrt(np.maximum(power * enhanced_power, 1e-12))
     return np.asarray(np.clip(np.rint(100 * correlation), 0, 100), np.uint8)
 
 
-def sum_with_numpy(
-    pixels: NDArray[np.float32],
-    enhanced: NDArray[np.float32],
-    x: NDArray[np.int32],
-    y: NDArray[np.int32],
-    weight: NDArray[np.float64],
-    sums: NDArray[np.float64],
-) -> None:
-    """Do as the kernel: the uncompiled path, and its oracle."""
-    radius = len(weight) // 2
-    rows = y[:, None, None] + np.arange(2 * radius + 1)[:, None]
-    columns = x[:, None, None] + np.arange(2 * radius + 1)
-    a = np.pad(pixels, radius)[rows, columns].astype(np.float64)
-    b = np.pad(enhanced, radius)[rows, columns].astype(np.float64)
-    for k, product in enumerate((a * b, a * a, b * b)):
-        sums[:, k] = (np.outer(weight, weight) * product).sum(axis=(1, 2))
+def _column_sums(terms: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sum each column from top to bottom; `sum` adds a single column in another order."""
+    sums = terms.cumsum(axis=0)[-1] if terms.shape[1] == 1 else terms.sum(axis=0)
+    return np.asarray(sums, np.float64)

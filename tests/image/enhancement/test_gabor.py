@@ -13,7 +13,7 @@ from made_images import concentric_rings, plane_wave
 from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
 from fpmatch.image.enhancement.gabor import (
     EnhancementParameters,
-    enhance,
+    gabor_filter,
     filter_bank,
     filter_with_numpy,
 )
@@ -37,7 +37,7 @@ def enhanced(pixels: np.ndarray, angle_deg: float, period: float) -> np.ndarray:
     """Enhance with one orientation and period everywhere."""
     shape = pixels.shape
     angle = constant(shape, np.radians(angle_deg))
-    return enhance(pixels, np.ones(shape, bool), angle, constant(shape, period))
+    return gabor_filter(pixels, np.ones(shape, bool), angle, constant(shape, period))
 
 
 def correlation(a: np.ndarray, b: np.ndarray) -> float:
@@ -77,7 +77,7 @@ def test_the_filter_is_chosen_pixel_by_pixel() -> None:
     pixels = concentric_rings((140, 140), 9)
     y, x = np.mgrid[:140, :140] - 69.5
     around = np.mod(np.arctan2(-y, x) + np.pi / 2, np.pi).astype(np.float32)
-    out = enhance(pixels, np.ones((140, 140), bool), around, constant((140, 140), 9))
+    out = gabor_filter(pixels, np.ones((140, 140), bool), around, constant((140, 140), 9))
     ring = (np.hypot(x, y) > 25) & (np.hypot(x, y) < 55)
     assert correlation(out[ring], pixels[ring]) > 0.98
 
@@ -102,11 +102,11 @@ def test_outside_the_mask_is_zero_and_inside_does_not_depend_on_it(
     pixels = rng.normal(0, 1, (60, 70)).astype(np.float32)
     angle, period = constant((60, 70), 1.0), constant((60, 70), 8.0)
     mask = rng.random((60, 70)) < 0.3
-    out = enhance(pixels, mask, angle, period)
+    out = gabor_filter(pixels, mask, angle, period)
     assert not out[~mask].any()
-    whole = enhance(pixels, np.ones_like(mask), angle, period)
+    whole = gabor_filter(pixels, np.ones_like(mask), angle, period)
     assert out[mask] == pytest.approx(whole[mask], abs=1e-5)
-    assert not enhance(pixels, np.zeros_like(mask), angle, period).any()
+    assert not gabor_filter(pixels, np.zeros_like(mask), angle, period).any()
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 40), (40, 1), (5, 3)])
@@ -132,7 +132,7 @@ def test_arrays_of_different_shapes_are_refused(odd_one: int) -> None:
     arrays = [np.ones((20, 20), np.float32) for _ in range(4)]
     arrays[odd_one] = np.ones((30, 20), np.float32)
     with pytest.raises(ValueError, match="one shape"):
-        enhance(arrays[0], arrays[1] > 0, arrays[2], arrays[3])
+        gabor_filter(arrays[0], arrays[1] > 0, arrays[2], arrays[3])
 
 
 def test_each_filter_of_the_bank_ignores_brightness_and_fits_its_row() -> None:

@@ -125,7 +125,7 @@ def test_any_pixels_give_angles_below_pi(pixels: np.ndarray, half: bool) -> None
 
 
 def on_cells(shape: tuple[int, int]) -> tuple[Blocks, np.ndarray]:
-    """Return cells of 8 pixels, and a mask of them that leaves nothing out."""
+    """Return blocks of 8 pixels, and a mask of them that leaves nothing out."""
     return Blocks(8, shape), np.ones((-(-shape[0] // 8), -(-shape[1] // 8)), bool)
 
 

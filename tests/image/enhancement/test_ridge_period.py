@@ -87,8 +87,8 @@ def test_the_parameters_reach_the_computation(rng: np.random.Generator) -> None:
     spectrum = ridge_spectrum(pixels, EIGHT)
     mask = np.ones(spectrum.total.shape, bool)
     field = ridge_orientation(spectrum, mask)
-    sharp = ridge_period(spectrum, field, mask, PeriodParameters(smoothing_cells=0.5))
-    smooth = ridge_period(spectrum, field, mask, PeriodParameters(smoothing_cells=6.0))
+    sharp = ridge_period(spectrum, field, mask, PeriodParameters(smoothing_blocks=0.5))
+    smooth = ridge_period(spectrum, field, mask, PeriodParameters(smoothing_blocks=6.0))
     assert np.ptp(sharp[6]) > 4
     assert np.ptp(smooth[6]) < np.ptp(sharp[6])
 

@@ -15,7 +15,7 @@ STEP = PARAMETERS.step_px
 
 
 def peak(spectrum: RidgeSpectrum, row: int, column: int) -> tuple[float, float]:
-    """Return angle (degrees) and period of the strongest wave of a cell."""
+    """Return angle (degrees) and period of the strongest wave of a block."""
     energy = spectrum.energy[row, column]
     a, f = np.unravel_index(energy.argmax(), energy.shape)
     return float(np.degrees(spectrum.angles[a])), float(spectrum.periods[f])
@@ -30,10 +30,10 @@ def test_nothing_has_no_energy() -> None:
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (50, 1), (48, 48), (49, 63), (16, 200)])
 def test_the_cells_cover_the_image(shape: tuple[int, int]) -> None:
     spectrum = ridge_spectrum(np.ones(shape, np.float32))
-    cells = (-(-shape[0] // STEP), -(-shape[1] // STEP))
+    blocks = (-(-shape[0] // STEP), -(-shape[1] // STEP))
     assert spectrum.shape == shape
-    assert spectrum.total.shape == cells
-    assert spectrum.energy.shape == (*cells, spectrum.angles.size, spectrum.periods.size)
+    assert spectrum.total.shape == blocks
+    assert spectrum.energy.shape == (*blocks, spectrum.angles.size, spectrum.periods.size)
     assert (spectrum.total > 0).all()
 
 

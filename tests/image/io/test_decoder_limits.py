@@ -9,9 +9,13 @@ import pytest
 from made_files import one_of_each, rings, saved, wsq
 
 from fpmatch.errors import ImageReadError
-from fpmatch.image.io.decoder_limits import MAX_JPEG_SCANS, MAX_PNM_TEXT, check_decoder_limits
-from fpmatch.image.io.limits import DEFAULT_LIMITS
-from fpmatch.image.io.registry import reader_of
+from fpmatch.image.io.limits import (
+    DEFAULT_LIMITS,
+    MAX_JPEG_SCANS,
+    MAX_PNM_TEXT,
+    check_decoder_limits,
+)
+from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.wsq import decode_wsq
 
 GREY = rings()
@@ -20,16 +24,16 @@ GREY = rings()
 @pytest.mark.parametrize("name", one_of_each())
 def test_files_in_earnest_are_let_through(name: str) -> None:
     data = one_of_each()[name]
-    check_decoder_limits(reader_of(data).name, data)
+    check_decoder_limits(find_reader(data).name, data)
 
 
 def test_a_jpeg_of_too_many_scans() -> None:
     whole = saved(GREY, "JPEG", progressive=True)
-    reader = reader_of(whole)
+    reader = find_reader(whole)
     assert reader.decode(whole, DEFAULT_LIMITS).pixels.shape == GREY.shape
     scan = whole.rindex(b"\xff\xda")
     many = whole[:-2] + whole[scan:-2] * MAX_JPEG_SCANS + whole[-2:]
-    with pytest.raises(ImageReadError, match="more than 100 scans, which is absurd"):
+    with pytest.raises(ImageReadError, match="more than 100 scans"):
         reader.decode(many, DEFAULT_LIMITS)
 
 
@@ -39,24 +43,24 @@ def test_a_tiff_of_too_many_strips_or_tags(order: str, big: bool) -> None:
     start += struct.pack(order + "HHQ", 8, 0, 16) if big else struct.pack(order + "L", 8)
     count, entry = ("Q", "HHQQ") if big else ("H", "HHLL")
     strips = start + struct.pack(order + count, 1) + struct.pack(order + entry, 273, 4, 300_001, 8)
-    with pytest.raises(ImageReadError, match="300001 numbers in tag 273, which is absurd"):
-        reader_of(strips).decode(strips, DEFAULT_LIMITS)
+    with pytest.raises(ImageReadError, match="300001 numbers in tag 273"):
+        find_reader(strips).decode(strips, DEFAULT_LIMITS)
     tags = start + struct.pack(order + count, 1001)
-    with pytest.raises(ImageReadError, match="1001 tags, which is absurd"):
-        reader_of(tags).decode(tags, DEFAULT_LIMITS)
+    with pytest.raises(ImageReadError, match="1001 tags"):
+        find_reader(tags).decode(tags, DEFAULT_LIMITS)
 
 
 def test_a_pnm_of_nothing_but_comments_or_digits() -> None:
     pixels = b"60 72 255\n" + GREY.tobytes()
-    assert reader_of(b"P5\n#one\n# two\r\n" + pixels).name == "PPM"
+    assert find_reader(b"P5\n#one\n# two\r\n" + pixels).name == "PPM"
     talk = b"P5\n" + b"#" * 200_000 + b"\n" + pixels
     with pytest.raises(ImageReadError, match="its header cannot be read"):
-        reader_of(talk).decode(talk, DEFAULT_LIMITS)
+        find_reader(talk).decode(talk, DEFAULT_LIMITS)
     digits = b"P2 60 72 255 " + bytes(MAX_PNM_TEXT)
     with pytest.raises(ImageReadError, match="more than 80 MB of digits"):
-        reader_of(digits).decode(digits, DEFAULT_LIMITS)
+        find_reader(digits).decode(digits, DEFAULT_LIMITS)
     few = b"P2 60 72 255 " + b" ".join(b"%d" % value for value in GREY.ravel())
-    assert np.array_equal(reader_of(few).decode(few, DEFAULT_LIMITS).pixels, GREY)
+    assert np.array_equal(find_reader(few).decode(few, DEFAULT_LIMITS).pixels, GREY)
 
 
 def test_a_wsq_of_nothing_but_segments_tables_or_empty_runs() -> None:

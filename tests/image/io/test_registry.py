@@ -14,21 +14,20 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch.errors import FpmatchError, ImageError, ImageReadError
-from fpmatch.image.io.byte_reader import Picture
 from fpmatch.image.io.grey import ALL_TRANSPARENT, ON_BLACK, ON_WHITE
 from fpmatch.image.io.limits import DEFAULT_LIMITS, ImageLimits
 from fpmatch.image.io.pillow_formats import FIRST_OF_SEVERAL
 from fpmatch.image.io.raw import RawSize
-from fpmatch.image.io.read import read_image
-from fpmatch.image.io.registry import READERS, reader_of
+from fpmatch.image.io.read import GreyImage, read_image
+from fpmatch.image.io.registry import READERS, find_reader
 from fpmatch.image.quality.polarity import INVERTED
 
 FILES = one_of_each()
 GREY = rings()
 
 
-def decoded(data: bytes) -> Picture:
-    return reader_of(data).decode(data, DEFAULT_LIMITS)
+def decoded(data: bytes) -> GreyImage:
+    return find_reader(data).decode(data, DEFAULT_LIMITS)
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -40,7 +39,7 @@ def test_every_format_reads(name: str) -> None:
 
 
 def test_every_reader_has_a_file_here() -> None:
-    used = {reader_of(data).name for data in FILES.values()}
+    used = {find_reader(data).name for data in FILES.values()}
     assert used == {reader.name for reader in READERS}
 
 
@@ -123,7 +122,7 @@ def test_a_tiff_of_a_kind_that_nobody_reads_is_named() -> None:
 )
 def test_what_is_no_image_is_named(start: bytes, kind: str) -> None:
     with pytest.raises(ImageReadError, match=rf"not an image of a known format \({kind}"):
-        reader_of(start + bytes(100))
+        find_reader(start + bytes(100))
 
 
 def test_transparency_is_said(tmp_path: Path) -> None:

@@ -9,14 +9,14 @@ from made_files import rings, saved
 from PIL import Image, PngImagePlugin
 
 from fpmatch.image.io.limits import DEFAULT_LIMITS
-from fpmatch.image.io.registry import reader_of
-from fpmatch.image.io.resolution import NO_UNIT, usable_dpi
+from fpmatch.image.io.registry import find_reader
+from fpmatch.image.io.resolution import ASSUMED_UNIT, usable_dpi
 
 GREY = rings()
 
 
 def told(data: bytes) -> tuple[float | None, tuple[str, ...]]:
-    picture = reader_of(data).decode(data, DEFAULT_LIMITS)
+    picture = find_reader(data).decode(data, DEFAULT_LIMITS)
     return picture.dpi, picture.notes
 
 
@@ -35,16 +35,14 @@ def test_exif(file_format: str) -> None:
 
 def test_a_tiff_without_a_unit_is_taken_for_dots_per_inch_and_that_is_said() -> None:
     data = saved(GREY, "TIFF", resolution=500, resolution_unit=1)
-    assert told(data) == (500, (NO_UNIT,))
+    assert told(data) == (500, (ASSUMED_UNIT,))
     assert told(saved(GREY, "TIFF", resolution=1, resolution_unit=1)) == (None, ())
 
 
 def test_axes_that_differ_are_left_aside_and_that_is_said() -> None:
     dpi, notes = told(saved(GREY, "TIFF", dpi=(500, 600)))
     assert dpi is None
-    assert notes == (
-        "its resolution is not the same along both axes (500 and 600 dpi): left aside",
-    )
+    assert notes == ("its resolution is not the same along both axes (500 and 600 dpi): ignored",)
 
 
 @pytest.mark.parametrize(

@@ -79,11 +79,11 @@ def test_a_small_print_gets_room() -> None:
 def test_what_belongs_to_the_box_is_placed_in_the_image() -> None:
     box = Box(16, 48, 32, 80)
     pixels = np.arange(1, 32 * 48 + 1, dtype=np.float32).reshape(32, 48)
-    whole = box.placed(pixels, (70, 90))
+    whole = box.uncrop(pixels, (70, 90))
     assert whole.shape == (70, 90)
     assert whole.dtype == np.float32
     assert (whole[box.slices] == pixels).all()
     assert whole.sum() == pixels.sum()
-    cells = box.placed(np.ones((2, 3), bool), (70, 90), ALIGNMENT_PX)
-    assert cells.shape == (5, 6)
-    assert np.argwhere(cells)[[0, -1]].tolist() == [[1, 2], [2, 4]]
+    blocks = box.uncrop(np.ones((2, 3), bool), (70, 90), ALIGNMENT_PX)
+    assert blocks.shape == (5, 6)
+    assert np.argwhere(blocks)[[0, -1]].tolist() == [[1, 2], [2, 4]]

@@ -35,13 +35,13 @@ from fpmatch.image.preprocess.segment import (
 def masks_of(
     picture: Grey, parameters: SegmentationParameters | None = None
 ) -> tuple[Binary, Binary]:
-    """Return the mask of a picture, on cells and on pixels."""
+    """Return the mask of a picture, on blocks and on pixels."""
     image = normalize(picture)
     spectrum = ridge_spectrum(image.pixels)
-    cells = segment(image, spectrum, parameters)
-    assert cells.shape == spectrum.total.shape
-    assert cells.dtype == bool
-    return cells, mask_at_pixels(cells, spectrum)
+    blocks = segment(image, spectrum, parameters)
+    assert blocks.shape == spectrum.total.shape
+    assert blocks.dtype == bool
+    return blocks, mask_at_pixels(blocks, spectrum)
 
 
 def disc(shape: tuple[int, int], radius: float, at: tuple[float, float] | None = None) -> Binary:
@@ -58,9 +58,9 @@ def print_on_paper(inside: Binary, period: float = 9) -> Grey:
 def test_where_there_are_no_ridges_there_is_next_to_nothing(
     name: str, shape: tuple[int, int]
 ) -> None:
-    cells, pixels = masks_of(hostile_pictures(shape)[name])
+    blocks, pixels = masks_of(hostile_pictures(shape)[name])
     assert pixels.shape == shape
-    assert cells.mean() < 0.1
+    assert blocks.mean() < 0.1
 
 
 @pytest.mark.parametrize("angle", range(0, 180, 30))
@@ -68,8 +68,8 @@ def test_where_there_are_no_ridges_there_is_next_to_nothing(
 def test_ridges_from_border_to_border_are_all_print_but_for_corners(
     angle: int, period: int
 ) -> None:
-    cells, pixels = masks_of(as_picture(plane_wave(angle, period, (130, 170))))
-    assert cells.mean() > 0.9
+    blocks, pixels = masks_of(as_picture(plane_wave(angle, period, (130, 170))))
+    assert blocks.mean() > 0.9
     assert pixels[24:-24].all()
     assert pixels[:, 24:-24].all()
 
@@ -104,8 +104,8 @@ def test_a_scar_inside_is_no_hole() -> None:
 
 def test_a_speck_beside_the_print_is_dropped() -> None:
     both = disc((240, 360), 90, (110, 120)) | disc((240, 360), 20, (310, 120))
-    cells, found = masks_of(print_on_paper(both))
-    assert parts(cells) == 1
+    blocks, found = masks_of(print_on_paper(both))
+    assert parts(blocks) == 1
     assert not found[:, 280:].any()
 
 
@@ -134,22 +134,22 @@ def test_a_threshold_out_of_reach_leaves_nothing() -> None:
 
 def test_the_mask_of_pixels_follows_the_mask_of_cells() -> None:
     spectrum = ridge_spectrum(np.zeros((61, 83), np.float32))
-    cells = np.zeros(spectrum.total.shape, bool)
-    assert not mask_at_pixels(cells, spectrum).any()
-    cells[2:5, 3:7] = True
-    pixels = mask_at_pixels(cells, spectrum)
+    blocks = np.zeros(spectrum.total.shape, bool)
+    assert not mask_at_pixels(blocks, spectrum).any()
+    blocks[2:5, 3:7] = True
+    pixels = mask_at_pixels(blocks, spectrum)
     step = spectrum.step_px
     assert pixels.shape == (61, 83)
     assert pixels[2 * step + 4 : 5 * step - 4, 3 * step + 4 : 7 * step - 4].all()
     assert pixels.sum() == pytest.approx(3 * 4 * step * step, rel=0.1)
-    assert mask_at_pixels(~np.zeros_like(cells), spectrum).all()
+    assert mask_at_pixels(~np.zeros_like(blocks), spectrum).all()
 
 
 @settings(max_examples=25)
 @given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
 def test_any_picture_gives_a_mask_without_holes(picture: Grey) -> None:
-    cells, _ = masks_of(picture)
-    assert not cells.any() or holes(cells) == 0
+    blocks, _ = masks_of(picture)
+    assert not blocks.any() or holes(blocks) == 0
 
 
 # --- the same, on what the network found
@@ -160,10 +160,10 @@ def learned_masks_of(
 ) -> tuple[Binary, Binary]:
     image = normalize(picture)
     grid = Blocks(8, (picture.shape[0], picture.shape[1]))
-    cells = segment_enhanced(image, enhance_by_network(image.pixels), grid, parameters)
-    assert cells.shape == (-(-picture.shape[0] // 8), -(-picture.shape[1] // 8))
-    assert cells.dtype == bool
-    return cells, mask_at_pixels(cells, grid)
+    blocks = segment_enhanced(image, enhance_by_network(image.pixels), grid, parameters)
+    assert blocks.shape == (-(-picture.shape[0] // 8), -(-picture.shape[1] // 8))
+    assert blocks.dtype == bool
+    return blocks, mask_at_pixels(blocks, grid)
 
 
 @pytest.mark.parametrize("shape", [(48, 48), (160, 200)])
@@ -171,16 +171,16 @@ def learned_masks_of(
 def test_the_network_sees_next_to_no_print_where_there_are_no_ridges(
     name: str, shape: tuple[int, int]
 ) -> None:
-    cells, pixels = learned_masks_of(hostile_pictures(shape)[name])
+    blocks, pixels = learned_masks_of(hostile_pictures(shape)[name])
     assert pixels.shape == shape
-    assert cells.mean() < 0.1
+    assert blocks.mean() < 0.1
 
 
 @pytest.mark.parametrize("period", [7, 9, 12])
 @pytest.mark.parametrize("angle", range(0, 180, 30))
 def test_certain_ridges_from_border_to_border_are_all_print(angle: int, period: int) -> None:
-    cells, pixels = learned_masks_of(as_picture(plane_wave(angle, period, (130, 170))))
-    assert cells.mean() > 0.9
+    blocks, pixels = learned_masks_of(as_picture(plane_wave(angle, period, (130, 170))))
+    assert blocks.mean() > 0.9
     assert pixels[24:-24].all()
     assert pixels[:, 24:-24].all()
 
@@ -213,5 +213,5 @@ def test_a_certainty_out_of_reach_leaves_nothing() -> None:
 @settings(max_examples=25)
 @given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
 def test_the_network_gives_any_picture_a_mask_without_holes(picture: Grey) -> None:
-    cells, _ = learned_masks_of(picture)
-    assert not cells.any() or holes(cells) == 0
+    blocks, _ = learned_masks_of(picture)
+    assert not blocks.any() or holes(blocks) == 0

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import ModuleType
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,12 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from made_images import plane_wave
 
-from fpmatch.image.skeleton import _correlation_kernel as kernel
-from fpmatch.image.skeleton.minutia_quality import (
-    QualityParameters,
-    minutia_quality,
-    sum_with_numpy,
-)
+from fpmatch.image.skeleton.minutia_quality import QualityParameters, minutia_quality
 
 WAVE = plane_wave(30, 9, (90, 110))
 X, Y = np.array([0, 50, 109, 20], np.int32), np.array([0, 40, 89, 70], np.int32)
@@ -96,26 +88,14 @@ def test_quality_is_symmetric_and_within_0_to_100(
     assert grade == int(minutia_quality(other, one, *at)[0])
 
 
-@given(
-    arrays(np.float32, (9, 12), elements=st.floats(-3, 3, width=32)),
-    arrays(np.float32, (9, 12), elements=st.floats(-3, 3, width=32)),
-    st.integers(0, 11),
-    st.integers(0, 8),
-    st.integers(0, 6),
-)
-def test_the_kernel_its_twin_and_numpy_sum_alike(
-    interpreted: Callable[[str], ModuleType],
-    one: np.ndarray,
-    other: np.ndarray,
-    x: int,
-    y: int,
-    radius: int,
-) -> None:
-    at = np.array([x, 3], np.int32), np.array([y, 8], np.int32)
-    weight = np.exp(-(np.linspace(-1, 1, 2 * radius + 1) ** 2))
-    expected = np.zeros((2, 3))
-    sum_with_numpy(one, other, *at, weight, expected)
-    for module in (kernel, interpreted("_correlation_kernel")):
-        found = np.zeros((2, 3))
-        module.sum_around(one, other, *at, weight, found)
-        assert found == pytest.approx(expected, rel=1e-12, abs=1e-12)
+def test_weights_fall_off_as_a_gaussian_and_end_with_the_image(rng: np.random.Generator) -> None:
+    p = QualityParameters(radius_px=4, sigma_px=2.0)
+    a, b = rng.normal(0, 1, (2, 9, 12)) + 1
+    rows, columns = np.indices(a.shape)
+    for x, y in ((0, 0), (5, 4), (11, 8)):
+        dy, dx = rows - y, columns - x
+        weight = np.exp(-(dx**2 + dy**2) / 8.0) * (np.maximum(abs(dx), abs(dy)) <= 4)
+        expected = (weight * a * b).sum() / np.sqrt((weight * a * a).sum() * (weight * b * b).sum())
+        images = a.astype(np.float32), b.astype(np.float32)
+        found = minutia_quality(*images, np.array([x]), np.array([y]), p)
+        assert found[0] == max(0, round(100 * expected))

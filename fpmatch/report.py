@@ -34,7 +34,7 @@ def as_text(
     """
     rows = as_rows(verification, scale, quality)
     lines = (f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)
-    return "\n".join([verdict(verification), *lines])
+    return "\n".join([verdict(verification.match), *lines])
 
 
 def as_rows(

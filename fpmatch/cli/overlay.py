@@ -48,4 +48,4 @@ def overlay(output: Path, side_by_side: bool, **values: Any) -> None:
         verification,
         side_by_side=side_by_side,
     )
-    click.echo(f"{verdict(verification)}, score {verification.score:.1f}: {output}")
+    click.echo(f"{verdict(verification.match)}, score {verification.score:.1f}: {output}")

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.drawing.plots.point_caption import match_facts, match_verdict
+from fpmatch.drawing.plots.point_caption import match_facts
+from fpmatch.drawing.words import verdict
 from fpmatch.output import atomic_write
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def as_text(p: NamedPoints, q: NamedPoints, match: PointMatch) -> str:
     rows = [("Points", counts), *match_facts(match)]
     rows += [("Reason", match.reason)] if match.reason else []
     lines = (f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)
-    return "\n".join([match_verdict(match), *lines])
+    return "\n".join([verdict(match.transform is not None), *lines])
 
 
 def write_pairs(path: Path, p: NamedPoints, q: NamedPoints, match: PointMatch) -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from fpmatch.drawing.fonts import text_width
-from fpmatch.drawing.overlay.caption import MARGIN, evidence, header, movement
+from fpmatch.drawing.overlay.caption import MARGIN, evidence, header, transform_facts
 from fpmatch.drawing.scene.items import Text
 from fpmatch.drawing.words import verdict
 from fpmatch.matching.result import Compared
@@ -19,7 +19,7 @@ def lines(items, role=None):
 def test_a_turn_is_told_as_it_is_seen(compared):
     def rotation(degrees):
         transform = Similarity(rotation=math.radians(degrees))
-        return dict(movement(compared(transform=transform)))["Rotation of probe"]
+        return dict(transform_facts(compared(transform=transform)))["Rotation of probe"]
 
     assert rotation(12.34) == "12.3° clockwise"  # y points down
     assert rotation(-90) == "90.0° counter-clockwise"
@@ -28,7 +28,7 @@ def test_a_turn_is_told_as_it_is_seen(compared):
 
 def test_without_a_transform_nothing_is_said_of_movement(compared):
     nothing = compared(transform=None)
-    assert movement(nothing) == []
+    assert transform_facts(nothing) == []
     assert "Overlap" not in dict(evidence(nothing))
 
 
@@ -43,7 +43,7 @@ def test_what_the_ridges_say_stands_beside_the_overlap(compared):
 
 def test_unknown_figures_are_left_out(compared):
     unsure = compared(rms_px=math.nan, agreement=math.nan)
-    assert dict(movement(unsure))["Residual"] == "-"
+    assert dict(transform_facts(unsure))["Residual"] == "-"
     assert dict(evidence(unsure))["Agreement"] == "-"
 
 
@@ -66,7 +66,7 @@ def test_the_reason_is_given_for_a_no(compared):
     assert lines(items, "verdict") == ["NO MATCH"]
     items, without = header(compared(), 900)
     assert lines(items, "reason") == []
-    assert lines(items, "verdict") == ["MATCH"] == [verdict(compared())]
+    assert lines(items, "verdict") == ["MATCH"] == [verdict(True)]
     assert without < with_reason
 
 

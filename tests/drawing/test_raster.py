@@ -4,14 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Path, Pen, Scene, Text
-from fpmatch.drawing.scene.raster import clipped, paint, paint_over
+from fpmatch.drawing.scene.raster import paint, paint_over
 
 BLACK = (0, 0, 0)
-coordinates = st.floats(-50, 50)
 
 
 def covered(*items, size=60):
@@ -123,19 +120,3 @@ def test_an_ink_lies_where_its_matrix_puts_it():
     page = paint(Scene(40, 40, (Ink(coverage, BLACK, matrix),)))
     row, column = np.unravel_index(page[:, :, 0].argmin(), page.shape[:2])
     assert (row, column) == (10, 19)  # pixel (3, 2) at (19.5, 10.5), the centre of that page pixel
-
-
-@given(coordinates, coordinates, coordinates, coordinates)
-def test_clipping_keeps_just_what_is_inside(x1, y1, x2, y2):
-    box = Box(-10, -5, 20, 10)
-    piece = clipped((x1, y1), (x2, y2), box)
-    samples = np.linspace(0, 1, 101)[:, None]
-    line = np.array([x1, y1]) + samples * np.array([x2 - x1, y2 - y1])
-    well_inside = [p for p in line if box.grown(-1e-6).holds(tuple(p))]
-    if piece is None:
-        assert not well_inside
-    else:
-        assert all(box.grown(1e-9).holds(end) for end in piece)
-        assert math.dist(*piece) <= math.dist((x1, y1), (x2, y2)) + 1e-9
-        if well_inside:
-            assert math.dist(*piece) >= math.dist(well_inside[0], well_inside[-1]) - 1e-6

@@ -1,4 +1,4 @@
-"""The words and the legend that stand above and below the prints."""
+"""The band above the prints: decision, score on its scale, evidence, transform and reason."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from fpmatch.drawing.palette import (
     PAPER,
     TEXT,
     TEXT_MUTED,
+    Colour,
 )
-from fpmatch.drawing.scene.items import Item, Path, Pen, Text
+from fpmatch.drawing.scene.items import Box, Item, Path, Pen, Text
 from fpmatch.drawing.words import odds, verdict
 
 if TYPE_CHECKING:
@@ -26,11 +27,7 @@ Fact: TypeAlias = tuple[str, str]
 
 MARGIN: Final = 24.0
 _BADGE_HEIGHT: Final = 44.0
-_VERDICT_SIZE: Final = 24.0
-_SCORE_SIZE: Final = 30.0
-_VALUE_SIZE: Final = 17.0
-_LABEL_SIZE: Final = 13.0
-_REASON_SIZE: Final = 17.0
+_VERDICT_SIZE, _SCORE_SIZE, _VALUE_SIZE, _LABEL_SIZE, _REASON_SIZE = 24.0, 30.0, 17.0, 13.0, 17.0
 _REASON_LINES: Final = 4
 _FACT_GAP: Final = 26.0
 _FACT_HEIGHT: Final = 46.0
@@ -39,77 +36,50 @@ _MAX_SCORE: Final = 100.0
 
 
 def evidence(verification: Verification) -> list[Fact]:
-    """Return what speaks for or against a match, as (label, value)."""
+    """Return the evidence for or against a match, as (label, value)."""
     v = verification
-    n_probe, n_reference = len(v.probe.minutiae), len(v.reference.minutiae)
     found = [
         ("False match rate", odds(v.fmr) + (", extrapolated" if v.extrapolated else "")),
-        ("Minutiae paired", f"{len(v.pairs)} (probe {n_probe}, reference {n_reference})"),
+        (
+            "Minutiae paired",
+            f"{len(v.pairs)} (probe {len(v.probe.minutiae)}, "
+            f"reference {len(v.reference.minutiae)})",
+        ),
     ]
     if v.transform is not None:
-        found += [("Agreement", _percent(v.agreement)), ("Overlap", _overlap(v))]
-        found += _ridges(v)
+        area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm2"
+        found += [("Agreement", _percent(v.agreement)), ("Overlap", _percent(v.overlap) + area)]
+    if v.transform is not None and v.compared and v.compared.ridge_agreement is not None:
+        added = f"{v.compared.ridge_score:+.1f} of the score"
+        found.append(("Ridge agreement", f"{v.compared.ridge_agreement:.2f}, {added}"))
     return [*found, ("Matcher", v.matcher)]
 
 
-def movement(verification: Verification) -> list[Fact]:
-    """Return how the probe was moved, as (label, value); empty where no transform was found."""
+def transform_facts(verification: Verification) -> list[Fact]:
+    """Return the transform of the probe, as (label, value); empty where none was found."""
     v = verification
     if v.transform is None:
         return []
+    angle = v.transform.rotation_deg  # y points down: clockwise where positive
+    sense = "" if abs(angle) < 0.05 else " clockwise" if angle > 0 else " counter-clockwise"
     return [
-        ("Rotation of probe", _turn(v.transform.rotation_deg)),
+        ("Rotation of probe", f"{abs(angle):.1f}°{sense}"),
         ("Scale", f"{v.transform.scale:.3f}"),
         ("Shift x, y", f"{v.transform.tx:+.1f}, {v.transform.ty:+.1f} px"),
         ("Residual", f"{v.rms_px:.1f} px rms" if math.isfinite(v.rms_px) else "-"),
     ]
 
 
-def _overlap(v: Verification) -> str:
-    area = "" if v.compared is None else f", {v.compared.area_mm2:.0f} mm2"
-    return f"{_percent(v.overlap)}{area}"
-
-
-def _ridges(v: Verification) -> list[Fact]:
-    if v.compared is None or v.compared.ridge_agreement is None:
-        return []
-    added = f"{v.compared.ridge_score:+.1f} of the score"
-    return [("Ridge agreement", f"{v.compared.ridge_agreement:.2f}, {added}")]
-
-
 def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if math.isfinite(share) else "-"
 
 
-def _turn(degrees: float) -> str:
-    """Put a rotation of the image, whose y points down, in words."""
-    if abs(degrees) < 0.05:
-        return "0.0°"
-    return f"{abs(degrees):.1f}° {'clockwise' if degrees > 0 else 'counter-clockwise'}"
-
-
 def header(verification: Verification, width: float) -> tuple[list[Item], float]:
-    """Compose the band above the prints.
-
-    Parameters
-    ----------
-    verification : Verification
-        What it says.
-    width : float
-        Width of the page in pixels.
-
-    Returns
-    -------
-    items : list of Item
-        Placed from the page's top-left corner.
-    height : float
-        Height of the band in pixels.
-    """
-    items: list[Item] = []
+    """Compose the band for a page of `width`; returns its items, and its height in pixels."""
     y = MARGIN
-    items += _first_row(verification, width, y)
+    items = _first_row(verification, width, y)
     y += _BADGE_HEIGHT + 16
-    placed, y = _flow([evidence(verification), movement(verification)], width, y)
+    placed, y = _flow([evidence(verification), transform_facts(verification)], width, y)
     items += placed
     if verification.reason:
         y += 4
@@ -123,68 +93,53 @@ def header(verification: Verification, width: float) -> tuple[list[Item], float]
             y += 4
         y += 6
     y += 6
-    return [_rectangle(0, 0, width, y, Pen(fill=BAND)), *items], y
+    return [_filled(Box(0, 0, width, y), BAND), *items], y
+
+
+def _filled(box: Box, colour: Colour) -> Path:
+    return Path(box.corners, Pen(fill=colour), closed=True)
 
 
 def _first_row(verification: Verification, width: float, y: float) -> list[Item]:
-    """Compose verdict, score, and the score on its scale beside the threshold."""
+    """Compose the decision, the score, and the score on its scale beside the threshold."""
     v = verification
     colour = MATCH if v.match else NO_MATCH
-    words = verdict(v)
-    badge_width = text_width(words, _VERDICT_SIZE) + 40
-    score = f"{v.score:.1f}"
-    score_x = MARGIN + badge_width + 24
+    decision, score = verdict(v.match), f"{v.score:.1f}"
+    badge = Box(MARGIN, y, text_width(decision, _VERDICT_SIZE) + 40, _BADGE_HEIGHT)
+    middle = MARGIN + badge.width / 2
+    score_x = badge.right + 24
     score_width = max(text_width(score, _SCORE_SIZE), text_width("Score", _LABEL_SIZE))
     gauge_x = score_x + score_width + 32
+    gauge = Box(gauge_x, y + 25, width - MARGIN - gauge_x, _GAUGE_HEIGHT)
     return [
-        _rectangle(MARGIN, y, badge_width, _BADGE_HEIGHT, Pen(fill=colour)),
-        Text(
-            MARGIN + badge_width / 2,
-            y + 31,
-            words,
-            _VERDICT_SIZE,
-            PAPER,
-            "middle",
-            0.5,
-            role="verdict",
-        ),
+        _filled(badge, colour),
+        Text(middle, y + 31, decision, _VERDICT_SIZE, PAPER, "middle", 0.5, role="verdict"),
         Text(score_x, y + 10, "Score", _LABEL_SIZE, TEXT_MUTED),
         Text(score_x, y + 40, score, _SCORE_SIZE, TEXT, bold=0.4, role="score"),
-        *_gauge(v, gauge_x, y, width - MARGIN - gauge_x),
+        *_gauge(v, gauge, colour),
     ]
 
 
-def _gauge(verification: Verification, x: float, y: float, width: float) -> list[Item]:
-    v = verification
-    reached = x + width * _share_of_scale(v.score)
-    asked = x + width * _share_of_scale(v.threshold)
-    words = f"threshold {v.threshold:.1f}"
-    half = text_width(words, _LABEL_SIZE) / 2
-    bar = y + 25
-    colour = MATCH if v.match else NO_MATCH
+def _gauge(v: Verification, bar: Box, colour: Colour) -> list[Item]:
+    score, threshold = (
+        bar.x + bar.width * (min(max(value / _MAX_SCORE, 0), 1) if math.isfinite(value) else 0)
+        for value in (v.score, v.threshold)
+    )
+    label = f"threshold {v.threshold:.1f}"
+    half = text_width(label, _LABEL_SIZE) / 2
+    label_x = min(max(threshold, bar.x + half), bar.right - half)
     return [
-        Text(
-            min(max(asked, x + half), x + width - half),
-            y + 10,
-            words,
-            _LABEL_SIZE,
-            TEXT_MUTED,
-            "middle",
-        ),
-        _rectangle(x, bar, width, _GAUGE_HEIGHT, Pen(fill=PANEL_EDGE)),
-        _rectangle(x, bar, reached - x, _GAUGE_HEIGHT, Pen(fill=colour)),
-        Path(((asked, bar - 9), (asked, bar + _GAUGE_HEIGHT + 4)), Pen(TEXT, width=2.0)),
-        Text(x, bar + 24, "0", _LABEL_SIZE, TEXT_MUTED),
-        Text(x + width, bar + 24, "100", _LABEL_SIZE, TEXT_MUTED, "end"),
+        Text(label_x, bar.y - 15, label, _LABEL_SIZE, TEXT_MUTED, "middle"),
+        _filled(bar, PANEL_EDGE),
+        _filled(Box(bar.x, bar.y, score - bar.x, bar.height), colour),
+        Path(((threshold, bar.y - 9), (threshold, bar.bottom + 4)), Pen(TEXT, width=2.0)),
+        Text(bar.x, bar.y + 24, "0", _LABEL_SIZE, TEXT_MUTED),
+        Text(bar.right, bar.y + 24, "100", _LABEL_SIZE, TEXT_MUTED, "end"),
     ]
-
-
-def _share_of_scale(score: float) -> float:
-    return min(max(score / _MAX_SCORE, 0.0), 1.0) if math.isfinite(score) else 0.0
 
 
 def _flow(rows: list[list[Fact]], width: float, y: float) -> tuple[list[Item], float]:
-    """Set labelled values side by side; rows stay apart unless all fit in one."""
+    """Place facts beside each other, a row of the page for each of `rows` unless all fit in one."""
     everything = [fact for row in rows for fact in row]
     if sum(_fact_width(fact) + _FACT_GAP for fact in everything) <= width - 2 * MARGIN:
         rows = [everything]
@@ -192,14 +147,14 @@ def _flow(rows: list[list[Fact]], width: float, y: float) -> tuple[list[Item], f
     for row in filter(None, rows):
         x = MARGIN
         for label, value in row:
-            needs = _fact_width((label, value))
-            if x > MARGIN and x + needs > width - MARGIN:
+            needed = _fact_width((label, value))
+            if x > MARGIN and x + needed > width - MARGIN:
                 x, y = MARGIN, y + _FACT_HEIGHT
             items += [
                 Text(x, y + 13, label, _LABEL_SIZE, TEXT_MUTED),
                 Text(x, y + 33, value, _VALUE_SIZE, TEXT, role="fact"),
             ]
-            x += needs + _FACT_GAP
+            x += needed + _FACT_GAP
         y += _FACT_HEIGHT
     return items, y
 
@@ -207,8 +162,3 @@ def _flow(rows: list[list[Fact]], width: float, y: float) -> tuple[list[Item], f
 def _fact_width(fact: Fact) -> float:
     label, value = fact
     return max(text_width(label, _LABEL_SIZE), text_width(value, _VALUE_SIZE))
-
-
-def _rectangle(x: float, y: float, width: float, height: float, pen: Pen) -> Path:
-    right, bottom = x + width, y + height
-    return Path(((x, y), (right, y), (right, bottom), (x, bottom)), pen, closed=True)

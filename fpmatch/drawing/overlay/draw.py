@@ -1,4 +1,4 @@
-"""The overlay: two prints, one over the other or side by side, and what was found, in words."""
+"""The overlay of two prints, one over the other or side by side, as pixels or as a file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.files import png_bytes
 from fpmatch.drawing.overlay.page import Print
-from fpmatch.drawing.overlay.side_by_side import side_by_side as beside
+from fpmatch.drawing.overlay.side_by_side import side_by_side as side_by_side_page
 from fpmatch.drawing.overlay.superposed import superposed
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.drawing.scene.svg import svg_text
@@ -35,10 +35,9 @@ def draw(
 ) -> NDArray[np.uint8]:
     """Draw the probe, moved by the recovered transform, over the reference.
 
-    The reference is printed in orange ink and the probe in blue: where ridges of both fall
-    together they turn dark. Paired minutiae are joined, their directions drawn, unpaired ones
-    fainter; decision, score, transform and a legend stand above and below. Where no transform was
-    found the prints stand side by side.
+    The reference is printed in orange ink and the probe in blue; ridges of both that coincide turn
+    dark. Paired minutiae are linked, unpaired ones fainter. Above are decision, score and
+    transform, below a legend. Where no transform was found the prints are drawn side by side.
 
     Parameters
     ----------
@@ -47,7 +46,7 @@ def draw(
     verification : Verification
         Their comparison.
     side_by_side : bool
-        Stand the prints beside each other, with the pairs numbered and joined.
+        Draw the prints beside each other, with the pairs numbered and linked.
 
     Returns
     -------
@@ -82,12 +81,12 @@ def save_overlay(
     *,
     side_by_side: bool = False,
 ) -> None:
-    """Write what `draw` draws as a PNG, or as an SVG with vector marks and text.
+    """Write the picture of `draw` as a PNG, or as an SVG with vector marks and text.
 
     Parameters
     ----------
     path : path
-        Where to; its ending, ``.png`` or ``.svg``, says which.
+        The file; its ending is ``.png`` or ``.svg``.
     probe_image, reference_image, verification, side_by_side
         As for `draw`.
 
@@ -116,32 +115,14 @@ def overlay_file(
     *,
     side_by_side: bool = False,
 ) -> bytes:
-    """Return the content of the file that `save_overlay` writes.
-
-    Parameters
-    ----------
-    suffix : str
-        One of `SUFFIXES`.
-    probe_image, reference_image, verification, side_by_side
-        As for `draw`.
-
-    Returns
-    -------
-    bytes
-        A PNG or SVG file.
-
-    Raises
-    ------
-    ImageError
-        As for `draw`.
-    """
+    """Return the content of the file that `save_overlay` writes, for one of `SUFFIXES`."""
     scene = _scene(probe_image, reference_image, verification, side_by_side)
     return svg_text(scene).encode() if suffix == ".svg" else png_bytes(paint(scene))
 
 
-def _scene(probe: Any, reference: Any, verification: Verification, apart: bool) -> Scene:
+def _scene(probe: Any, reference: Any, verification: Verification, beside: bool) -> Scene:
     ours = Print.of("probe image", probe, verification.probe)
     theirs = Print.of("reference image", reference, verification.reference)
-    if apart or verification.transform is None:
-        return beside(ours, theirs, verification)
+    if beside or verification.transform is None:
+        return side_by_side_page(ours, theirs, verification)
     return superposed(ours, theirs, verification, verification.transform)

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from fpmatch.drawing.palette import Colour
 
 _SIZE: Final = 14.0
-_CAP_HEIGHT: Final = 0.72  # of the size: how high digits stand
+_CAP_HEIGHT: Final = 0.72  # of the size: height of digits
 _HALO: Final = 2.0
 _DISTANCE: Final = 10.0  # from the mark's centre to the nearest edge of its number
 _PLACES: Final = 16
-_TURNED_AWAY: Final = 6.0  # page pixels of overlap that lying behind the tick is worth
-_OUTSIDE: Final = 4.0  # times as bad to leave the panel as to cover something
+_TICK_COST: Final = 6.0  # page pixels of overlap that equal a place in the tick's direction
+_OUTSIDE_COST: Final = 4.0  # of leaving the panel, in costs of covering something
 
 
 def place_labels(
@@ -35,15 +35,15 @@ def place_labels(
     Parameters
     ----------
     texts : sequence of str
-        What to write.
+        One for each point.
     points, directions : sequence of Point
-        Where the marks lie and the unit vectors of their ticks, which texts keep away from.
+        The marks, and the unit vectors of their ticks, which texts avoid.
     obstacles : sequence of Box
-        What should stay visible; the texts placed earlier are added to it.
+        What should stay visible, besides the texts placed earlier.
     panel : Box
-        What the texts should not leave.
+        The texts should not leave it.
     colour : Colour
-        Of the letters.
+        Colour of the letters.
 
     Returns
     -------
@@ -52,34 +52,22 @@ def place_labels(
     """
     taken = list(obstacles)
     placed: list[Text] = []
-    for text, point, direction in zip(texts, points, directions, strict=True):
+    angles = (2 * math.pi * k / _PLACES for k in range(_PLACES))
+    ways = [(math.cos(angle), math.sin(angle)) for angle in angles]
+    for text, (x, y), (tick_x, tick_y) in zip(texts, points, directions, strict=True):
         width, height = text_width(text, _SIZE), _SIZE * _CAP_HEIGHT
-
-        def cost(box: Box, way: Point, tick: Point = direction) -> float:
+        candidates = []
+        for dx, dy in ways:
+            left = x + dx * (_DISTANCE + width / 2) - width / 2
+            top = y + dy * (_DISTANCE + height / 2) - height / 2
+            box = Box(left, top, width, height)
             covered = sum(box.overlap(other) for other in taken)
-            outside = box.width * box.height - box.overlap(panel)
-            return covered + _OUTSIDE * outside + _TURNED_AWAY * _along(way, tick)
-
-        ways = [_unit(2 * math.pi * k / _PLACES) for k in range(_PLACES)]
-        candidates = [(_beside(point, way, width, height), way) for way in ways]
-        box, _ = min(candidates, key=lambda candidate: cost(*candidate))
-        taken.append(box.grown(1))
+            outside = width * height - box.overlap(panel)
+            along = dx * tick_x + dy * tick_y
+            candidates.append((covered + _OUTSIDE_COST * outside + _TICK_COST * along, box))
+        _, best = min(candidates, key=lambda candidate: candidate[0])
+        taken.append(best.grown(1))
         placed.append(
-            Text(box.x, box.bottom, text, _SIZE, colour, halo=_HALO, bold=0.3, role="number")
+            Text(best.x, best.bottom, text, _SIZE, colour, halo=_HALO, bold=0.3, role="number")
         )
     return placed
-
-
-def _unit(angle: float) -> Point:
-    return math.cos(angle), math.sin(angle)
-
-
-def _along(a: Point, b: Point) -> float:
-    return a[0] * b[0] + a[1] * b[1]
-
-
-def _beside(point: Point, way: Point, width: float, height: float) -> Box:
-    """Return the box of a text that touches a circle around `point` on the side of `way`."""
-    x = point[0] + way[0] * (_DISTANCE + width / 2)
-    y = point[1] + way[1] * (_DISTANCE + height / 2)
-    return Box(x - width / 2, y - height / 2, width, height)

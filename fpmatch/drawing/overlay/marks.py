@@ -1,4 +1,4 @@
-"""Minutiae as marks: a shape for the kind, a tick for the direction, weight for what is paired."""
+"""Minutiae as marks: the shape shows the kind, a tick the direction, the weight the pairing."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.drawing.palette import PAIR_LINK, PROBE_MARK, REFERENCE_MARK, Colour
-from fpmatch.drawing.scene.items import Circle, Path, Pen
+from fpmatch.drawing.scene.items import Box, Circle, Path, Pen
 from fpmatch.drawing.scene.placement import direction_on_page, moved
 from fpmatch.minutiae import MinutiaKind
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.scene.items import Box, Point
+    from fpmatch.drawing.scene.items import Point
     from fpmatch.minutiae import Minutiae
 
 _SQUARE_SHARE: Final = math.sqrt(math.pi) / 2  # half the side of a square as large as the circle
@@ -35,19 +35,17 @@ class MarkStyle:
     Parameters
     ----------
     colour : Colour
-        Of the shape's outline and of the tick.
+        Colour of the shape's outline and of the tick.
     radius : float
-        Radius of an ending's circle; squares and diamonds are of about the same area.
+        Radius of an ending's circle; squares and diamonds have about the same area.
     tick_px : float
         Length of the tick beyond the shape.
-    width : float
-        Width of the lines.
-    halo : float
-        Width of the white around them.
+    width, halo : float
+        Width of the lines, and of the white around them.
     opacity : float
         0 to 1.
     filled : bool
-        Whether the shape is filled with its colour, rather than with paper.
+        Whether the shape is filled with its colour.
     role : str
         SVG class.
     """
@@ -69,85 +67,50 @@ class MarkStyle:
 
 
 REFERENCE_PAIRED: Final = MarkStyle(
-    REFERENCE_MARK,
-    radius=7.5,
-    tick_px=11.0,
-    width=2.2,
-    halo=1.4,
-    opacity=1.0,
-    filled=False,
-    role="reference paired",
+    REFERENCE_MARK, 7.5, 11.0, 2.2, 1.4, 1.0, filled=False, role="reference paired"
+)
+REFERENCE_UNPAIRED: Final = MarkStyle(
+    REFERENCE_MARK, 5.0, 8.0, 1.3, 1.0, 0.8, filled=False, role="reference unpaired"
 )
 PROBE_PAIRED: Final = MarkStyle(
-    PROBE_MARK,
-    radius=3.2,
-    tick_px=12.0,
-    width=2.0,
-    halo=1.2,
-    opacity=1.0,
-    filled=True,
-    role="probe paired",
+    PROBE_MARK, 3.2, 12.0, 2.0, 1.2, 1.0, filled=True, role="probe paired"
 )
-REFERENCE_UNPAIRED: Final = replace(
-    REFERENCE_PAIRED,
-    radius=5.0,
-    tick_px=8.0,
-    width=1.3,
-    halo=1.0,
-    opacity=0.8,
-    role="reference unpaired",
+PROBE_UNPAIRED: Final = MarkStyle(
+    PROBE_MARK, 3.0, 8.0, 1.3, 1.0, 0.8, filled=True, role="probe unpaired"
 )
-PROBE_UNPAIRED: Final = replace(
-    PROBE_PAIRED,
-    radius=3.0,
-    tick_px=8.0,
-    width=1.3,
-    halo=1.0,
-    opacity=0.8,
-    role="probe unpaired",
+BESIDE_REFERENCE_PAIRED: Final = replace(REFERENCE_PAIRED, radius=6.0, tick_px=10.0)
+BESIDE_REFERENCE_UNPAIRED: Final = replace(REFERENCE_UNPAIRED, radius=4.5)
+BESIDE_PROBE_PAIRED: Final = replace(
+    BESIDE_REFERENCE_PAIRED, colour=PROBE_MARK, role="probe paired"
+)
+BESIDE_PROBE_UNPAIRED: Final = replace(
+    BESIDE_REFERENCE_UNPAIRED, colour=PROBE_MARK, role="probe unpaired"
 )
 PAIR_PEN: Final = Pen(PAIR_LINK, width=2.0, halo=1.2)
+PROBE_EDGE: Final = Pen(PROBE_MARK, width=1.6, opacity=0.85, dash=(9.0, 6.0))
+REFERENCE_EDGE: Final = Pen(REFERENCE_MARK, width=1.6, opacity=0.85, dash=(2.0, 5.0))
 
 
 def mark(
     point: Point, direction: Point, kind: int, style: MarkStyle, title: str = ""
-) -> tuple[Path | Circle, ...]:
-    """Draw one minutia: its tick, then its shape.
+) -> tuple[Path, Path | Circle]:
+    """Draw one minutia on the page: its tick, then its shape.
 
-    Parameters
-    ----------
-    point : Point
-        Its place on the page.
-    direction : Point
-        Unit vector of its direction on the page.
-    kind : int
-        0 other (a diamond), 1 ending (a circle), 2 bifurcation (a square).
-    style : MarkStyle
-        How to draw it.
-    title : str
-        What a viewer shows on hovering.
-
-    Returns
-    -------
-    tuple of Path and Circle
-        The items to draw, in order.
+    The shape is a circle for an ending, a square for a bifurcation, a diamond for any other kind;
+    `direction` is a unit vector.
     """
     (x, y), (dx, dy) = point, direction
-    reach = style.radius + style.tick_px
-    tick_pen = replace(style.pen, fill=None)
-    tick = Path(
-        ((x + style.radius * dx, y + style.radius * dy), (x + reach * dx, y + reach * dy)),
-        tick_pen,
-        role=f"tick {style.role}",
-    )
+    r, end = style.radius, style.radius + style.tick_px
+    line = ((x + r * dx, y + r * dy), (x + end * dx, y + end * dy))
+    tick = Path(line, replace(style.pen, fill=None), role=f"tick {style.role}")
     if kind == MinutiaKind.ENDING:
-        return tick, Circle(point, style.radius, style.pen, f"ending {style.role}", title)
+        return tick, Circle(point, r, style.pen, f"ending {style.role}", title)
+    half = r * _SQUARE_SHARE
     if kind == MinutiaKind.BIFURCATION:
-        h = style.radius * _SQUARE_SHARE
-        square = ((x - h, y - h), (x + h, y - h), (x + h, y + h), (x - h, y + h))
+        square = Box(x, y, 0, 0).grown(half).corners
         return tick, Path(square, style.pen, True, f"bifurcation {style.role}", title)
-    h = style.radius * _SQUARE_SHARE * math.sqrt(2)
-    diamond = ((x, y - h), (x + h, y), (x, y + h), (x - h, y))
+    half *= math.sqrt(2)
+    diamond = ((x, y - half), (x + half, y), (x, y + half), (x - half, y))
     return tick, Path(diamond, style.pen, True, f"other {style.role}", title)
 
 
@@ -159,19 +122,24 @@ def marks(
     panel: Box,
     titles: dict[int, str] | None = None,
 ) -> list[Path | Circle]:
-    """Draw the minutiae that `index` names and whose place, under `matrix`, lies in `panel`."""
+    """Draw the minutiae at `index` whose place, under `matrix`, lies in `panel`."""
     points = moved(matrix, minutiae.xy)
     drawn: list[Path | Circle] = []
     for i in index:
-        if panel.holds(points[i]):
+        if panel.contains(points[i]):
             direction = direction_on_page(matrix, float(minutiae.angle[i]))
             title = (titles or {}).get(i, described(minutiae, i))
             drawn += mark(points[i], direction, int(minutiae.kind[i]), style, title)
     return drawn
 
 
+def unpaired(minutiae: Minutiae, paired: Iterable[int]) -> list[int]:
+    """Return the indices of all minutiae but the paired ones."""
+    return sorted(set(range(len(minutiae))) - set(paired))
+
+
 def described(minutiae: Minutiae, i: int) -> str:
-    """Put a minutia in words.
+    """Return kind, place, direction and quality of a minutia as text.
 
     Examples
     --------

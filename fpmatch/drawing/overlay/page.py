@@ -1,4 +1,4 @@
-"""What every page shares: its limits, its prints, and header, panel and legend under each other."""
+"""The parts that every page shares: limits, prints as inks, and header, panel and legend."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 _LEAST_PAGE_WIDTH: Final = 800.0
 _LARGEST_ZOOM: Final = 3.0
-LARGEST_PANEL_SIDE: Final = 2000.0  # page pixels that nothing exceeds
-_LARGEST_INK_SIDE: Final = 4000  # pixels of a print that are looked at; a larger one is shrunk
+LARGEST_PANEL_SIDE: Final = 2000.0  # page pixels
+_LARGEST_INK_SIDE: Final = 4000  # pixels of a print; a larger one is shrunk first
 _FRAME_PEN: Final = Pen(PANEL_EDGE, width=1.0)
 _MAGNIFICATIONS: Final = (1e-3, 1e3)  # outside, a print is a dot or one flat pixel: not drawn
 
@@ -46,7 +46,7 @@ class Print:
         Raises
         ------
         ImageError
-            If it is not; `name` is what the message calls it.
+            If it is not; the message begins with `name`.
         """
         pixels = grey_pixels(name, image)
         height, width = pixels.shape
@@ -59,22 +59,17 @@ class Print:
 
 
 def comfortable_zoom(side: float, comfortable: float) -> float:
-    """Return how much to magnify a view so that marks are crisp and the page fits a screen.
+    """Return the magnification at which marks are crisp and the page fits a screen.
 
-    Parameters
-    ----------
-    side : float
-        Longer side of the view in pixels of its print.
-    comfortable : float
-        Page pixels that a small view is magnified towards; a larger one is shown as it is,
-        and shrunk only where it would exceed the largest panel.
+    A view whose longer `side`, in pixels of its print, is less than `comfortable` page pixels is
+    magnified towards them; a larger one is shrunk only where it would exceed the largest panel.
     """
     zoom = min(max(comfortable / side, 1.0), _LARGEST_ZOOM)
     return min(zoom, LARGEST_PANEL_SIDE / side)
 
 
 def ink_of(side: Print, matrix: NDArray[np.float64], colour: Colour, role: str) -> Ink | None:
-    """Return a print as an ink placed by `matrix`, or None where it would be out of all size."""
+    """Return a print as an ink placed by `matrix`, or None where it is too small or too large."""
     enlarged = magnification(matrix)
     low, high = _MAGNIFICATIONS
     if not low <= enlarged <= high:
@@ -97,22 +92,18 @@ def page(
     Parameters
     ----------
     verification : Verification
-        What the header says.
+        Content of the header.
     panel_size : tuple of two floats
         Width and height of the panel in pixels.
     panel : callable
         Given the panel's place, returns its items.
     legend : callable
-        Given the page's width and its own top, returns its items and its height.
-
-    Returns
-    -------
-    Scene
-        The page, ready to be painted.
+        Given the page's width and the legend's top, returns its items and its height.
     """
+    v = verification
     panel_width, panel_height = panel_size
     width = max(_LEAST_PAGE_WIDTH, panel_width + 2 * MARGIN)
-    head, head_height = header(verification, width)
+    head, head_height = header(v, width)
     place = Box((width - panel_width) // 2, math.ceil(head_height + 16), panel_width, panel_height)
     foot, foot_height = legend(width, place.bottom + 10)
     height = math.ceil(place.bottom + 10 + foot_height + 12)
@@ -121,18 +112,13 @@ def page(
         *panel(place),
         Group(tuple(foot), Box(0, place.bottom, width, height - place.bottom), "legend"),
     )
-    return Scene(math.ceil(width), height, items, _description(verification))
+    description = (
+        f"{verdict(v.match)}: score {v.score:.1f}, threshold {v.threshold:.1f}, "
+        f"false match rate {odds(v.fmr)}, {len(v.pairs)} pairs of minutiae"
+    )
+    return Scene(math.ceil(width), height, items, description)
 
 
 def frame(panel: Box) -> Path:
     """Draw the line around a panel, just outside it."""
-    x, y, right, bottom = panel.x - 0.5, panel.y - 0.5, panel.right + 0.5, panel.bottom + 0.5
-    return Path(((x, y), (right, y), (right, bottom), (x, bottom)), _FRAME_PEN, closed=True)
-
-
-def _description(verification: Verification) -> str:
-    v = verification
-    return (
-        f"{verdict(v)}: score {v.score:.1f}, threshold {v.threshold:.1f}, "
-        f"false match rate {odds(v.fmr)}, {len(v.pairs)} pairs of minutiae"
-    )
+    return Path(panel.grown(0.5).corners, _FRAME_PEN, closed=True)

@@ -12,11 +12,6 @@ Fact: TypeAlias = tuple[str, str]
 """A label and its value."""
 
 
-def match_verdict(match: PointMatch) -> str:
-    """Return the decision in capitals."""
-    return "NO MATCH" if match.transform is None else "MATCH"
-
-
 def match_facts(match: PointMatch) -> list[Fact]:
     """Return what was found, as (label, value); nothing where there is no match.
 

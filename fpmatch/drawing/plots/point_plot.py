@@ -25,8 +25,9 @@ from fpmatch.drawing.palette import (
     Colour,
     hexadecimal,
 )
-from fpmatch.drawing.plots.point_caption import match_facts, match_verdict
+from fpmatch.drawing.plots.point_caption import match_facts
 from fpmatch.drawing.plots.style import figure_bytes, plain_style
+from fpmatch.drawing.words import verdict
 from fpmatch.errors import OutputError
 from fpmatch.output import atomic_write_bytes, check_writable
 from fpmatch.pointset.points import as_points
@@ -162,7 +163,7 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
     high = _WIDTH * height / width if width > 0 else _MOST_HEIGHT
     title = f"{_called('P', names[0])}, moved, on {_called('Q', names[1])}"
     facts = [title, *(f"{label}: {value}" for label, value in match_facts(match))]
-    figure = _figure(high, (match_verdict(match), MATCH), facts, _LEGEND)
+    figure = _figure(high, (verdict(True), MATCH), facts, _LEGEND)
     axes = figure.subplots()
     rows_p, rows_q = match.pairs.T
     size = _mark_size(figure, max(len(moved), len(q)))
@@ -201,7 +202,7 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
 def _apart(p: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> Figure:
     """Draw the sets side by side, each in a frame of its own."""
     facts = ["No transform was found that lays P on Q.", ""]
-    figure = _figure(_WIDTH / 2, (match_verdict(match), NO_MATCH), facts)
+    figure = _figure(_WIDTH / 2, (verdict(False), NO_MATCH), facts)
     size = _mark_size(figure, 2 * max(len(p), len(q)))
     both = zip(figure.subplots(1, 2), (p, q), _APART, "PQ", names, strict=True)
     for axes, points, mark, letter, name in both:

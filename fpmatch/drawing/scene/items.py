@@ -1,7 +1,8 @@
-"""What a drawing is made of, before it becomes pixels or vectors.
+"""The items of a page, before they become pixels or vectors.
 
 Page coordinates are continuous: x to the right, y down, the first pixel of the page covers 0 to 1,
-so that its centre lies at 0.5.
+so that its centre lies at 0.5. Lengths are in page pixels. An item's `role` becomes its SVG class,
+its `title` the text that a viewer shows on hovering.
 """
 
 from __future__ import annotations
@@ -21,14 +22,7 @@ Anchor: TypeAlias = Literal["start", "middle", "end"]
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """Hold an upright rectangle of the page.
-
-    Parameters
-    ----------
-    x, y : float
-        Its top-left corner.
-    width, height : float
-        Its size, not negative.
+    """Hold an upright rectangle: its top-left corner and its size, not negative.
 
     Examples
     --------
@@ -51,26 +45,37 @@ class Box:
         """The y of the bottom edge."""
         return self.y + self.height
 
+    @property
+    def corners(self) -> tuple[Point, Point, Point, Point]:
+        """Its four corners, clockwise from the top left."""
+        x, y, right, bottom = self.x, self.y, self.right, self.bottom
+        return (x, y), (right, y), (right, bottom), (x, bottom)
+
     def grown(self, margin: float) -> Box:
         """Return the box with `margin` added on every side."""
         return Box(
             self.x - margin, self.y - margin, self.width + 2 * margin, self.height + 2 * margin
         )
 
+    def intersection(self, other: Box) -> Box:
+        """Return the part that both boxes cover; of size 0 where there is none."""
+        x, y = max(self.x, other.x), max(self.y, other.y)
+        right, bottom = min(self.right, other.right), min(self.bottom, other.bottom)
+        return Box(x, y, max(right - x, 0.0), max(bottom - y, 0.0))
+
     def overlap(self, other: Box) -> float:
         """Return the area that both boxes cover."""
-        wide = min(self.right, other.right) - max(self.x, other.x)
-        high = min(self.bottom, other.bottom) - max(self.y, other.y)
-        return float(max(wide, 0.0) * max(high, 0.0))
+        both = self.intersection(other)
+        return float(both.width * both.height)
 
-    def holds(self, point: Point) -> bool:
+    def contains(self, point: Point) -> bool:
         """Return whether `point` lies in the box."""
         return self.x <= point[0] <= self.right and self.y <= point[1] <= self.bottom
 
 
 @dataclass(frozen=True, slots=True)
 class Pen:
-    """Hold how a shape is drawn; lengths in page pixels.
+    """Hold how a shape is drawn.
 
     Parameters
     ----------
@@ -81,9 +86,9 @@ class Pen:
     opacity : float
         0 (invisible) to 1 (opaque), of line and inside together.
     halo : float
-        Width of white around the line, which keeps it apart from the ridges beneath.
+        Width of white around the line, which separates it from the ridges beneath.
     dash : tuple of two floats or None
-        Lengths of the dashes and of the gaps; None draws through.
+        Lengths of the dashes and of the gaps; None for a solid line.
     """
 
     stroke: Colour | None = None
@@ -96,10 +101,7 @@ class Pen:
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """Draw straight lines through `points`, back to the first where `closed`.
-
-    `role` becomes the SVG class, `title` the words that a viewer shows on hovering.
-    """
+    """Draw straight lines through `points`, back to the first where `closed`."""
 
     points: tuple[Point, ...]
     pen: Pen
@@ -110,7 +112,7 @@ class Path:
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """Draw a circle; `role` and `title` as in `Path`."""
+    """Draw a circle."""
 
     centre: Point
     radius: float
@@ -121,9 +123,10 @@ class Circle:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Write one line; (x, y) is the start, middle or end of its baseline.
+    """Write one line of `text`; (x, y) is the start, middle or end of its baseline.
 
-    `size` is the font's size in pixels, `bold` the width of an outline that makes it heavier.
+    `size` is the font's size, `bold` the width of an outline that makes it heavier, `halo` that of
+    the white around it.
     """
 
     x: float
@@ -139,18 +142,10 @@ class Text:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ink:
-    """Print a picture in one ink over whatever lies beneath, as a press would.
+    """Multiply what lies beneath by `colour`, as a printing ink does.
 
-    Parameters
-    ----------
-    coverage : ndarray of uint8, shape (H, W)
-        0 where the paper stays bare, 255 where the ink is full.
-    colour : Colour
-        The ink on white paper.
-    matrix : ndarray of float64, shape (3, 3)
-        Maps pixels of `coverage`, counted at their centres, to page coordinates.
-    role : str
-        The SVG class.
+    `coverage` (uint8, shape (H, W)) is 0 where the paper stays bare and 255 where the ink is full;
+    `matrix` (shape (3, 3)) maps its pixels, counted at their centres, to page coordinates.
     """
 
     coverage: NDArray[np.uint8]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import re
 from itertools import count
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 from xml.etree import ElementTree
 
 import cv2
@@ -20,19 +20,17 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from xml.etree.ElementTree import Element
 
-    from fpmatch.drawing.scene.items import Box, Item, Pen, Scene
+    from fpmatch.drawing.scene.items import Item, Pen, Scene
 
-_NAMESPACE: Final = "http://www.w3.org/2000/svg"
 _FONTS: Final = "Aileron, 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
 _NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_STYLE: Final = f"text{{font-family:{_FONTS}}}"
 
 
 def svg_text(scene: Scene) -> str:
     """Write `scene` as the text of an SVG file.
 
-    Not every viewer can multiply colours, so what two overprinted inks share becomes a third
-    picture above them.
+    Not every viewer can multiply colours, so the area that two overprinted inks share becomes a
+    third picture above them.
 
     Examples
     --------
@@ -43,7 +41,7 @@ def svg_text(scene: Scene) -> str:
     root = ElementTree.Element(
         "svg",
         {
-            "xmlns": _NAMESPACE,
+            "xmlns": "http://www.w3.org/2000/svg",
             "width": str(scene.width),
             "height": str(scene.height),
             "viewBox": f"0 0 {scene.width} {scene.height}",
@@ -51,48 +49,16 @@ def svg_text(scene: Scene) -> str:
         },
     )
     ElementTree.SubElement(root, "title").text = _legal(scene.description)
-    ElementTree.SubElement(root, "style").text = _STYLE
-    paper = {"width": "100%", "height": "100%", "fill": hexadecimal(scene.paper)}
-    ElementTree.SubElement(root, "rect", paper)
+    ElementTree.SubElement(root, "style").text = f"text{{font-family:{_FONTS}}}"
+    _add(root, "rect", width="100%", height="100%", fill=hexadecimal(scene.paper))
     _add_items(root, scene.items, count(1))
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _add_items(parent: Element, items: tuple[Item, ...], numbers: Iterator[int]) -> None:
-    for item in items:
-        if isinstance(item, Group):
-            _add_items(_clipped_group(parent, item, next(numbers)), item.items, numbers)
-        elif isinstance(item, Overprint):
-            for ink in (item.lower, item.upper, shared_ink(item)):
-                _add_ink(parent, ink)
-        elif isinstance(item, Ink):
-            _add_ink(parent, item)
-        elif isinstance(item, Text):
-            _add_text(parent, item)
-        else:
-            _add_shape(parent, item)
-
-
-def _clipped_group(parent: Element, group: Group, number: int) -> Element:
-    name = f"clip-{number}"
-    clip = ElementTree.SubElement(parent, "clipPath", {"id": name})
-    ElementTree.SubElement(clip, "rect", _rectangle(group.clip))
-    attributes = {"clip-path": f"url(#{name})", **_class(group.role)}
-    return ElementTree.SubElement(parent, "g", attributes)
-
-
 def shared_ink(print_: Overprint) -> Ink:
-    """Return where both inks of an overprint cover, in their mixed colour.
+    """Return the area where both inks of an overprint cover, in their mixed colour.
 
-    Parameters
-    ----------
-    print_ : Overprint
-        Two inks.
-
-    Returns
-    -------
-    Ink
-        Its coverage, in the pixels of the upper ink, is the product of both coverages.
+    Its coverage, in the pixels of the upper ink, is the product of both coverages.
     """
     lower, upper = print_.lower, print_.upper
     height, width = upper.coverage.shape
@@ -104,6 +70,37 @@ def shared_ink(print_: Overprint) -> Ink:
     return Ink(both, mixed((lower.colour, upper.colour)), upper.matrix, "agreement")
 
 
+def _add(parent: Element, tag: str, **attributes: Any) -> Element:
+    """Add an element; numbers are rounded, underscores become dashes, empty values are left out."""
+    written = {
+        name.rstrip("_").replace("_", "-"): _number(value)
+        if isinstance(value, int | float)
+        else value
+        for name, value in attributes.items()
+        if value not in {None, ""}
+    }
+    return ElementTree.SubElement(parent, tag, written)
+
+
+def _add_items(parent: Element, items: tuple[Item, ...], numbers: Iterator[int]) -> None:
+    for item in items:
+        if isinstance(item, Group):
+            name, box = f"clip-{next(numbers)}", item.clip
+            clip = _add(parent, "clipPath", id=name)
+            _add(clip, "rect", x=box.x, y=box.y, width=box.width, height=box.height)
+            group = _add(parent, "g", clip_path=f"url(#{name})", class_=item.role)
+            _add_items(group, item.items, numbers)
+        elif isinstance(item, Overprint):
+            for ink in (item.lower, item.upper, shared_ink(item)):
+                _add_ink(parent, ink)
+        elif isinstance(item, Ink):
+            _add_ink(parent, item)
+        elif isinstance(item, Text):
+            _add_text(parent, item)
+        else:
+            _add_shape(parent, item)
+
+
 def _add_ink(parent: Element, ink: Ink) -> None:
     height, width = ink.coverage.shape
     rgba = np.empty((height, width, 4), dtype=np.uint8)
@@ -113,101 +110,80 @@ def _add_ink(parent: Element, ink: Ink) -> None:
     (a, c, e), (b, d, f) = ink.matrix[:2].tolist()
     # An SVG image covers 0 to `width`; the ink's first pixel has its centre at 0.
     e, f = e - (a + c) / 2, f - (b + d) / 2
-    ElementTree.SubElement(
+    _add(
         parent,
         "image",
-        {
-            **_class(ink.role),
-            "width": str(width),
-            "height": str(height),
-            "transform": f"matrix({a:.8g} {b:.8g} {c:.8g} {d:.8g} {e:.8g} {f:.8g})",
-            "href": f"data:image/png;base64,{data}",
-        },
+        class_=ink.role,
+        width=width,
+        height=height,
+        transform=f"matrix({a:.8g} {b:.8g} {c:.8g} {d:.8g} {e:.8g} {f:.8g})",
+        href=f"data:image/png;base64,{data}",
     )
 
 
 def _add_text(parent: Element, text: Text) -> None:
     legal = _legal(" ".join(text.text.split()))
-    attributes = {
-        **_class(text.role),
-        "x": _number(text.x),
-        "y": _number(text.y),
-        "font-size": _number(text.size),
-        "fill": hexadecimal(text.colour),
-        "text-anchor": text.anchor,
-        "textLength": _number(text_width(legal, text.size)),
-        "lengthAdjust": "spacingAndGlyphs",
+    halo = {
+        "stroke": hexadecimal(PAPER),
+        "stroke_width": 2 * text.halo,
+        "stroke_linejoin": "round",
+        "paint_order": "stroke",
     }
-    if text.bold:
-        attributes["font-weight"] = "600"
-    if text.halo:
-        attributes |= {
-            "stroke": hexadecimal(PAPER),
-            "stroke-width": _number(2 * text.halo),
-            "stroke-linejoin": "round",
-            "paint-order": "stroke",
-        }
-    ElementTree.SubElement(parent, "text", attributes).text = legal
+    element = _add(
+        parent,
+        "text",
+        class_=text.role,
+        x=text.x,
+        y=text.y,
+        font_size=text.size,
+        fill=hexadecimal(text.colour),
+        text_anchor=text.anchor,
+        textLength=text_width(legal, text.size),
+        lengthAdjust="spacingAndGlyphs",
+        font_weight="600" if text.bold else None,
+        **(halo if text.halo else {}),
+    )
+    element.text = legal
 
 
 def _add_shape(parent: Element, shape: Path | Circle) -> None:
     pen = shape.pen
     tag, geometry = _geometry(shape)
-    if pen.halo and pen.stroke:
-        halo = {
-            "class": "halo",
-            "fill": "none",
-            "stroke": hexadecimal(PAPER),
-            "stroke-width": _number(pen.width + 2 * pen.halo),
-            **_line_ends(pen),
-        }
-        ElementTree.SubElement(parent, tag, geometry | halo)
-    attributes = {
-        **_class(shape.role),
-        "fill": hexadecimal(pen.fill) if pen.fill else "none",
-        **_line_ends(pen),
+    ends = {
+        "stroke_linecap": "round" if pen.stroke else None,
+        "stroke_linejoin": "round" if pen.stroke else None,
+        "opacity": pen.opacity if pen.opacity < 1 else None,
     }
-    if pen.stroke:
-        attributes |= {"stroke": hexadecimal(pen.stroke), "stroke-width": _number(pen.width)}
-    if pen.dash:
-        attributes["stroke-dasharray"] = " ".join(map(_number, pen.dash))
-    element = ElementTree.SubElement(parent, tag, geometry | attributes)
+    if pen.halo and pen.stroke:
+        wider, paper = pen.width + 2 * pen.halo, hexadecimal(PAPER)
+        halo = {"class_": "halo", "fill": "none", "stroke": paper, "stroke_width": wider}
+        _add(parent, tag, **geometry, **halo, **ends)
+    element = _add(
+        parent, tag, **geometry, class_=shape.role, fill=_colour(pen.fill), **ends, **_line(pen)
+    )
     if shape.title:
         ElementTree.SubElement(element, "title").text = _legal(shape.title)
 
 
-def _geometry(shape: Path | Circle) -> tuple[str, dict[str, str]]:
+def _line(pen: Pen) -> dict[str, Any]:
+    dash = " ".join(map(_number, pen.dash)) if pen.dash else None
+    stroked = {"stroke": _colour(pen.stroke), "stroke_width": pen.width} if pen.stroke else {}
+    return {**stroked, "stroke_dasharray": dash}
+
+
+def _colour(colour: tuple[int, int, int] | None) -> str:
+    return hexadecimal(colour) if colour else "none"
+
+
+def _geometry(shape: Path | Circle) -> tuple[str, dict[str, Any]]:
     if isinstance(shape, Circle):
         x, y = shape.centre
-        return "circle", {"cx": _number(x), "cy": _number(y), "r": _number(shape.radius)}
+        return "circle", {"cx": x, "cy": y, "r": shape.radius}
     if len(shape.points) == 2 and not shape.closed:
         (x1, y1), (x2, y2) = shape.points
-        return "line", {
-            "x1": _number(x1),
-            "y1": _number(y1),
-            "x2": _number(x2),
-            "y2": _number(y2),
-        }
+        return "line", {"x1": x1, "y1": y1, "x2": x2, "y2": y2}
     corners = " ".join(f"{_number(x)},{_number(y)}" for x, y in shape.points)
     return "polygon" if shape.closed else "polyline", {"points": corners}
-
-
-def _line_ends(pen: Pen) -> dict[str, str]:
-    ends = {"stroke-linecap": "round", "stroke-linejoin": "round"} if pen.stroke else {}
-    return ends | ({"opacity": _number(pen.opacity)} if pen.opacity < 1 else {})
-
-
-def _class(role: str) -> dict[str, str]:
-    return {"class": role} if role else {}
-
-
-def _rectangle(box: Box) -> dict[str, str]:
-    return {
-        "x": _number(box.x),
-        "y": _number(box.y),
-        "width": _number(box.width),
-        "height": _number(box.height),
-    }
 
 
 def _number(value: float) -> str:

@@ -1,30 +1,25 @@
-"""Pictures become the content of files."""
+"""Pictures as the content of files, and files in a folder."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cv2
 
 from fpmatch.errors import OutputError
+from fpmatch.output import atomic_write_bytes, reason
 
 if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping
+
     import numpy as np
     from numpy.typing import NDArray
 
 
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:
-    """Encode a picture as PNG.
-
-    Parameters
-    ----------
-    picture : ndarray of uint8, shape (H, W), (H, W, 3) or (H, W, 4)
-        Grey, RGB or RGBA.
-
-    Returns
-    -------
-    bytes
-        The file's content.
+    """Encode a picture, grey (H, W), RGB (H, W, 3) or RGBA (H, W, 4), as PNG.
 
     Raises
     ------
@@ -41,24 +36,9 @@ def png_bytes(picture: NDArray[np.uint8]) -> bytes:
 
 
 def webp_bytes(picture: NDArray[np.uint8], quality: int = 80) -> bytes:
-    """Encode a picture as WebP, which loses a little and is much smaller.
+    """Encode a picture as WebP, which is lossy and much smaller, at a quality from 1 to 100.
 
-    Parameters
-    ----------
-    picture : ndarray of uint8, shape (H, W), (H, W, 3) or (H, W, 4)
-        Grey, RGB or RGBA.
-    quality : int
-        From 1 to 100.
-
-    Returns
-    -------
-    bytes
-        The file's content.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be encoded.
+    Otherwise as `png_bytes`.
 
     Examples
     --------
@@ -80,3 +60,23 @@ def _encoded(picture: NDArray[np.uint8], suffix: str, options: list[int]) -> byt
             f"a picture of {picture.shape[1]} x {picture.shape[0]} has no {kind} form"
         )
     return encoded.tobytes()
+
+
+def write_files(contents: Mapping[str, bytes], folder: str | os.PathLike[str]) -> list[Path]:
+    """Write files, by name, into a folder, which is made where it does not exist.
+
+    Each file appears complete or not at all.
+
+    Raises
+    ------
+    OutputError
+        If the folder or a file cannot be written.
+    """
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be made a folder: {reason(error)}") from error
+    for name, content in contents.items():
+        atomic_write_bytes(target / name, content)
+    return [target / name for name in contents]

@@ -1,4 +1,4 @@
-"""The one font of the drawings: the scalable one that comes inside Pillow."""
+"""The one font of the scenes, the scalable one that comes inside Pillow, and lines of text."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final, cast
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from PIL.ImageFont import FreeTypeFont
 
 _SPELLINGS: Final = str.maketrans(
@@ -32,7 +34,7 @@ def font(size: float) -> FreeTypeFont:
 
 
 def printable(text: str) -> str:
-    r"""Return `text` on one line, in letters that the font has where a spelling is known.
+    r"""Return `text` on one line, with characters that the font lacks spelled out where possible.
 
     Examples
     --------
@@ -47,8 +49,12 @@ def text_width(text: str, size: float) -> float:
     return float(font(size).getlength(printable(text)))
 
 
-def wrapped(text: str, size: float, width: float) -> list[str]:
+def wrapped(
+    text: str, size: float, width: float, measure: Callable[[str, float], float] = text_width
+) -> list[str]:
     """Break `text` between words into lines no wider than `width` where its words allow it.
+
+    `measure` returns the width of a text at a size.
 
     Examples
     --------
@@ -56,9 +62,9 @@ def wrapped(text: str, size: float, width: float) -> list[str]:
     ['one', 'two']
     """
     lines: list[str] = []
-    for word in printable(text).split():
+    for word in text.split():
         longer = f"{lines[-1]} {word}" if lines else word
-        if lines and text_width(longer, size) <= width:
+        if lines and measure(longer, size) <= width:
             lines[-1] = longer
         else:
             lines.append(word)

@@ -1,9 +1,8 @@
-"""A print becomes an ink: how much of each pixel is ridge, evened out so that faint prints show."""
+"""A print as an ink: how much of each pixel is ridge, with faint prints as visible as others."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
@@ -14,62 +13,26 @@ from fpmatch.minutiae import STANDARD_DPI, RidgeField
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    Pixels = NDArray[np.uint8]
 
-@dataclass(frozen=True, slots=True)
-class InkParameters:
-    """Hold how a print is evened out; lengths in pixels at 500 dpi.
-
-    Parameters
-    ----------
-    mean_px : float
-        Gaussian deviation of the neighbourhood whose mean parts ridges from valleys.
-    contrast_px : float
-        Gaussian deviation of the neighbourhood over which contrast is measured: two ridges.
-    smoothing_px : float
-        Gaussian deviation of the smoothing that takes off the grain.
-    lightest, darkest : float
-        Darkness against the local mean, in local deviations, at which the ink begins and is full.
-    typical_percentile : float
-        Percentile of the local deviations that counts as the print's own contrast.
-    bare_below, full_above : float
-        Shares of that contrast below which a place is bare paper, and above which it is print.
-    least_contrast : float
-        Grey levels under which contrast is the sensor's noise, not ridges.
-    off_print : float
-        How much ink is left where the print's own mask says that there are no ridges.
-    """
-
-    mean_px: float = 6.0
-    contrast_px: float = 10.0
-    smoothing_px: float = 0.6
-    lightest: float = 0.0
-    darkest: float = 0.8
-    typical_percentile: float = 85.0
-    bare_below: float = 0.15
-    full_above: float = 0.40
-    least_contrast: float = 3.0
-    off_print: float = 0.2
+# Gaussian deviations in pixels at 500 dpi.
+_MEAN_PX: Final = 6.0  # of the neighbourhood whose mean separates ridges from valleys
+_CONTRAST_PX: Final = 10.0  # of the neighbourhood over which contrast is measured: two ridges
+_SMOOTHING_PX: Final = 0.6
+_FULL_DARKNESS: Final = 0.8  # below the local mean, in local deviations, at which the ink is full
+_TYPICAL_PERCENTILE: Final = 85.0  # of the local deviations: the print's own contrast
+_BARE_BELOW, _FULL_ABOVE = 0.15, 0.40  # shares of that contrast: bare paper, and print
+_LEAST_CONTRAST: Final = 3.0  # grey levels; less is noise of the sensor
+_OFF_PRINT: Final = 0.2  # share of the ink that is left outside the print's own mask
 
 
-def grey_pixels(name: str, image: Any) -> NDArray[np.uint8]:
-    """Return the pixels of an array or of an object that holds them as ``pixels``.
-
-    Parameters
-    ----------
-    name : str
-        What to call the image in an error.
-    image : ndarray of uint8, shape (H, W), or object with such an array as its ``pixels``
-        The grey image.
-
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        The pixels, not copied.
+def grey_pixels(name: str, image: Any) -> Pixels:
+    """Return the pixels of an array, or of an object with ``pixels``; they are not copied.
 
     Raises
     ------
     ImageError
-        If it is neither, or has no pixels.
+        If they are not uint8 of shape (H, W), or there are none; the message begins with `name`.
     """
     pixels = np.asarray(getattr(image, "pixels", image))
     if pixels.dtype != np.uint8 or pixels.ndim != 2 or pixels.size == 0:
@@ -80,12 +43,8 @@ def grey_pixels(name: str, image: Any) -> NDArray[np.uint8]:
     return pixels
 
 
-def ink_coverage(
-    pixels: NDArray[np.uint8],
-    dpi: float,
-    parameters: InkParameters | None = None,
-) -> NDArray[np.uint8]:
-    """Turn a grey print into the coverage of an ink: ridges full, valleys and background bare.
+def ink_coverage(pixels: Pixels, dpi: float) -> Pixels:
+    """Convert a grey print, ridges dark, to the coverage of an ink: ridges full, all else bare.
 
     Parameters
     ----------
@@ -93,8 +52,6 @@ def ink_coverage(
         Grey image, ridges dark.
     dpi : float
         Its resolution in dots per inch.
-    parameters : InkParameters, optional
-        Neighbourhoods and contrasts.
 
     Returns
     -------
@@ -106,27 +63,20 @@ def ink_coverage(
     >>> ink_coverage(np.full((40, 40), 128, np.uint8), dpi=500).max()
     np.uint8(0)
     """
-    p = parameters or InkParameters()
     scale = dpi / STANDARD_DPI
     grey = pixels.astype(np.float32)
-    mean = _blurred(grey, p.mean_px * scale)
-    variance = _blurred((grey - mean) ** 2, p.contrast_px * scale)
-    deviation = np.sqrt(np.maximum(variance, 0))
-    darkness = (mean - _blurred(grey, p.smoothing_px * scale)) / np.maximum(deviation, 1e-3)
-    tone = np.clip((darkness - p.lightest) / (p.darkest - p.lightest), 0, 1)
-    typical = max(float(np.percentile(deviation, p.typical_percentile)), 2 * p.least_contrast)
-    bare = max(p.bare_below * typical, p.least_contrast)
-    full = max(p.full_above * typical, 2 * bare)
+    mean = _blurred(grey, _MEAN_PX * scale)
+    deviation = np.sqrt(np.maximum(_blurred((grey - mean) ** 2, _CONTRAST_PX * scale), 0))
+    darkness = (mean - _blurred(grey, _SMOOTHING_PX * scale)) / np.maximum(deviation, 1e-3)
+    tone = np.clip(darkness / _FULL_DARKNESS, 0, 1)
+    typical = max(float(np.percentile(deviation, _TYPICAL_PERCENTILE)), 2 * _LEAST_CONTRAST)
+    bare = max(_BARE_BELOW * typical, _LEAST_CONTRAST)
+    full = max(_FULL_ABOVE * typical, 2 * bare)
     printed = np.clip((deviation - bare) / (full - bare), 0, 1)
     return np.asarray(np.rint(255 * tone * printed), dtype=np.uint8)
 
 
-def thinned_off_print(
-    coverage: NDArray[np.uint8],
-    field: RidgeField,
-    factor: float = 1.0,
-    parameters: InkParameters | None = None,
-) -> NDArray[np.uint8]:
+def thinned_off_print(coverage: Pixels, field: RidgeField, factor: float = 1.0) -> Pixels:
     """Thin an ink where the print has no ridges, so that dirt and frames do not distract.
 
     Parameters
@@ -134,16 +84,14 @@ def thinned_off_print(
     coverage : ndarray of uint8, shape (H, W)
         The ink of a print, or of one shrunk by `factor`.
     field : RidgeField
-        Where the print has ridges; one cell more is left on every side.
+        Its mask of ridges, to which one cell is added on every side.
     factor : float
-        Pixels of `coverage` to one of the print.
-    parameters : InkParameters, optional
-        How much is left.
+        Pixels of `coverage` for each of the print.
 
     Returns
     -------
     ndarray of uint8, shape (H, W)
-        The thinner ink; the same where the field knows of no ridges at all.
+        The thinner ink; unchanged where the mask is empty.
 
     Examples
     --------
@@ -153,7 +101,6 @@ def thinned_off_print(
     """
     if not field.mask.any():
         return coverage
-    left = (parameters or InkParameters()).off_print
     cells = cv2.dilate(field.mask.astype(np.float32), np.ones((3, 3), np.uint8))
     height, width = coverage.shape
     pixels_to_cell = 1 / (factor * field.step)
@@ -166,7 +113,7 @@ def thinned_off_print(
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    return np.rint(coverage * (left + (1 - left) * on_print)).astype(np.uint8)
+    return np.rint(coverage * (_OFF_PRINT + (1 - _OFF_PRINT) * on_print)).astype(np.uint8)
 
 
 def _blurred(values: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
@@ -174,9 +121,9 @@ def _blurred(values: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
     return np.asarray(blurred, dtype=np.float32)
 
 
-def shrunk(pixels: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:
+def shrunk(pixels: Pixels, factor: float) -> Pixels:
     """Return `pixels` made smaller by `factor` (at most 1), each new pixel a mean of old ones."""
-    height, width = pixels.shape
+    height, width = pixels.shape[:2]
     size = (max(round(width * factor), 1), max(round(height * factor), 1))
     if size == (width, height) or factor >= 1:
         return pixels

@@ -1,12 +1,13 @@
-"""Colours of the drawings, told apart with any kind of colour vision.
+"""Colours of the drawings, distinguishable with any kind of colour vision.
 
 Blue and orange differ in lightness as well as in hue, and lie on the axis that the common colour
-deficiencies leave alone; laid over each other as inks they make a near black. They are darkened
+deficiencies leave intact; printed over each other as inks they make a near black. They are darkened
 relatives of the palette in Okabe and Ito, "Color Universal Design" (2008).
 """
 
 from __future__ import annotations
 
+import math
 from typing import Final, TypeAlias
 
 Colour: TypeAlias = tuple[int, int, int]
@@ -39,8 +40,7 @@ def hexadecimal(colour: Colour) -> str:
     >>> hexadecimal((255, 128, 0))
     '#ff8000'
     """
-    red, green, blue = colour
-    return f"#{red:02x}{green:02x}{blue:02x}"
+    return "#" + bytes(colour).hex()
 
 
 def mixed(colours: tuple[Colour, ...]) -> Colour:
@@ -51,7 +51,8 @@ def mixed(colours: tuple[Colour, ...]) -> Colour:
     >>> mixed(((255, 128, 0), (0, 128, 255)))
     (0, 64, 0)
     """
-    red, green, blue = 255.0, 255.0, 255.0
-    for r, g, b in colours:
-        red, green, blue = red * r / 255, green * g / 255, blue * b / 255
-    return round(red), round(green), round(blue)
+    red, green, blue = (
+        round(255 * math.prod(level / 255 for level in levels))
+        for levels in zip(*colours, strict=True)
+    )
+    return red, green, blue

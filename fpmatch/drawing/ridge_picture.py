@@ -1,4 +1,4 @@
-"""A template drawn without its picture: the ridges that it keeps, or white paper."""
+"""The ridges that a template contains, as a grey image."""
 
 from __future__ import annotations
 
@@ -18,17 +18,9 @@ _RIDGE, _PAPER = 40, 255  # grey values
 
 
 def ridge_picture(template: Template) -> NDArray[np.uint8]:
-    """Draw the ridges that a template keeps, at the size of the picture that it was taken from.
+    """Draw the ridges that a template contains, dark, at the size of its image.
 
-    Parameters
-    ----------
-    template : Template
-        Any template.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width)
-        Grey, ridges dark; all white where the template does not know its ridges.
+    Returns uint8 of shape (height, width); all white where the template has no ridges.
 
     Examples
     --------
@@ -45,12 +37,6 @@ def ridge_picture(template: Template) -> NDArray[np.uint8]:
     pixels_to_bits = CELL_BITS / field.step
     start = 0.5 * pixels_to_bits - 0.5
     to_bits = np.array([[pixels_to_bits, 0, start], [0, pixels_to_bits, start]])
-    ridges = cv2.warpAffine(
-        bits,
-        to_bits,
-        shape[::-1],
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=0,
-    )
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    ridges = cv2.warpAffine(bits, to_bits, shape[::-1], flags=flags, borderValue=0)
     return np.rint(_PAPER - (_PAPER - _RIDGE) * ridges).astype(np.uint8)

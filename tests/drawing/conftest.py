@@ -73,6 +73,7 @@ def compared(
             "agreement": 0.6,
             "overlap": 0.9,
             "reason": "",
+            "compared": None,
         }
         found |= {name: changes.pop(name) for name in found.keys() & changes.keys()}
         return Verification(**(fields | changes), comparison=Comparison(**found))

@@ -1,13 +1,12 @@
-"""A picture of two matched point sets: P, moved, on Q; or side by side where nothing matched.
+"""A plot of two point sets: P, moved onto Q; side by side where there is no match.
 
-Drawn by matplotlib, which the extra ``fpmatch[plot]`` installs; y points up.
+It needs matplotlib, which the extra ``fpmatch[plot]`` installs; y points up.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -26,7 +25,12 @@ from fpmatch.drawing.palette import (
     hexadecimal,
 )
 from fpmatch.drawing.plots.point_caption import match_facts
-from fpmatch.drawing.plots.style import figure_bytes, plain_style
+from fpmatch.drawing.plots.style import (
+    POINTS_PER_INCH,
+    check_matplotlib,
+    figure_bytes,
+    plain_style,
+)
 from fpmatch.drawing.words import verdict
 from fpmatch.errors import OutputError
 from fpmatch.output import atomic_write_bytes, check_writable
@@ -46,21 +50,12 @@ if TYPE_CHECKING:
 
 SUFFIXES: Final = (".png", ".svg")
 _DPI: Final = 150
-_WIDTH: Final = 8.0  # of the axes, in inches, as all up to the blank line
-_LEAST_HEIGHT: Final = 2.5
-_MOST_HEIGHT: Final = 9.0
-_LEFT: Final = 0.9
-_RIGHT: Final = 0.3
-_BELOW: Final = 0.55  # ticks
-_LEGEND: Final = 0.6
-_LINE: Final = 0.2
-
-_POINTS_AN_INCH: Final = 72.0
-_MARK_SHARE: Final = 0.4  # of the mean spacing that a mark covers, within the next two bounds
-_LEAST_MARK: Final = 0.4
-_MOST_MARK: Final = 8.0
-_LEGEND_MARK: Final = 6.0
-_LEAST_LINE: Final = 0.45
+# In inches: size of the axes, and space around them.
+_WIDTH, _LEAST_HEIGHT, _MOST_HEIGHT = 8.0, 2.5, 9.0
+_LEFT, _RIGHT, _TICKS, _LEGEND, _LINE = 0.9, 0.3, 0.55, 0.6, 0.2
+# In points; the size of a mark is a share of the mean spacing, within limits.
+_MARK_SHARE, _LEAST_MARK, _MOST_MARK = 0.4, 0.4, 8.0
+_LEGEND_MARK, _LEAST_LINE = 6.0, 0.45
 _MOST_VECTORS: Final = 50_000  # marks; an SVG holds more of them as one image
 _NAME_LETTERS: Final = 30
 _PLAIN_EXPONENT: Final = 20  # coordinates beyond 1e±20 are drawn in a unit that tames them
@@ -69,7 +64,7 @@ _LEAST_EXPONENT: Final = -300
 
 @dataclass(frozen=True, slots=True)
 class _Mark:
-    """How points of one kind are drawn: marker of matplotlib's, relative size, filled or not."""
+    """Hold how points of one kind are drawn, by a marker of matplotlib's."""
 
     marker: str
     colour: Colour
@@ -90,23 +85,13 @@ _APART: Final = (
 
 
 def check_plot(path: str | os.PathLike[str]) -> None:
-    """Refuse a plot that could not be made, before hours of work go into it.
+    """Raise an `OutputError` for a plot that could not be made, before the work begins.
 
-    Parameters
-    ----------
-    path : path-like
-        Where the plot shall go.
-
-    Raises
-    ------
-    OutputError
-        If the ending is neither ``.png`` nor ``.svg``, the file cannot be written, or matplotlib
-        is not installed.
+    The ending must be ``.png`` or ``.svg``, the file writable and matplotlib installed.
     """
     if Path(path).suffix.lower() not in SUFFIXES:
         raise OutputError(f"{path}: a plot is written as .png or .svg")
-    if find_spec("matplotlib") is None:
-        raise OutputError(f"{path}: a plot needs matplotlib: pip install 'fpmatch[plot]'")
+    check_matplotlib(f"{path}: a plot")
     check_writable(path)
 
 
@@ -118,23 +103,23 @@ def save_point_plot(
     *,
     names: tuple[str, str] = ("P", "Q"),
 ) -> None:
-    """Draw Q, and P moved onto it, with pairs joined; both sets apart where there is no match.
+    """Draw Q, and P moved onto it, with pairs linked; both sets apart where there is no match.
 
     Parameters
     ----------
     path : path-like
-        Where to; its ending, ``.png`` or ``.svg``, says which.
+        The file; its ending is ``.png`` or ``.svg``.
     p, q : array_like of float, shape (N, 2) and (M, 2)
         The point sets.
     match : PointMatch
-        What `fpmatch.match_points` found for them.
+        Their match, as `fpmatch.match_points` returns it.
     names : tuple of str
-        What to call the two sets.
+        Names of the two sets.
 
     Raises
     ------
     OutputError
-        As `check_plot`; nothing is left behind then.
+        As `check_plot`; no file is left behind then.
     PointSetError
         If a set is malformed.
 
@@ -161,7 +146,7 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
     moved, q = moved / unit, q / unit
     width, height = np.ptp(np.vstack([moved, q]), axis=0).tolist()
     high = _WIDTH * height / width if width > 0 else _MOST_HEIGHT
-    title = f"{_called('P', names[0])}, moved, on {_called('Q', names[1])}"
+    title = f"{_title('P', names[0])}, moved, on {_title('Q', names[1])}"
     facts = [title, *(f"{label}: {value}" for label, value in match_facts(match))]
     figure = _figure(high, (verdict(True), MATCH), facts, _LEGEND)
     axes = figure.subplots()
@@ -201,14 +186,14 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
 
 def _apart(p: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> Figure:
     """Draw the sets side by side, each in a frame of its own."""
-    facts = ["No transform was found that lays P on Q.", ""]
+    facts = ["No transform was found that aligns P with Q.", ""]
     figure = _figure(_WIDTH / 2, (verdict(False), NO_MATCH), facts)
     size = _mark_size(figure, 2 * max(len(p), len(q)))
     both = zip(figure.subplots(1, 2), (p, q), _APART, "PQ", names, strict=True)
     for axes, points, mark, letter, name in both:
         unit = _unit(points)
         _draw(axes, points / unit, mark, size, "")
-        axes.set_title(f"{_called(letter, name)}: {len(points):,} points", fontsize="medium")
+        axes.set_title(f"{_title(letter, name)}: {len(points):,} points", fontsize="medium")
         _finish(axes, unit)
     return figure
 
@@ -216,21 +201,21 @@ def _apart(p: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> F
 def _figure(
     height: float, verdict: tuple[str, Colour], facts: Sequence[str], below: float = 0.0
 ) -> Figure:
-    """Return a figure with the verdict and a fact a line above the place of its axes.
+    """Return a figure with the verdict, and a line for each fact, above its axes.
 
-    `height` is that of the axes, in inches, and kept within bounds; `below` is left blank.
+    The axes are `height` inches high, within limits; `below` inches are left blank below them.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     high = min(max(height, _LEAST_HEIGHT), _MOST_HEIGHT)
     above = (len(facts) + 2.5) * _LINE
-    width, total = _LEFT + _WIDTH + _RIGHT, above + high + _BELOW + below
+    width, total = _LEFT + _WIDTH + _RIGHT, above + high + _TICKS + below
     figure = Figure(figsize=(width, total))
     figure.subplots_adjust(
         left=_LEFT / width,
         right=1 - _RIGHT / width,
         top=1 - above / total,
-        bottom=(_BELOW + below) / total,
+        bottom=(_TICKS + below) / total,
     )
     words, colour = verdict
     left, top = _LEFT / width, 1 - 1.5 * _LINE / total
@@ -241,16 +226,16 @@ def _figure(
 
 
 def _unit(*sets: Floats) -> float:
-    """Return a power of ten in which matplotlib can lay out points, 1 for all but wild ones."""
+    """Return a power of ten in which matplotlib can draw the points, 1 for all but extreme ones."""
     largest = max(float(np.abs(points).max(initial=0.0)) for points in sets)
     exponent = math.floor(math.log10(largest)) if largest > 0 else 0
     return 10.0 ** max(exponent, _LEAST_EXPONENT) if abs(exponent) > _PLAIN_EXPONENT else 1.0
 
 
 def _mark_size(figure: Figure, count: int) -> float:
-    """Return the size of marks, in points, that leaves `count` of them room in the figure."""
+    """Return the size of marks, in points, at which `count` of them fit the figure."""
     area = figure.subplotpars
-    side = _POINTS_AN_INCH * min(_WIDTH, figure.get_figheight() * (area.top - area.bottom))
+    side = POINTS_PER_INCH * min(_WIDTH, figure.get_figheight() * (area.top - area.bottom))
     return float(np.clip(_MARK_SHARE * side / np.sqrt(count), _LEAST_MARK, _MOST_MARK))
 
 
@@ -280,8 +265,8 @@ def _finish(axes: Axes, unit: float) -> None:
     axes.set_ylabel(f"y{words}")
 
 
-def _called(letter: str, name: str) -> str:
-    """Return what to call a set; of a long path the end, which tells it apart."""
+def _title(letter: str, name: str) -> str:
+    """Return a set's title; of a long path the end, which distinguishes it."""
     if name == letter:
         return letter
     clean = "".join(sign if sign.isprintable() else " " for sign in name)

@@ -1,42 +1,61 @@
-"""Plots by matplotlib that come out the same everywhere and every time."""
+"""Figures by matplotlib that look the same everywhere and every time."""
 
 from __future__ import annotations
 
 import io
 import warnings
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from matplotlib.figure import Figure
 
+POINTS_PER_INCH: Final = 72.0  # matplotlib measures fonts and lines in points
+
+
+def check_matplotlib(purpose: str) -> None:
+    """Raise an `OutputError` that begins with `purpose` where matplotlib is not installed."""
+    if find_spec("matplotlib") is None:
+        raise OutputError(f"{purpose} needs matplotlib: pip install 'fpmatch[plot]'")
+
 
 @contextmanager
-def plain_style() -> Iterator[None]:
-    """Draw the same picture whatever the user's matplotlibrc says, with text as text in an SVG."""
+def plain_style(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """Draw with matplotlib's defaults and `settings`, and none of the user's; text stays text."""
     import matplotlib.style  # noqa: PLC0415
 
-    settings = {"svg.fonttype": "none", "svg.hashsalt": "fpmatch", "text.parse_math": False}
-    with matplotlib.style.context(["default", settings]), warnings.catch_warnings():
+    ours = {"svg.fonttype": "none", "svg.hashsalt": "fpmatch", "text.parse_math": False}
+    styles = cast("Any", ["default", ours | dict(settings or {})])
+    with matplotlib.style.context(styles), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name may be in any script
         yield
 
 
-def figure_bytes(figure: Figure, path: str | os.PathLike[str], dpi: int) -> bytes:
-    """Return what a file of a figure holds; the same figure gives the same SVG.
+def figure_bytes(
+    figure: Figure,
+    path: str | os.PathLike[str],
+    dpi: int,
+    metadata: Mapping[str, str | None] | None = None,
+) -> bytes:
+    """Return the content of a figure's file; the same figure gives the same SVG.
 
     Parameters
     ----------
     figure : Figure
         The figure, made and to be encoded inside `plain_style`.
     path : path-like
-        The file that it is for, which tells the format by its ending.
+        The file; its ending is the format.
     dpi : int
-        Pixels an inch, where the format has pixels.
+        Pixels per inch, for formats that have pixels.
+    metadata : mapping, optional
+        Metadata of the file, such as its title.
 
     Returns
     -------
@@ -45,7 +64,6 @@ def figure_bytes(figure: Figure, path: str | os.PathLike[str], dpi: int) -> byte
     """
     content = io.BytesIO()
     suffix = Path(path).suffix.lower().removeprefix(".")
-    figure.savefig(
-        content, format=suffix, dpi=dpi, metadata={"Date": None} if suffix == "svg" else None
-    )
+    about = dict(metadata or {}) | ({"Date": None} if suffix == "svg" else {})
+    figure.savefig(content, format=suffix, dpi=dpi, metadata=cast("Any", about))
     return content.getvalue()

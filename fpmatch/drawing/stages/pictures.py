@@ -1,4 +1,4 @@
-"""One stage of an extraction as a picture, each kind of array in the way that shows it best."""
+"""One stage of an extraction as a picture, each kind of array drawn in its own way."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 Picture: TypeAlias = "NDArray[np.uint8]"
 
 _UNITS: Final = {"orientation": " rad", "period": " px"}
-_OUTLIERS: Final = 1.0  # percent of the values at each end that contrast stretching cuts off
+_OUTLIERS: Final = 1.0  # percent of the values at each end that contrast stretching ignores
 _FADE: Final = 0.55  # how far a backdrop is bleached towards white
-_TINT: Final = (122, 150, 190)  # RGB of what a mask leaves out
+_TINT: Final = (122, 150, 190)  # RGB outside a mask
 _SKELETON: Final = (168, 34, 28)
 _UNKNOWN: Final = (255, 255, 255)  # where a field is not finite
-_MARK_ZOOM: Final = 2  # how much the picture of the minutiae is magnified
+_MARK_ZOOM: Final = 2  # magnification of the picture of the minutiae
 _NEEDLE_STEP: Final = 12  # pixels between the needles of an orientation field
 _NEEDLE: Final = Pen((20, 20, 20), width=1.3)
 _NEEDLE_LENGTH: Final = 9.0
@@ -42,14 +42,12 @@ _BIFURCATION: Final = MarkStyle(PROBE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, False, "bi
 
 
 def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = None) -> Picture:
-    """Turn the array of one stage into a picture.
+    """Draw the array of one stage.
 
     Parameters
     ----------
     name : str
-        Name of the stage; one of ``mask``, ``orientation``, ``coherence``, ``period``, ``binary``,
-        ``skeleton`` and ``minutiae`` is drawn in its own way, any other with its contrast
-        stretched.
+        Name of the stage; one that is unknown is drawn with its contrast stretched.
     array : ndarray, shape (H, W) or (H, W, 3); for ``minutiae`` (N, 5)
         Booleans, integers or floats, NaN where unknown. Orientations are in radians,
         counter-clockwise from +x. Minutiae are rows of x, y, angle, kind, quality.
@@ -59,12 +57,12 @@ def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = Non
     Returns
     -------
     ndarray of uint8, shape (H', W', 3)
-        RGB; the array's own size, or twice that for minutiae.
+        RGB, of the array's own size; for minutiae, twice that of the backdrop.
 
     Raises
     ------
     ImageError
-        If the array is empty or its shape is not that of a picture.
+        If the array is empty, or its shape or type is not that of a picture.
 
     Examples
     --------
@@ -76,7 +74,7 @@ def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = Non
         return _minutiae(_five_columns(values), backdrop)
     if values.ndim == 3 and values.shape[2] == 3 and values.dtype == np.uint8 and values.size:
         return np.ascontiguousarray(values)
-    if values.ndim != 2 or values.size == 0 or not _is_real(values):
+    if values.ndim != 2 or values.size == 0 or values.dtype.kind not in "biuf":
         raise ImageError(
             f"stage {name}: an array of {values.dtype} and shape {values.shape} is no picture"
         )
@@ -85,7 +83,7 @@ def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = Non
 
 
 def value_range(name: str, array: NDArray[Any]) -> str:
-    """Put the range of a stage's values in words, or its number of minutiae.
+    """Return the range of a stage's values, or its number of minutiae, as text.
 
     Examples
     --------
@@ -104,20 +102,12 @@ def value_range(name: str, array: NDArray[Any]) -> str:
     return f"{known.min():{digits}} to {known.max():{digits}}{_UNITS.get(name, '')}"
 
 
-def _is_real(values: NDArray[Any]) -> bool:
-    return (
-        values.dtype == bool
-        or bool(np.issubdtype(values.dtype, np.integer))
-        or bool(np.issubdtype(values.dtype, np.floating))
-    )
-
-
 def _grey_to_rgb(grey: Picture) -> Picture:
     return np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB), dtype=np.uint8)
 
 
 def _faded(backdrop: Picture) -> Picture:
-    """Return a backdrop bleached, so that what is drawn over it stands out."""
+    """Return a backdrop bleached, so that drawings over it stand out."""
     pale = backdrop + (255 - backdrop.astype(np.float32)) * _FADE
     return _grey_to_rgb(np.rint(pale).astype(np.uint8))
 
@@ -170,12 +160,12 @@ def _graded(values: NDArray[Any], _: Picture | None) -> Picture:
 
 
 def _ridges(values: NDArray[Any], _: Picture | None) -> Picture:
-    """Draw what is set in black on white."""
+    """Draw true values in black on white."""
     return _grey_to_rgb(np.where(values.astype(bool), 0, 255).astype(np.uint8))
 
 
 def _mask(values: NDArray[Any], beneath: Picture | None) -> Picture:
-    """Draw the print inside the mask, and tint what is left out."""
+    """Draw the print, tinted outside the mask."""
     inside = values.astype(bool)
     ground = np.full(values.shape, 255, dtype=np.uint8) if beneath is None else beneath
     picture = _grey_to_rgb(ground)
@@ -193,7 +183,7 @@ def _skeleton(values: NDArray[Any], beneath: Picture | None) -> Picture:
 
 
 def _orientation(values: NDArray[Any], beneath: Picture | None) -> Picture:
-    """Draw orientations as colours of the circle and as needles, over the print."""
+    """Draw orientations as hues and as needles, over the print."""
     angle = values.astype(np.float64)
     known = np.isfinite(angle)
     turn = np.mod(np.nan_to_num(angle), math.pi) / math.pi

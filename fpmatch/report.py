@@ -73,7 +73,7 @@ def as_rows(
         rows.append(("Reason", v.reason))
     if not v.match:
         judged = [(name, one) for name, one in (quality or {}).items() if one is not None]
-        rows += [("Quality", f"{name}: {one.in_words()}") for name, one in judged]
+        rows += [("Quality", f"{name}: {one}") for name, one in judged]
     if scale is not None and scale.differs:
         words = scale_in_words(scale, v.probe.dpi, v.reference.dpi)
         rows.append(("Scale", words if v.match else f"{words}; at that scale they match"))

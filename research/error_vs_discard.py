@@ -273,7 +273,7 @@ def _sample(row: SetResult, qualities: Sequence[PrintQuality]) -> QualitySample:
     scores = row.outcomes["similarity"].astype(np.float64)
     reasons: dict[str, int] = {}
     for reason in (reason for quality in qualities for reason in quality.reasons):
-        reasons[reason.what] = reasons.get(reason.what, 0) + 1
+        reasons[reason.code] = reasons.get(reason.code, 0) + 1
     return QualitySample(
         row.name,
         np.array([quality.score for quality in qualities]),

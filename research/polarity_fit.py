@@ -16,7 +16,8 @@ from scipy.optimize import minimize
 from fpmatch._version import __version__
 from fpmatch.image.extract import resample
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
-from fpmatch.image.quality.polarity import PolarityParameters, PolarityWeights
+from fpmatch.image.quality.linear_weights import LinearWeights
+from fpmatch.image.quality.polarity import FARTHEST_CUE
 from fpmatch.synthesis.background import BACKGROUNDS, other_background
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
@@ -112,7 +113,7 @@ def fit_polarity(
     cues: Sequence[NDArray[np.float64]],
     provenance: Mapping[str, Any] | None = None,
     parameters: PolarityFitParameters | None = None,
-) -> PolarityWeights:
+) -> LinearWeights:
     """Fit the weights of the cues.
 
     Parameters
@@ -126,14 +127,13 @@ def fit_polarity(
 
     Returns
     -------
-    PolarityWeights
+    LinearWeights
         Usual size and weight of each cue.
     """
     p = parameters or PolarityFitParameters()
     measured = np.array(cues, np.float64).reshape(-1, len(LINE_CUES))
     spread = _rounded(np.sqrt((measured**2).mean(axis=0)), p)
-    farthest = PolarityParameters().farthest
-    design = np.clip(measured / spread, -farthest, farthest)
+    design = np.clip(measured / spread, -FARTHEST_CUE, FARTHEST_CUE)
 
     def loss(weight: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
         """Return mean log loss with penalty, and its slope."""
@@ -144,7 +144,8 @@ def fit_polarity(
 
     fitted = minimize(loss, np.zeros(len(LINE_CUES)), jac=True, method="L-BFGS-B").x
     told = {**(provenance or {}), "prints": len(design), "fpmatch": __version__}
-    return PolarityWeights(spread, _rounded(np.asarray(fitted, np.float64), p), told)
+    weight = _rounded(np.asarray(fitted, np.float64), p)
+    return LinearWeights(LINE_CUES, np.zeros(len(LINE_CUES)), spread, weight, 0.0, told)
 
 
 def _varied_preset(preset: Preset, rng: np.random.Generator, p: PolarityFitParameters) -> Preset:

@@ -18,7 +18,8 @@ from scipy.optimize import Bounds, minimize
 from fpmatch._version import __version__
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import extract
-from fpmatch.image.quality.print_quality import FEATURES, QualityWeights, quality_features
+from fpmatch.image.quality.linear_weights import LinearWeights
+from fpmatch.image.quality.print_quality import FEATURES, quality_features
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
@@ -150,7 +151,7 @@ def examples_of_finger(
         )
         stages = QualityRecorder()
         template = extract(image, dpi, recorder=stages)
-        found = stages.figures()
+        found = stages.measures()
         if found.ridges_mm2 <= 0 or not np.isfinite(quality_features(found)).all():
             continue
         prepared = MATCHER.prepare(template)
@@ -165,7 +166,7 @@ def fit_quality(
     shares: Sequence[float],
     provenance: Mapping[str, Any] | None = None,
     parameters: QualityFitParameters | None = None,
-) -> QualityWeights:
+) -> LinearWeights:
     """Fit the weights of the quality.
 
     Parameters
@@ -181,7 +182,7 @@ def fit_quality(
 
     Returns
     -------
-    QualityWeights
+    LinearWeights
         Features, standardised, and their weights.
     """
     p = parameters or QualityFitParameters()
@@ -208,7 +209,7 @@ def fit_quality(
     found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, tol=p.settled)
     weight = _rounded(np.asarray(found.x, np.float64), p)
     told = {**(provenance or {}), "prints": len(features), "fpmatch": __version__}
-    return QualityWeights(middle, spread, weight[1:], float(weight[0]), told)
+    return LinearWeights(FEATURES, middle, spread, weight[1:], float(weight[0]), told)
 
 
 def _pressed(

@@ -121,7 +121,7 @@ def extract(
     click.echo(_as_json(done, failures) if as_json else _in_words(done, len(images), output))
     for one in done:
         if one.quality is not None and one.quality.reasons:
-            click.echo(f"fpmatch: note: {one.image}: {one.quality.in_words()}", err=True)
+            click.echo(f"fpmatch: note: {one.image}: {one.quality}", err=True)
     for failure in failures:
         click.echo(f"fpmatch: error: {failure}", err=True)
     ctx.exit(2 if failures else 0)

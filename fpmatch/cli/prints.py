@@ -63,7 +63,7 @@ def say_wrong_resolution(path: Path, quality: PrintQuality | None) -> None:
     from fpmatch.image.quality.print_quality import WRONG_RESOLUTION
 
     for reason in quality.reasons if quality is not None else ():
-        if reason.what == WRONG_RESOLUTION:
+        if reason.code == WRONG_RESOLUTION:
             click.echo(f"fpmatch: note: {path}: {reason}", err=True)
 
 

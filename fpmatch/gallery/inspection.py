@@ -130,7 +130,7 @@ class Inspection:
             prefix = "image of " if self.prints else ""
             parts += [f"{prefix}{_size(self.image)}", _dpi(self.image.dpi)]
             if self.image.quality is not None:
-                parts.append(self.image.quality.in_words())
+                parts.append(str(self.image.quality))
         notes = (*self.notes, *(self.image.notes if self.image else ()))
         return "; ".join([f"{self.path}: {', '.join(parts)}", *notes])
 

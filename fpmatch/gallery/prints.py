@@ -213,7 +213,7 @@ def _extract(image: GreyImage, file: PrintFile, min_quality: int) -> Template:
     template = extract(image, file.dpi, recorder=stages)
     quality = stages.quality(template.dpi)
     if quality.score < min_quality:
-        raise QualityError(f"{file.path}: {quality.in_words()} ({min_quality} is asked for)")
+        raise QualityError(f"{file.path}: {quality} ({min_quality} is asked for)")
     return template
 
 

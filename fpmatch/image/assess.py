@@ -1,4 +1,4 @@
-"""A print's template together with the quality of its image."""
+"""The template of a print together with the quality of its image."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
 from fpmatch.image.quality.measures import MEASURED_STAGES, QualityMeasures, measure_quality
 from fpmatch.image.quality.print_quality import PrintQuality, grade
-from fpmatch.image.recorder import NoRecorder
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,24 +22,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class AssessedPrint:
-    """Hold what came of an image.
+    """Hold what extraction found in an image.
 
     Parameters
     ----------
     template : Template
-        Its minutiae.
+        Minutiae and ridge field.
     quality : PrintQuality
-        How good the image is, and what is wrong with it.
+        Score of the image, and its faults.
     """
 
     template: Template
     quality: PrintQuality
 
 
-class QualityRecorder(NoRecorder):
-    """Keep of an extraction what quality is measured on, and measure when asked.
-
-    It is a kind of `NoRecorder`, for which no stage is made for the eye alone.
+class QualityRecorder:
+    """Keep the stages of an extraction that quality is measured on.
 
     Examples
     --------
@@ -51,20 +48,21 @@ class QualityRecorder(NoRecorder):
     (0.0, 0)
     """
 
+    wanted = frozenset(MEASURED_STAGES)
+
     def __init__(self) -> None:
         self._stages: dict[str, NDArray[Any]] = {}
 
     def record(self, stage: str, array: NDArray[Any]) -> None:
-        """Keep the array, not a copy: nothing changes it after."""
-        if stage in MEASURED_STAGES:
-            self._stages[stage] = array
+        """Keep the array itself, which no later stage changes."""
+        self._stages[stage] = array
 
     def measures(self) -> QualityMeasures:
-        """Return the measures of the print that was extracted last."""
+        """Return the quality measures of the print that was extracted last."""
         return measure_quality(self._stages)
 
     def quality(self, dpi: float) -> PrintQuality:
-        """Return its quality; `dpi` is the resolution that it was taken for."""
+        """Return the quality of that print, whose resolution was taken to be `dpi`."""
         return grade(self.measures(), dpi)
 
 

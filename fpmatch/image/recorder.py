@@ -1,4 +1,4 @@
-"""The one door through which every stage of the image room can be looked at."""
+"""Recorders, which receive the array that each stage of an extraction produces."""
 
 from __future__ import annotations
 
@@ -15,55 +15,49 @@ MAY_BE_UNKNOWN: Final = frozenset({"orientation", "period"})
 
 
 class Recorder(Protocol):
-    """Receive each stage's array by name, in the order of the stages."""
+    """Receive each stage's array by name, in the order of the stages.
+
+    A recorder with an attribute ``wanted``, a collection of names, receives those stages alone, and
+    stages that only serve for display are not computed for it.
+    """
 
     def record(self, stage: str, array: NDArray[Any]) -> None:
         """Take the array that `stage` produced; it must not be changed."""
 
 
-class NoRecorder:
-    """Ignore every stage; the default.
-
-    For a recorder of a kind of this class no stage is made for the eye alone.
-    """
-
-    def record(self, stage: str, array: NDArray[Any]) -> None:
-        """Do nothing."""
-
-
 class UncropRecorder:
-    """Hand on the stages of a box of an image, each in its place in the image.
+    """Pass the stages of a box of an image to a recorder, each padded to the whole image.
 
-    Around it is 0, or NaN where what is recorded may be unknown.
+    The padding is 0, or NaN for stages that may be unknown.
 
     Parameters
     ----------
-    recorder : Recorder
-        Receives them.
+    recorder : Recorder or None
+        Receives the stages that it wants.
     box : Box
-        Where the box lies.
+        Part of the image that the stages work on.
     shape : tuple of int
         Height and width of the image.
     """
 
-    def __init__(self, recorder: Recorder, box: Box, shape: tuple[int, int]) -> None:
+    def __init__(self, recorder: Recorder | None, box: Box, shape: tuple[int, int]) -> None:
         self.recorder = recorder
         self.box = box
         self.shape = shape
 
+    def wants(self, stage: str) -> bool:
+        """Return whether the recorder receives `stage`."""
+        return self.recorder is not None and stage in getattr(self.recorder, "wanted", (stage,))
+
     def record(self, stage: str, array: NDArray[Any]) -> None:
-        """Hand on a picture in its place, and what is no picture of the box as it is."""
+        """Pass on an image of the box padded, and any other array as it is."""
+        if self.recorder is None or not self.wants(stage):
+            return
         height, width = self.box.bottom - self.box.top, self.box.right - self.box.left
         if array.shape == (height, width) != self.shape:
             around = math.nan if stage in MAY_BE_UNKNOWN else 0.0
             array = self.box.uncrop(array, self.shape, around=around)
         self.recorder.record(stage, array)
-
-
-def needs_display_stages(recorder: Recorder) -> bool:
-    """Tell whether stages that are made for the eye alone are to be made for this recorder."""
-    receiver = recorder.recorder if isinstance(recorder, UncropRecorder) else recorder
-    return not isinstance(receiver, NoRecorder)
 
 
 class StageRecorder:

@@ -31,8 +31,8 @@ class Scale(BaseModel):
 class QualityReason(BaseModel):
     """What is wrong with a picture, and what to do about it."""
 
-    what: str
-    why: str
+    code: str
+    message: str
 
 
 class Quality(BaseModel):

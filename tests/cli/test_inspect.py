@@ -30,7 +30,7 @@ def test_an_image_and_a_template_are_a_line_each(
     result = run("inspect", prints / "1_1.png", path)
     assert result.exit_code == 0
     assert result.stdout.splitlines() == [
-        f"{prints / '1_1.png'}: PNG image, 280 x 300 px, 500 dpi, {quality.in_words()}",
+        f"{prints / '1_1.png'}: PNG image, 280 x 300 px, 500 dpi, {quality}",
         f"{path}: ISO/IEC 19794-2:2005, 300 x 400 px, 500 dpi, "
         "3 minutiae (1 ending, 2 bifurcations), quality 60",
     ]

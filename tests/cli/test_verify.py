@@ -85,7 +85,7 @@ def test_the_quality_of_images_is_part_of_why_not(run: Any, prints: Path) -> Non
     assert reference.startswith("  Quality     reference: quality 0; no ridges: ")
     found = decision(run("verify", prints / "1_1.png", prints / "blank.png", "--json"))
     assert found["quality"]["probe"]["score"] == score
-    assert [reason["what"] for reason in found["quality"]["reference"]["reasons"]] == ["no ridges"]
+    assert [reason["code"] for reason in found["quality"]["reference"]["reasons"]] == ["no ridges"]
 
 
 def test_a_resolution_that_the_ridges_belie_is_said_of_a_match_too(run: Any, prints: Path) -> None:

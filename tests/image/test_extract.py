@@ -1,4 +1,4 @@
-"""`fpmatch.image.extract`: true minutiae, wherever the print lies and whatever its resolution."""
+"""True minutiae, wherever the print lies and whatever its resolution."""
 
 from __future__ import annotations
 

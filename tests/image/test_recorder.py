@@ -1,11 +1,11 @@
-"""`fpmatch.image.recorder`: each stage by name, in order, as it was."""
+"""Each stage by name, in order, as it was."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from fpmatch.image.preprocess.foreground import Box
-from fpmatch.image.recorder import NoRecorder, UncropRecorder, StageRecorder, needs_display_stages
+from fpmatch.image.recorder import StageRecorder, UncropRecorder
 
 
 def test_stages_are_kept_in_their_order() -> None:
@@ -40,25 +40,27 @@ def test_two_recorders_share_nothing() -> None:
     assert other.stages == {}
 
 
-def test_no_recorder_keeps_nothing_and_changes_nothing() -> None:
-    recorder, array = NoRecorder(), np.arange(3)
-    recorder.record("stage", array)
-    assert not hasattr(recorder, "stages")
-    assert array.tolist() == [0, 1, 2]
-
-
-def test_pictures_of_a_box_are_placed_and_all_else_is_handed_on() -> None:
+def test_images_of_a_box_are_padded_and_all_else_is_passed_on() -> None:
     recorder = StageRecorder()
     uncrop = UncropRecorder(recorder, Box(16, 20, 32, 38), (30, 40))
-    for stage, shape in (("picture", (4, 6)), ("columns", (9, 5)), ("whole", (30, 40))):
+    for stage, shape in (("image", (4, 6)), ("columns", (9, 5)), ("whole", (30, 40))):
         uncrop.record(stage, np.ones(shape, np.float32))
     shapes = {stage: array.shape for stage, array in recorder.stages.items()}
-    assert shapes == {"picture": (30, 40), "columns": (9, 5), "whole": (30, 40)}
-    assert recorder.stages["picture"].sum() == recorder.stages["picture"][16:20, 32:38].sum() == 24
+    assert shapes == {"image": (30, 40), "columns": (9, 5), "whole": (30, 40)}
+    assert recorder.stages["image"].sum() == recorder.stages["image"][16:20, 32:38].sum() == 24
 
 
-def test_only_who_looks_wants_every_stage() -> None:
+def test_a_recorder_receives_the_stages_that_it_wants() -> None:
+    class Some(StageRecorder):
+        wanted = frozenset({"mask"})
+
     box = Box(0, 16, 0, 16)
-    for recorder, wanted in ((StageRecorder(), True), (NoRecorder(), False)):
-        assert needs_display_stages(recorder) is wanted
-        assert needs_display_stages(UncropRecorder(recorder, box, (32, 32))) is wanted
+    for recorder, expected in ((StageRecorder(), ["mask", "period"]), (Some(), ["mask"])):
+        stages = UncropRecorder(recorder, box, (32, 32))
+        for stage in ("mask", "period"):
+            assert stages.wants(stage) is (stage in expected)
+            stages.record(stage, np.zeros((16, 16)))
+        assert list(recorder.stages) == expected
+    nobody = UncropRecorder(None, box, (32, 32))
+    nobody.record("mask", np.zeros((16, 16)))
+    assert not nobody.wants("mask")

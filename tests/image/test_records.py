@@ -17,8 +17,8 @@ from made_files import (
 
 from fpmatch.errors import ImageError, ImageReadError
 from fpmatch.image.io.limits import DEFAULT_LIMITS
-from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.read import GreyImage
+from fpmatch.image.io.registry import find_reader
 from fpmatch.image.io.wsq import decode_wsq
 
 GREY = rings()

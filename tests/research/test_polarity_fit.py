@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fpmatch.image.quality.line_cues import LINE_CUES
+from fpmatch.image.quality.polarity import evidence_of_cues
 from research.polarity_fit import PolarityFitParameters, cues_of_finger, fit_polarity
 
 
@@ -15,7 +16,7 @@ def test_the_cue_that_tells_has_the_weight(rng: np.random.Generator) -> None:
     weights = fit_polarity(list(cues), {"seed": 1})
     assert np.argmax(weights.weight) == 2
     assert weights.weight[2] > 5 * np.abs(np.delete(weights.weight, 2)).max()
-    assert (weights.evidence(cues) > 0).mean() > 0.9
+    assert (evidence_of_cues(cues, weights) > 0).mean() > 0.9
     assert weights.provenance["prints"] == 400
     flipped = fit_polarity(list(-cues))
     assert flipped.weight == pytest.approx(-weights.weight, abs=1e-3)

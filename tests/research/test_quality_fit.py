@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from fpmatch.image.quality.measures import QualityMeasures
-from fpmatch.image.quality.print_quality import FEATURES, load_quality_weights, quality_features
+from fpmatch.image.quality.print_quality import (
+    FEATURES,
+    load_quality_weights,
+    quality_features,
+    quality_score,
+)
 from fpmatch.synthesis.master import Master, MasterParameters, make_master
 from fpmatch.synthesis.sensor import Sensor
 from research.quality_fit import BETTER, FAULTS, fit_quality, spoilt_impression
@@ -36,7 +41,8 @@ def test_more_ridges_are_better_where_examples_say_so(rng: np.random.Generator) 
     assert weights.weight[FEATURES.index("ridges")] > 0.5
     figures = QualityMeasures(370, 200, 30, 0.45, 0.5, 0.3, 9, 0.9, 0.02)
     less = replace(figures, ridges_mm2=50)
-    assert weights.score(quality_features(less)) < 50 < weights.score(quality_features(figures))
+    assert quality_score(quality_features(less), weights) < 50
+    assert quality_score(quality_features(figures), weights) > 50
 
 
 def test_no_examples_make_less_of_a_print_better(rng: np.random.Generator) -> None:

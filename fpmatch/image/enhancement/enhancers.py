@@ -1,8 +1,8 @@
-"""Where the ridges run: mask, orientation and enhanced image, found in one of two ways.
+"""Mask, orientation and enhanced image of a print, by one of two methods.
 
-*Learned*: a small network finds the ridges, and mask and orientation are read off what it found.
-*Filters*: a windowed spectrum tells mask, orientation and period, and every pixel is filtered along
-its ridge, twice.
+*Learned*: a small network enhances the ridges, from which mask and orientation are measured.
+*Filters*: mask, orientation and period come from a windowed spectrum, and every pixel is filtered
+along its ridge, twice.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from fpmatch.image.enhancement.ridge_period import ridge_period
 from fpmatch.image.enhancement.spectrum import ridge_spectrum
 from fpmatch.image.preprocess.blocks import Blocks, blocks_to_pixels
 from fpmatch.image.preprocess.segment import mask_at_pixels, segment, segment_enhanced
-from fpmatch.image.recorder import needs_display_stages
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -35,25 +34,23 @@ if TYPE_CHECKING:
     from fpmatch.image.enhancement.orientation import OrientationField
     from fpmatch.image.parameters import ExtractionParameters
     from fpmatch.image.preprocess.normalize import NormalizedImage
-    from fpmatch.image.recorder import Recorder
+    from fpmatch.image.recorder import UncropRecorder
 
-    Enhancer = Callable[[NormalizedImage, ExtractionParameters, Recorder], "EnhancedPrint"]
+    Enhancer = Callable[[NormalizedImage, ExtractionParameters, UncropRecorder], "EnhancedPrint"]
 
-BLOCK_PX: Final = 8  # side of the blocks of the learned way, at 500 dpi
+BLOCK_PX: Final = 8  # side of the blocks of the learned method, at 500 dpi
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EnhancedPrint:
-    """Hold how the ridges of an image run.
+    """Hold an enhanced image with its mask and orientation.
 
     Parameters
     ----------
     step_px : int
         Side of the blocks.
-    blocks : ndarray of bool, shape (rows, columns)
-        Segmentation mask on the blocks.
-    mask : ndarray of bool, shape (H, W)
-        The same at the pixels.
+    blocks, mask : ndarray of bool, shape (rows, columns) and (H, W)
+        Segmentation mask on the blocks, and at the pixels.
     field : OrientationField
         Ridge orientation of the blocks.
     enhanced : ndarray of float32, shape (H, W)
@@ -68,66 +65,35 @@ class EnhancedPrint:
 
 
 def enhance_learned(
-    image: NormalizedImage, parameters: ExtractionParameters, note: Recorder
+    image: NormalizedImage, p: ExtractionParameters, stages: UncropRecorder
 ) -> EnhancedPrint:
-    """Let the network find the ridges, and read mask and orientation off them.
-
-    Parameters
-    ----------
-    image : NormalizedImage
-        Normalised image.
-    parameters : ExtractionParameters
-        Those of segmentation and orientation are used.
-    note : Recorder
-        Receives the stages.
-
-    Returns
-    -------
-    EnhancedPrint
-        Mask, orientation and enhanced image.
-    """
-    p = parameters
+    """Enhance the ridges by the network, and measure mask and orientation on them."""
     grid = Blocks(BLOCK_PX, (image.pixels.shape[0], image.pixels.shape[1]))
     ridges = enhance_by_network(image.pixels)
     blocks = segment_enhanced(image, ridges, grid, p.segmentation)
     mask = mask_at_pixels(blocks, grid)
     field = enhanced_orientation(ridges, blocks, grid, p.orientation)
     enhanced = np.asarray(cv2.copyTo(ridges, mask.view(np.uint8)), np.float32)
-    note.record("enhanced", enhanced)
-    note.record("mask", mask)
-    if needs_display_stages(note):
+    stages.record("enhanced", enhanced)
+    stages.record("mask", mask)
+    if stages.wants("orientation") or stages.wants("coherence"):
         orientation = orientation_at_pixels(field.orientation, grid)
-        note.record("orientation", np.where(mask, orientation, np.nan))
-        note.record("coherence", blocks_to_pixels(field.coherence, grid))
+        stages.record("orientation", np.where(mask, orientation, np.nan))
+        stages.record("coherence", blocks_to_pixels(field.coherence, grid))
     return EnhancedPrint(BLOCK_PX, blocks, mask, field, enhanced)
 
 
 def enhance_gabor(
-    image: NormalizedImage, parameters: ExtractionParameters, note: Recorder
+    image: NormalizedImage, p: ExtractionParameters, stages: UncropRecorder
 ) -> EnhancedPrint:
     """Measure orientation and period in the local spectrum, and filter the image along them.
 
     Both are measured once more on a blend of the image and its enhancement.
-
-    Parameters
-    ----------
-    image : NormalizedImage
-        Normalised image.
-    parameters : ExtractionParameters
-        All up to the blend's are used.
-    note : Recorder
-        Receives the stages.
-
-    Returns
-    -------
-    EnhancedPrint
-        Mask, orientation and enhanced image.
     """
-    p = parameters
     spectrum = ridge_spectrum(image.pixels, p.spectrum)
     blocks = segment(image, spectrum, p.segmentation)
     mask = mask_at_pixels(blocks, spectrum)
-    note.record("mask", mask)
+    stages.record("mask", mask)
     pixels = image.pixels
     for last in (*[False] * p.blend.rounds, True):
         field = ridge_orientation(spectrum, blocks, p.orientation)
@@ -136,12 +102,12 @@ def enhance_gabor(
         enhanced = gabor_filter(pixels, mask, orientation, period, p.enhancement)
         if not last:
             spectrum = ridge_spectrum(blend(pixels, enhanced, mask, p.blend), p.spectrum)
-    note.record("orientation", np.where(mask, orientation, np.nan))
-    note.record("coherence", blocks_to_pixels(field.coherence, spectrum))
-    note.record("period", np.where(mask, period, np.nan))
-    note.record("enhanced", enhanced)
+    stages.record("orientation", np.where(mask, orientation, np.nan))
+    stages.record("coherence", blocks_to_pixels(field.coherence, spectrum))
+    stages.record("period", np.where(mask, period, np.nan))
+    stages.record("enhanced", enhanced)
     return EnhancedPrint(spectrum.step_px, blocks, mask, field, enhanced)
 
 
 ENHANCERS: Final[Mapping[str, Enhancer]] = {"learned": enhance_learned, "filters": enhance_gabor}
-"""The ways by name."""
+"""The methods by name."""

@@ -1,4 +1,6 @@
-"""A folder of prints: its images, and the file ``dataset.toml`` that describes them::
+"""A folder of prints: its images, and the file ``dataset.toml`` that describes them.
+
+An example of that file::
 
 name = "FVC2002 DB1_B"
 dpi = 500
@@ -24,7 +26,10 @@ if TYPE_CHECKING:
 
 DESCRIPTION_FILE: Final = "dataset.toml"
 IMAGE_EXTENSIONS: Final = frozenset(
-    ".bmp .gif .jpeg .jpg .pbm .pgm .png .pnm .ppm .tif .tiff .webp .j2k .jp2 .wsq .an2 .eft".split()
+    (
+        *(".bmp", ".gif", ".jpeg", ".jpg", ".pbm", ".pgm", ".png", ".pnm", ".ppm", ".tif", ".tiff"),
+        *(".webp", ".j2k", ".jp2", ".wsq", ".an2", ".eft"),
+    )
 )
 _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 

@@ -83,7 +83,7 @@ def read_image(
     >>> image.pixels.shape, image.dpi
     ((80, 64), 500.0)
     """
-    with _naming(path):
+    with name_errors(path):
         data = _bytes_of(path, limits)
     return decode_image(
         data, str(path), limits=limits, raw_sizes=raw_sizes, polarity=polarity, dpi=dpi
@@ -106,7 +106,7 @@ def decode_image(
     >>> decode_image(b"P5 60 50 255 " + bytes(3000), "print.pgm").pixels.shape
     (50, 60)
     """
-    with _naming(source):
+    with name_errors(source):
         if len(data) > limits.max_file_megabytes * 1e6:
             raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")
         if not data:
@@ -122,7 +122,7 @@ def decode_image(
 
 
 @contextmanager
-def _naming(source: object) -> Iterator[None]:
+def name_errors(source: object) -> Iterator[None]:
     """Prepend the name of a file to errors about it."""
     try:
         yield

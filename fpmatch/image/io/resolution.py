@@ -74,7 +74,7 @@ def dpi_in_units(units: int, across: int, down: int) -> float | None:
 
 
 def _per_cm_as_dpi(pixels: int) -> int:
-    """Return whole pixels per centimetre in dpi: a multiple of 100 within rounding, else rounded."""
+    """Return pixels per centimetre in dpi, as a multiple of 100 where one is within rounding."""
     exact = pixels * CM_PER_INCH
     hundreds = round(exact, -2)
     return round(hundreds if abs(hundreds - exact) <= CM_PER_INCH / 2 else exact)

@@ -1,15 +1,14 @@
-"""Cues by which ridges differ from valleys: pores, gaps, roughness and width of the two.
+"""Cues by which ridges differ from valleys: pores, gaps, roughness and width.
 
-Skin that touches a sensor has pores, and is crossed by creases: dots and short gaps of the valleys'
-grey level in the ridges. Valleys have few dots of the ridges' level. Ridges vary in width and grey
-level with pressure and moisture, valleys in another way. Each cue compares the dark lines of a
-print with its bright lines, so that it changes its sign, and nothing else, in the negative.
+Pores and creases are dots and short gaps of the valleys' grey level in the ridges; valleys have few
+dots of the ridges' level. Width and grey level of ridges vary with pressure and moisture, those of
+valleys differently. Each cue compares the dark lines of a print with its bright lines, so that the
+negative image has the opposite value.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -39,70 +38,27 @@ LINE_CUES: Final = (
 """Names of the cues, in their order."""
 
 
-@dataclass(frozen=True, slots=True)
-class LineCueParameters:
-    """Set how lines are found and compared; lengths in pixels at 500 dpi.
-
-    Parameters
-    ----------
-    fine_sigma_px, dot_sigma_px : float
-        Smoothing before curvatures, and before dots are looked for.
-    line_sigma_px, ground_sigma_px : float
-        Smoothing by which lines are found, and by which their surroundings are subtracted.
-    flow_sigma_px : float
-        Window of the orientation and of the strength of lines.
-    line, crest : float
-        Least height of a line and of its crest, in units of the local strength.
-    min_coherence : float
-        Coherence of the orientation below which there is no print.
-    min_contrast : float
-        Share of the image's strong contrast below which there is no print.
-    margin_px : int
-        By how much the print's border is left out.
-    max_side_px : int
-        Side of the part in the middle of the foreground that is looked at.
-    min_px : int
-        Pixels of print, and a tenth of them of either crest, below which there are no cues.
-    prior_dots : float
-        Dots that are added to the counts of either kind.
-    """
-
-    fine_sigma_px: float = 1.2
-    dot_sigma_px: float = 0.7
-    line_sigma_px: float = 2.0
-    ground_sigma_px: float = 6.0
-    flow_sigma_px: float = 8.0
-    line: float = 0.3
-    crest: float = 0.9
-    min_coherence: float = 0.5
-    min_contrast: float = 0.35
-    margin_px: int = 4
-    max_side_px: int = 448
-    min_px: int = 800
-    prior_dots: float = 3.0
-
-
-_SHRUNK: Final = 4  # side of a pixel of the smaller images of which wide means are taken
+# Lengths in pixels at 500 dpi.
+_FINE_SIGMA, _DOT_SIGMA = 1.2, 0.7  # smoothing before curvatures, and before the search for dots
+_LINE_SIGMA, _GROUND_SIGMA = 2.0, 6.0  # smoothing of lines, and of the ground subtracted from them
+_FLOW_SIGMA: Final = 8.0  # window of the orientation
+_LINE, _CREST = 0.3, 0.9  # least height of a line and of its crest, in units of the local strength
+_MIN_COHERENCE: Final = 0.5
+_MIN_CONTRAST: Final = 0.35  # share of the image's strong contrast, at the percentile below
 _STRONG_PERCENTILE: Final = 90.0
+_MARGIN: Final = 4  # eroded from the print's border
+MAX_SIDE: Final = 448
+"""Side of the middle part of the foreground that is measured."""
+_MIN_AREA: Final = 800  # pixels of the print; of either crest a tenth
+_PRIOR_DOTS: Final = 3.0  # added to the counts of either kind
+_SHRUNK: Final = 4  # side of a pixel of the smaller images that wide means are taken of
 
 
-def line_cues(
-    grey: NDArray[np.uint8], parameters: LineCueParameters | None = None
-) -> NDArray[np.float64] | None:
-    """Compare the dark lines of a print with its bright lines.
+def line_cues(grey: NDArray[np.uint8]) -> NDArray[np.float64] | None:
+    """Compare the dark lines of a print with its bright lines, in an image (H, W) at 500 dpi.
 
-    Parameters
-    ----------
-    grey : ndarray of uint8, shape (H, W)
-        Image at 500 dpi.
-    parameters : LineCueParameters, optional
-        Scales and limits.
-
-    Returns
-    -------
-    ndarray of float64, shape (7,), or None
-        The cues in the order of `LINE_CUES`; None where the image shows too few lines. Those of
-        the negative are the same with the other sign.
+    Returns the cues in the order of `LINE_CUES`, shape (7,), or None where the image shows too few
+    lines. The negative image has the opposite cues.
 
     Examples
     --------
@@ -114,19 +70,18 @@ def line_cues(
     >>> bool(np.allclose(cues, -negative, atol=1e-3))
     True
     """
-    p = parameters or LineCueParameters()
-    image = normalize(_middle(grey, p.max_side_px))
-    ridges = _blurred(image.pixels, p.line_sigma_px)
-    ridges -= _enlarged(_wide_mean(image.pixels, p.ground_sigma_px), ridges)
-    across, print_ = _flow(ridges, image, p)
-    strength = np.sqrt(_wide_mean(ridges * ridges, p.ground_sigma_px))
+    image = normalize(_middle(grey, MAX_SIDE))
+    ridges = _blurred(image.pixels, _LINE_SIGMA)
+    ridges -= _enlarged(_wide_mean(image.pixels, _GROUND_SIGMA), ridges)
+    across, print_ = _flow(ridges, image)
+    strength = np.sqrt(_wide_mean(ridges * ridges, _GROUND_SIGMA))
     height = ridges / np.maximum(_enlarged(strength, ridges), 1e-3)
-    dark, bright = print_ & (height > p.line), print_ & (height < -p.line)
-    crest, bed = print_ & (height > p.crest), print_ & (height < -p.crest)
-    enough = min(np.count_nonzero(crest), np.count_nonzero(bed)) >= p.min_px / 10
-    if not enough or np.count_nonzero(print_) < p.min_px:
+    dark, bright = print_ & (height > _LINE), print_ & (height < -_LINE)
+    crest, bed = print_ & (height > _CREST), print_ & (height < -_CREST)
+    enough = min(np.count_nonzero(crest), np.count_nonzero(bed)) >= _MIN_AREA / 10
+    if not enough or np.count_nonzero(print_) < _MIN_AREA:
         return None
-    fine = _blurred(image.pixels, p.fine_sigma_px)
+    fine = _blurred(image.pixels, _FINE_SIGMA)
     along, beside = _curvatures(fine, across)
     return np.array(
         [
@@ -136,7 +91,7 @@ def line_cues(
             _log_ratio(fine[crest].std(), fine[bed].std()),
             _log_ratio(beside[bed].std(), beside[crest].std()),
             2 * np.count_nonzero(image.pixels[print_] > 0) / np.count_nonzero(print_) - 1,
-            _dots(image.pixels, dark, bright, p),
+            _dots(image.pixels, dark, bright),
         ]
     )
 
@@ -148,25 +103,23 @@ def _middle(grey: NDArray[np.uint8], side: int) -> NDArray[np.uint8]:
     return np.ascontiguousarray(found[top : top + side, left : left + side])
 
 
-def _flow(
-    ridges: Field, image: NormalizedImage, p: LineCueParameters
-) -> tuple[tuple[Field, Field], Mask]:
+def _flow(ridges: Field, image: NormalizedImage) -> tuple[tuple[Field, Field], Mask]:
     """Return the direction across the lines, and where there are lines, without the border.
 
     The direction is the unit vector of twice its angle.
     """
     half = _shrunk(ridges, 2)
     gx, gy = (cv2.Sobel(half, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
-    sigma = p.flow_sigma_px / _SHRUNK
+    sigma = _FLOW_SIGMA / _SHRUNK
     xx, xy, yy = (_blurred(_shrunk(g, _SHRUNK // 2), sigma) for g in (gx * gx, gx * gy, gy * gy))
     difference, doubled = xx - yy, 2 * xy
     size = np.sqrt(difference * difference + doubled * doubled) + np.float32(1e-9)
-    coherent = (size > p.min_coherence * (xx + yy)).view(np.uint8)
+    coherent = (size > _MIN_COHERENCE * (xx + yy)).view(np.uint8)
     strong = float(percentiles(_shrunk(image.contrast, _SHRUNK).ravel(), _STRONG_PERCENTILE)[0])
-    found = image.valid & (image.contrast > p.min_contrast * strong)
+    found = image.valid & (image.contrast > _MIN_CONTRAST * strong)
     found &= cv2.resize(coherent, ridges.shape[::-1], interpolation=cv2.INTER_NEAREST) > 0
     found[[0, -1]] = found[:, [0, -1]] = False
-    element = np.ones((2 * p.margin_px + 1,) * 2, np.uint8)
+    element = np.ones((2 * _MARGIN + 1,) * 2, np.uint8)
     print_ = np.asarray(cv2.erode(found.view(np.uint8), element), bool)
     return (_enlarged(difference / size, ridges), _enlarged(doubled / size, ridges)), print_
 
@@ -180,12 +133,12 @@ def _curvatures(image: Field, across: tuple[Field, Field]) -> tuple[Field, Field
     return along, both - along
 
 
-def _dots(pixels: Field, dark: Mask, bright: Mask, p: LineCueParameters) -> float:
-    """Return the logarithm of the bright dots in dark lines to the dark dots in bright lines."""
-    smooth, element = _blurred(pixels, p.dot_sigma_px), np.ones((3, 3), np.uint8)
+def _dots(pixels: Field, dark: Mask, bright: Mask) -> float:
+    """Return the log ratio of the bright dots in dark lines to the dark dots in bright lines."""
+    smooth, element = _blurred(pixels, _DOT_SIGMA), np.ones((3, 3), np.uint8)
     pits = dark & (smooth <= cv2.erode(smooth, element))
     peaks = bright & (smooth >= cv2.dilate(smooth, element))
-    return math.log((pits.sum() + p.prior_dots) / (peaks.sum() + p.prior_dots))
+    return math.log((pits.sum() + _PRIOR_DOTS) / (peaks.sum() + _PRIOR_DOTS))
 
 
 def _blurred(image: Field, sigma: float) -> Field:

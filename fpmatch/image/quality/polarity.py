@@ -7,270 +7,123 @@ so the evidence of several images is summed. For a single image the background i
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import cv2
 import numpy as np
 
-from fpmatch.errors import FpmatchError, ImageError
+from fpmatch.errors import ImageError
 from fpmatch.image.preprocess.percentiles import percentiles
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
+from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
 Polarity = Literal["auto", "dark", "white"]
-"""What the ridges of an image are; "auto": to be found."""
+"""Grey level of an image's ridges; "auto": to be found."""
 
 INVERTED: Final = "its ridges are white on black: turned into dark ones"
 POLARITIES: Final[tuple[Polarity, ...]] = ("auto", "dark", "white")
 WEIGHTS_FILE: Final = Path(__file__).with_name("polarity.json")
 
+MIN_EVIDENCE: Final = 4.0
+"""Log-odds from which a polarity is certain."""
+BACKGROUND_ODDS: Final = 3.0  # log-odds that a background like the bright or dark lines adds
+MAX_EVIDENCE: Final = 8.0  # log-odds, of one image
+FARTHEST_CUE: Final = 4.0
+"""Limit of a cue in units of its usual size, beyond which it counts no more."""
+MAX_PX: Final = 16_000_000  # at 500 dpi; a larger image is no print and gives no evidence
+CLEAR_LEVEL: Final = 0.2  # background level, -1 to 1, from which a background is clearly bright
 
-@dataclass(frozen=True, slots=True)
-class PolarityParameters:
-    """Set from where on a polarity is sure, and how the background is found.
-
-    Parameters
-    ----------
-    sure : float
-        Evidence, log-odds, from which on ridges are taken for white, or a folder's for dark.
-    background_odds : float
-        Log-odds that the background of a single image adds, where it is as bright as the bright
-        lines, or takes off, where it is as dark as the dark ones.
-    strongest : float
-        Evidence of one image beyond which more does not count.
-    farthest : float
-        Cue, in units of its usual size, beyond which more does not count.
-    max_px : int
-        Pixels at 500 dpi above which an image is no print and gives no evidence.
-    step_px : int
-        Every second, third or whatever pixel is looked at for the background.
-    block_px : int
-        Side of the blocks that are looked at, in these pixels.
-    strong_percentile : float
-        Percentile of the blocks' deviations that stands for the print's contrast.
-    print_contrast, quiet_contrast : float
-        Share of that contrast above which a block is print, and below which it is background.
-    min_contrast : float
-        Deviation in grey levels below which there is no print.
-    min_print, min_background : float
-        Share of the blocks that must be print, and background.
-    line_percentiles : tuple of float
-        Percentiles of the print's grey values that stand for its dark and its bright lines.
-    clear_level : float
-        Level, from -1 of the dark lines to 1 of the bright ones, from which on a background is
-        clearly bright.
-    max_other : float
-        Share of the background that may be of the other half of the grey levels.
-    """
-
-    sure: float = 4.0
-    background_odds: float = 3.0
-    strongest: float = 8.0
-    farthest: float = 4.0
-    max_px: int = 16_000_000
-    step_px: int = 2
-    block_px: int = 8
-    strong_percentile: float = 90.0
-    print_contrast: float = 0.5
-    quiet_contrast: float = 0.15
-    min_contrast: float = 8.0
-    min_print: float = 0.05
-    min_background: float = 0.02
-    line_percentiles: tuple[float, float] = (10.0, 90.0)
-    clear_level: float = 0.2
-    max_other: float = 0.2
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PolarityWeights:
-    """Hold what was learned: usual size and weight of each of `LINE_CUES`.
-
-    There is no constant term: the evidence of a negative is that of the image with the other sign.
-    """
-
-    spread: NDArray[np.float64]
-    weight: NDArray[np.float64]
-    provenance: Mapping[str, Any]
-
-    def evidence(
-        self, cues: NDArray[np.float64], parameters: PolarityParameters | None = None
-    ) -> NDArray[np.float64]:
-        """Return the log-odds that ridges are dark, of cues of shape (..., 7)."""
-        p = parameters or PolarityParameters()
-        total = np.clip(cues / self.spread, -p.farthest, p.farthest) @ self.weight
-        return np.asarray(np.clip(total, -p.strongest, p.strongest))
-
-    def as_json(self) -> str:
-        """Return the weights as the text of a JSON file."""
-        rows = zip(LINE_CUES, self.spread.tolist(), self.weight.tolist(), strict=True)
-        cues = [{"name": name, "spread": spread, "weight": weight} for name, spread, weight in rows]
-        return f"{json.dumps({'provenance': self.provenance, 'cues': cues}, indent=1)}\n"
-
-    @classmethod
-    def from_json(cls, text: str) -> PolarityWeights:
-        """Read what `as_json` wrote.
-
-        Raises
-        ------
-        FpmatchError
-            If the text is no such thing, or its cues are others than `LINE_CUES`.
-        """
-        try:
-            document = json.loads(text)
-            rows = document["cues"]
-            if tuple(row["name"] for row in rows) != LINE_CUES:
-                raise FpmatchError("weights of the polarity: of other cues than this version's")
-            spread, weight = (
-                np.array([float(row[key]) for row in rows]) for key in ("spread", "weight")
-            )
-            return cls(spread, weight, document["provenance"])
-        except (LookupError, TypeError, ValueError) as error:
-            raise FpmatchError("weights of the polarity: not such a file") from error
+# The search for the background: every second pixel, in blocks, by the standard deviation of each.
+_STEP_PX: Final = 2
+_BLOCK_PX: Final = 8
+_STRONG_PERCENTILE: Final = 90.0  # the deviation that is the print's contrast
+_PRINT_CONTRAST, _QUIET_CONTRAST = 0.5, 0.15  # shares of it: least of a print, most of background
+_MIN_CONTRAST: Final = 8.0  # grey levels
+_MIN_PRINT, _MIN_BACKGROUND = 0.05, 0.02  # shares of the blocks
+_LINE_PERCENTILES: Final = (10.0, 90.0)  # of the print's grey values: dark and bright lines
+_MAX_OTHER: Final = 0.2  # share of the background of the other half of the grey levels
 
 
 @cache
-def load_polarity_weights() -> PolarityWeights:
-    """Return the weights in the package."""
-    return PolarityWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))
+def load_polarity_weights() -> LinearWeights:
+    """Return the weights of `LINE_CUES` in the package; middle and bias are 0."""
+    return LinearWeights.load(WEIGHTS_FILE, LINE_CUES)
 
 
-def polarity_evidence(
-    grey: NDArray[np.uint8],
-    dpi: float = STANDARD_DPI,
-    parameters: PolarityParameters | None = None,
-) -> float:
-    """Return by how much the lines of an image speak for dark ridges rather than white ones.
+def evidence_of_cues(cues: NDArray[np.float64], weights: LinearWeights) -> NDArray[np.float64]:
+    """Return the log-odds that ridges are dark, of cues of shape (..., 7)."""
+    limited = np.clip(weights.standardized(cues), -FARTHEST_CUE, FARTHEST_CUE)
+    return np.asarray(np.clip(limited @ weights.weight, -MAX_EVIDENCE, MAX_EVIDENCE))
 
-    Parameters
-    ----------
-    grey : ndarray of uint8, shape (H, W)
-        Image.
-    dpi : float
-        Its resolution.
-    parameters : PolarityParameters, optional
-        Limits.
 
-    Returns
-    -------
-    float
-        Log-odds: positive for dark ridges, negative for white ones, 0 where there is nothing to
-        tell by. That of the negative is the same with the other sign.
+def polarity_evidence(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> float:
+    """Return the log-odds that the ridges of an image (H, W) are dark, by its lines.
+
+    Negative for white ridges, 0 without evidence. The negative image has the opposite value.
 
     Examples
     --------
     >>> polarity_evidence(np.full((200, 200), 255, np.uint8))
     0.0
     """
-    p = parameters or PolarityParameters()
-    at_500_dpi = _resampled(grey, dpi, p.max_px)
+    at_500_dpi = _resampled(grey, dpi)
     cues = None if at_500_dpi is None else line_cues(at_500_dpi)
-    return 0.0 if cues is None else float(load_polarity_weights().evidence(cues, p))
+    return 0.0 if cues is None else float(evidence_of_cues(cues, load_polarity_weights()))
 
 
-def is_inverted(
-    grey: NDArray[np.uint8],
-    dpi: float = STANDARD_DPI,
-    parameters: PolarityParameters | None = None,
-) -> bool:
-    """Tell whether a single print shows white ridges.
+def is_inverted(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> bool:
+    """Return whether a single print (H, W) certainly shows white ridges.
 
-    A clearly bright background, as most sensors of dark ridges have, spares the closer look.
-
-    Parameters
-    ----------
-    grey : ndarray of uint8, shape (H, W)
-        Image.
-    dpi : float
-        Its resolution.
-    parameters : PolarityParameters, optional
-        Limits.
-
-    Returns
-    -------
-    bool
-        True only where it is sure.
+    A clearly bright background, which most sensors with dark ridges have, settles the question
+    without the cues of the lines.
 
     Examples
     --------
     >>> is_inverted(np.full((200, 200), 255, np.uint8))
     False
     """
-    p = parameters or PolarityParameters()
-    background = background_level(grey, p)
-    if background > p.clear_level:
+    background = background_level(grey)
+    if background > CLEAR_LEVEL:
         return False
-    return polarity_evidence(grey, dpi, p) + p.background_odds * background <= -p.sure
+    return polarity_evidence(grey, dpi) + BACKGROUND_ODDS * background <= -MIN_EVIDENCE
 
 
-def common_polarity(
-    evidence: Sequence[float], parameters: PolarityParameters | None = None
-) -> Polarity:
-    """Return the polarity of images of one sensor.
+def common_polarity(evidence: Sequence[float]) -> Polarity:
+    """Return the polarity of images of one sensor by the `polarity_evidence` of each.
 
-    Parameters
-    ----------
-    evidence : sequence of float
-        Of each image, by `polarity_evidence`.
-    parameters : PolarityParameters, optional
-        From where on it is sure.
-
-    Returns
-    -------
-    str
-        "dark" or "white"; "auto" where the sum, over the root of their number as they are not
-        independent, is not sure.
+    The sum is divided by the root of their number, because images are not independent; "auto" where
+    it is not certain.
 
     Examples
     --------
     >>> common_polarity([-3.0, -5.0, 1.0]), common_polarity([3.0, -3.0]), common_polarity([])
     ('white', 'auto', 'auto')
     """
-    p = parameters or PolarityParameters()
     total = math.fsum(evidence) / math.sqrt(max(len(evidence), 1))
-    return "white" if total <= -p.sure else "dark" if total >= p.sure else "auto"
+    return "white" if total <= -MIN_EVIDENCE else "dark" if total >= MIN_EVIDENCE else "auto"
 
 
 def check_polarity(polarity: object) -> Polarity:
-    """Return a polarity that is one of `POLARITIES`.
-
-    Raises
-    ------
-    ImageError
-        If it is none.
-    """
+    """Return a polarity; raise ImageError if it is none of `POLARITIES`."""
     for known in POLARITIES:
         if polarity == known:
             return known
     raise ImageError(f"no polarity {polarity!r}: there are {', '.join(POLARITIES)}")
 
 
-def background_level(
-    grey: NDArray[np.uint8], parameters: PolarityParameters | None = None
-) -> float:
-    """Return how bright the background of a print is, compared with its lines.
+def background_level(grey: NDArray[np.uint8]) -> float:
+    """Return the brightness of a print's background, -1 of its dark lines to 1 of its bright lines.
 
-    Parameters
-    ----------
-    grey : ndarray of uint8, shape (H, W)
-        Image.
-    parameters : PolarityParameters, optional
-        How it is found.
-
-    Returns
-    -------
-    float
-        -1 for that of the dark lines or darker, 1 for that of the bright ones or brighter; 0 where
-        there is no background, or it is of both kinds.
+    It is 0 where there is no background in the image (H, W), or it is of both kinds.
 
     Examples
     --------
@@ -280,22 +133,21 @@ def background_level(
     >>> background_level(image), background_level(255 - image)
     (1.0, -1.0)
     """
-    p = parameters or PolarityParameters()
-    blocks = _blocks(grey[:: p.step_px, :: p.step_px], p.block_px)
+    blocks = _blocks(grey[::_STEP_PX, ::_STEP_PX], _BLOCK_PX)
     if not len(blocks):
         return 0.0
     deviation = blocks.std(axis=1)
-    contrast = float(percentiles(deviation, p.strong_percentile)[0])
-    print_ = deviation > p.print_contrast * contrast
-    quiet = deviation < p.quiet_contrast * contrast
-    if contrast < p.min_contrast or print_.mean() < p.min_print or quiet.mean() < p.min_background:
+    contrast = float(percentiles(deviation, _STRONG_PERCENTILE)[0])
+    print_ = deviation > _PRINT_CONTRAST * contrast
+    quiet = deviation < _QUIET_CONTRAST * contrast
+    if contrast < _MIN_CONTRAST or print_.mean() < _MIN_PRINT or quiet.mean() < _MIN_BACKGROUND:
         return 0.0
-    dark, bright = percentiles(blocks[print_].ravel(), *p.line_percentiles)
+    dark, bright = percentiles(blocks[print_].ravel(), *_LINE_PERCENTILES)
     middle = percentiles(blocks[quiet], 50)[0]
     levels = 2 * (middle - dark) / max(bright - dark, 1.0) - 1
     level = float(np.clip(percentiles(levels, 50)[0], -1, 1))
     other = float((np.sign(levels) == -np.sign(level)).mean())
-    return level if other <= p.max_other else 0.0
+    return level if other <= _MAX_OTHER else 0.0
 
 
 def _blocks(grey: NDArray[np.uint8], side: int) -> NDArray[np.float32]:
@@ -305,11 +157,11 @@ def _blocks(grey: NDArray[np.uint8], side: int) -> NDArray[np.float32]:
     return whole.reshape(rows, side, columns, side).swapaxes(1, 2).reshape(-1, side * side)
 
 
-def _resampled(grey: NDArray[np.uint8], dpi: float, max_px: int) -> NDArray[np.uint8] | None:
-    """Return an image at 500 dpi, about; None where it is too large for a print."""
+def _resampled(grey: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8] | None:
+    """Return an image at about 500 dpi; None where it is too large for a print."""
     zoom = STANDARD_DPI / dpi
     width, height = (max(1, round(side * zoom)) for side in grey.shape[::-1])
-    if width * height > max_px:
+    if width * height > MAX_PX:
         return None
     if abs(zoom - 1) < 0.01:
         return grey

@@ -1,13 +1,12 @@
-"""Quality of a print: how well it will compare, and what could be done better.
+"""Quality of a print: how well it will compare, and how to improve it.
 
-The score says how much prints like this have in common with good ones of the same finger, in
-percent of what good ones have among themselves. It was learned from synthetic prints by
+The score estimates the similarity of prints like this to good prints of the same finger, in percent
+of the similarity among the good ones. It was learned from synthetic prints by
 ``scripts/train_quality``.
 """
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from functools import cache
@@ -16,292 +15,187 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.errors import FpmatchError
+from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.image.quality.measures import MM_PER_PX
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
     from fpmatch.image.quality.measures import QualityMeasures
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("print_quality.json")
 TYPICAL_PERIOD_PX: Final = 9.0
-"""Distance from ridge to ridge of most fingers, in pixels at 500 dpi: 0.46 mm."""
+"""Ridge period of most fingers, in pixels at 500 dpi: 0.46 mm."""
 WRONG_RESOLUTION: Final = "wrong resolution"
-"""What a reason is called whose ridges lie too near or too far apart."""
+"""Code of the reason for ridges that are too near or too far apart."""
 FEATURES: Final = ("ridges", "minutiae", "ridge spread", "valley spread", "period", "blur")
-"""What the score is made of; see `quality_features`."""
+"""The features of the score; see `quality_features`."""
 
-
-@dataclass(frozen=True, slots=True)
-class QualityLimits:
-    """Set from where on something is said; areas in mm², periods in pixels at 500 dpi.
-
-    Parameters
-    ----------
-    min_image_mm2, min_ridges_mm2 : float
-        Areas of image and ridges.
-    min_dark, max_dark : float
-        Share of a print that is dark.
-    periods_px : tuple of float
-        Between which ridges of people lie apart.
-    min_detail : float
-        Energy of what is finer than ridges.
-    min_concentration : float
-        Share of the energy about one period below which it is not one of ridges.
-    far_periods_px : tuple of float
-        Beyond which the strongest period is not one of people's ridges.
-    min_peak_shares : tuple of float
-        Share of the energy about a strongest period too short, and too long, below which it is not
-        one of ridges.
-    blur_lengthens : float
-        Factor by which blur may lengthen the strongest period.
-    """
-
-    min_image_mm2: float = 100.0
-    min_ridges_mm2: float = 80.0
-    min_dark: float = 0.25
-    max_dark: float = 0.62
-    periods_px: tuple[float, float] = (6.75, 12.0)
-    min_detail: float = 0.003
-    min_concentration: float = 0.6
-    far_periods_px: tuple[float, float] = (6.0, 12.3)
-    min_peak_shares: tuple[float, float] = (0.5, 0.6)
-    blur_lengthens: float = 1.15
+# Thresholds for reasons; areas in mm², periods in pixels at 500 dpi.
+MIN_IMAGE_MM2, MIN_RIDGES_MM2 = 100.0, 80.0
+MIN_DARK, MAX_DARK = 0.25, 0.62  # share of a print that is dark
+PERIODS_PX: Final = (6.75, 12.0)
+"""Range of the ridge periods of people."""
+FAR_PERIODS_PX: Final = (6.0, 12.3)
+"""Range beyond which the strongest period is not one of human ridges."""
+MIN_PEAK_SHARES: Final = (0.5, 0.6)
+"""Least share of the energy about a strongest period too short, and too long, to be of ridges."""
+MIN_CONCENTRATION: Final = 0.6  # share of the energy about one period, for a period of ridges
+MIN_DETAIL: Final = 0.003  # energy finer than ridges
+BLUR_LENGTHENS: Final = 1.15  # factor by which blur may lengthen the strongest period
 
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Hold one thing that is wrong with a print, and what to do about it.
+    """Hold one fault of a print.
 
     Parameters
     ----------
-    what : str
+    code : str
         "no ridges", "too small", "partial", "too dry", "too wet", "blurred" or "wrong resolution".
-    why : str
-        What is seen, and what helps.
+    message : str
+        What is wrong, and what to do about it.
+    dpi : float or None
+        The probable resolution, where the given one is wrong.
     """
 
-    what: str
-    why: str
+    code: str
+    message: str
+    dpi: float | None = None
 
     def __str__(self) -> str:
-        return f"{self.what}: {self.why}"
+        return f"{self.code}: {self.message}"
 
 
 @dataclass(frozen=True, slots=True)
 class PrintQuality:
-    """Hold the quality of a print.
+    """Hold the quality of a print; ``str()`` gives it on one line.
 
     Parameters
     ----------
     score : int
-        0, of no use, to 100.
+        0, useless, to 100.
     reasons : tuple of Reason
-        What is wrong with it; empty where nothing stands out.
+        Its faults.
     """
 
     score: int
     reasons: tuple[Reason, ...] = ()
 
-    def in_words(self) -> str:
-        """Return it on one line."""
+    def __str__(self) -> str:
         return "; ".join([f"quality {self.score}", *map(str, self.reasons)])
 
     def as_dict(self) -> dict[str, Any]:
         """Return it ready for JSON."""
-        return {
-            "score": self.score,
-            "reasons": [{"what": reason.what, "why": reason.why} for reason in self.reasons],
-        }
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class QualityWeights:
-    """Hold what was learned: of each of `FEATURES` middle, spread and weight; and the bias."""
-
-    middle: NDArray[np.float64]
-    spread: NDArray[np.float64]
-    weight: NDArray[np.float64]
-    bias: float
-    provenance: Mapping[str, Any]
-
-    def score(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the scores, 0 to 100, of features of shape (..., 6)."""
-        total = self.bias + ((features - self.middle) / self.spread) @ self.weight
-        return np.asarray(50.0 * (1.0 + np.tanh(total / 2)))
-
-    def as_json(self) -> str:
-        """Return the weights as the text of a JSON file."""
-        columns = zip(self.middle.tolist(), self.spread.tolist(), self.weight.tolist(), strict=True)
-        features = [
-            {"name": name, "middle": middle, "spread": spread, "weight": weight}
-            for name, (middle, spread, weight) in zip(FEATURES, columns, strict=True)
-        ]
-        document = {"provenance": self.provenance, "bias": self.bias, "features": features}
-        return f"{json.dumps(document, indent=1)}\n"
-
-    @classmethod
-    def from_json(cls, text: str) -> QualityWeights:
-        """Read what `as_json` wrote.
-
-        Raises
-        ------
-        FpmatchError
-            If the text is no such thing, or its features are others than `FEATURES`.
-        """
-        try:
-            document = json.loads(text)
-            rows = document["features"]
-            if tuple(row["name"] for row in rows) != FEATURES:
-                raise FpmatchError("weights of the quality: of other features than this version's")
-            middle, spread, weight = (
-                np.array([float(row[key]) for row in rows])
-                for key in ("middle", "spread", "weight")
-            )
-            return cls(middle, spread, weight, float(document["bias"]), document["provenance"])
-        except (LookupError, TypeError, ValueError) as error:
-            raise FpmatchError("weights of the quality: not such a file") from error
+        reasons = [{"code": reason.code, "message": reason.message} for reason in self.reasons]
+        return {"score": self.score, "reasons": reasons}
 
 
 @cache
-def load_quality_weights() -> QualityWeights:
-    """Return the weights in the package."""
-    return QualityWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))
+def load_quality_weights() -> LinearWeights:
+    """Return the weights of `FEATURES` in the package."""
+    return LinearWeights.load(WEIGHTS_FILE, FEATURES)
 
 
-def quality_features(
-    figures: QualityMeasures, limits: QualityLimits | None = None
-) -> NDArray[np.float64]:
-    """Return what the score is made of, shape (6,), in the order of `FEATURES`.
+def quality_features(measures: QualityMeasures) -> NDArray[np.float64]:
+    """Return the features of the score, shape (6,), in the order of `FEATURES`.
 
-    Logarithms of the area of ridges and of the minutiae, how uneven ridges and valleys are, and how
-    far, in octaves, period and detail lie beyond their limits.
+    Logarithms of the area of ridges and of the number of minutiae, spread of ridges and valleys,
+    and by how many octaves period and detail exceed their limits.
     """
-    limit = limits or QualityLimits()
-    shortest, longest = limit.periods_px
-    off = max(math.log2(shortest / figures.period_px), math.log2(figures.period_px / longest), 0.0)
-    blur = max(math.log2(limit.min_detail / max(figures.detail, limit.min_detail / 64)), 0.0)
+    shortest, longest = PERIODS_PX
+    off = max(
+        math.log2(shortest / measures.period_px), math.log2(measures.period_px / longest), 0.0
+    )
+    blur = max(math.log2(MIN_DETAIL / max(measures.detail, MIN_DETAIL / 64)), 0.0)
+    spreads = (measures.ridge_spread, measures.valley_spread)
     return np.array(
-        [
-            math.log(figures.ridges_mm2),
-            math.log1p(figures.minutiae),
-            figures.ridge_spread,
-            figures.valley_spread,
-            off,
-            blur,
-        ]
+        [math.log(measures.ridges_mm2), math.log1p(measures.minutiae), *spreads, off, blur]
     )
 
 
-def grade(
-    figures: QualityMeasures,
-    dpi: float,
-    *,
-    limits: QualityLimits | None = None,
-    weights: QualityWeights | None = None,
-) -> PrintQuality:
-    """Judge a print by its figures.
+def quality_score(features: NDArray[np.float64], weights: LinearWeights) -> NDArray[np.float64]:
+    """Return the scores, 0 to 100, of features of shape (..., 6)."""
+    total = weights.bias + weights.standardized(features) @ weights.weight
+    return np.asarray(50.0 * (1.0 + np.tanh(total / 2)))
 
-    Parameters
-    ----------
-    figures : QualityMeasures
-        From `fpmatch.image.quality.measures.measure_quality`.
-    dpi : float
-        The resolution that it was taken for.
-    limits : QualityLimits, optional
-        From where on something is said.
-    weights : QualityWeights, optional
-        What the score is made with (default: those in the package).
 
-    Returns
-    -------
-    PrintQuality
-        Its score and what is wrong with it.
+def grade(measures: QualityMeasures, dpi: float) -> PrintQuality:
+    """Grade a print, whose resolution was taken to be `dpi`, by its measures.
 
     Examples
     --------
     >>> from fpmatch.image.quality.measures import QualityMeasures
     >>> found = grade(QualityMeasures(200, 40, 9, 0.45, 0.5, 0.3, 9.0, 0.9, 0.05), dpi=500)
-    >>> [reason.what for reason in found.reasons]
+    >>> [reason.code for reason in found.reasons]
     ['partial']
     """
-    limit = limits or QualityLimits()
-    reasons = tuple(_reasons(figures, dpi, limit))
-    measured = (figures.ridge_spread, figures.valley_spread, figures.period_px, figures.detail)
-    if figures.ridges_mm2 <= 0 or not all(map(math.isfinite, measured)):
+    reasons = tuple(_reasons(measures, dpi))
+    needed = (measures.ridge_spread, measures.valley_spread, measures.period_px, measures.detail)
+    if measures.ridges_mm2 <= 0 or not all(map(math.isfinite, needed)):
         return PrintQuality(0, reasons)
-    score = (weights or load_quality_weights()).score(quality_features(figures, limit))
+    score = quality_score(quality_features(measures), load_quality_weights())
     return PrintQuality(round(float(score)), reasons)
 
 
-def _reasons(f: QualityMeasures, dpi: float, limit: QualityLimits) -> list[Reason]:
-    blurred = f.detail < limit.min_detail and f.concentration >= limit.min_concentration / 2
-    if _is_far_off(f, limit, blurred=blurred):  # then no length or area is what it seems
-        return [*_about_ink(f, limit), _wrong_resolution(f.peak_px, dpi)]
-    found = _about_area(f, limit) + _about_ink(f, limit)
+def _reasons(m: QualityMeasures, dpi: float) -> list[Reason]:
+    blurred = m.detail < MIN_DETAIL and m.concentration >= MIN_CONCENTRATION / 2
+    if _is_far_off(m, blurred=blurred):  # then no length or area is right
+        return [*_about_ink(m), _wrong_resolution(m.peak_px, dpi)]
+    found = _about_area(m) + _about_ink(m)
     if blurred:
         found.append(
             Reason("blurred", "edges of ridges are soft (hold still, focus, clean the sensor)")
         )
-    shortest, longest = limit.periods_px
-    odd = f.period_px < shortest or (f.period_px > longest and not blurred)  # blur lengthens it
-    if odd and f.concentration >= limit.min_concentration:
-        found.append(_wrong_resolution(f.period_px, dpi))
+    shortest, longest = PERIODS_PX
+    odd = m.period_px < shortest or (m.period_px > longest and not blurred)  # blur lengthens it
+    if odd and m.concentration >= MIN_CONCENTRATION:
+        found.append(_wrong_resolution(m.period_px, dpi))
     return found
 
 
-def _is_far_off(f: QualityMeasures, limit: QualityLimits, *, blurred: bool) -> bool:
-    """Tell whether ridges lie as far apart, or as near, as no finger has them."""
-    shortest, longest = limit.far_periods_px
+def _is_far_off(m: QualityMeasures, *, blurred: bool) -> bool:
+    """Return whether the ridges are nearer or farther apart than those of any finger."""
+    shortest, longest = FAR_PERIODS_PX
     if blurred:
-        longest *= limit.blur_lengthens
-    if_short, if_long = limit.min_peak_shares
-    return (f.peak_px < shortest and f.peak_share >= if_short) or (
-        f.peak_px > longest and f.peak_share >= if_long
+        longest *= BLUR_LENGTHENS
+    if_short, if_long = MIN_PEAK_SHARES
+    return (m.peak_px < shortest and m.peak_share >= if_short) or (
+        m.peak_px > longest and m.peak_share >= if_long
     )
 
 
-def _about_area(f: QualityMeasures, limit: QualityLimits) -> list[Reason]:
+def _about_area(m: QualityMeasures) -> list[Reason]:
     found = []
-    if f.ridges_mm2 <= 0:
+    if m.ridges_mm2 <= 0:
         found.append(Reason("no ridges", "no fingerprint is found in the image"))
-    if f.image_mm2 < limit.min_image_mm2:
-        side = math.sqrt(limit.min_image_mm2)
-        found.append(
-            Reason(
-                "too small",
-                f"the image shows {f.image_mm2:.0f} mm² of skin at most "
-                f"(a larger sensor, {side:.0f} x {side:.0f} mm at least)",
-            )
-        )
-    elif 0 < f.ridges_mm2 < limit.min_ridges_mm2:
-        found.append(
-            Reason(
-                "partial",
-                f"ridges on {f.ridges_mm2:.0f} mm² only (lay the whole fingertip on the sensor)",
-            )
-        )
+    if m.image_mm2 < MIN_IMAGE_MM2:
+        side = math.sqrt(MIN_IMAGE_MM2)
+        advice = f"a larger sensor, {side:.0f} x {side:.0f} mm at least"
+        area = f"the image shows {m.image_mm2:.0f} mm² of skin at most"
+        found.append(Reason("too small", f"{area} ({advice})"))
+    elif 0 < m.ridges_mm2 < MIN_RIDGES_MM2:
+        area = f"ridges on {m.ridges_mm2:.0f} mm² only"
+        found.append(Reason("partial", f"{area} (lay the whole fingertip on the sensor)"))
     return found
 
 
-def _about_ink(f: QualityMeasures, limit: QualityLimits) -> list[Reason]:
-    if f.dark_share < limit.min_dark:
+def _about_ink(m: QualityMeasures) -> list[Reason]:
+    if m.dark_share < MIN_DARK:
         return [Reason("too dry", "ridges are thin and broken (moisten the finger, press on)")]
-    if f.dark_share > limit.max_dark:
+    if m.dark_share > MAX_DARK:
         return [Reason("too wet", "ridges run together (dry the finger, press less)")]
     return []
 
 
 def _wrong_resolution(period_px: float, dpi: float) -> Reason:
-    """Return the reason for ridges that lie `period_px` apart, in pixels at 500 dpi."""
-    usual = TYPICAL_PERIOD_PX * MM_PER_PX
+    """Return the reason for a ridge period of `period_px` pixels at 500 dpi."""
+    probable = round(dpi * period_px / TYPICAL_PERIOD_PX, -1)
     return Reason(
         WRONG_RESOLUTION,
         f"ridges lie {period_px * dpi / STANDARD_DPI:.1f} px apart, {period_px * MM_PER_PX:.2f} mm "
-        f"at {dpi:g} dpi, and {usual:.2f} of most fingers: the resolution is probably not "
-        f"{dpi:g} dpi but about {round(dpi * period_px / TYPICAL_PERIOD_PX, -1):.0f} dpi (set it)",
+        f"at {dpi:g} dpi, and {TYPICAL_PERIOD_PX * MM_PER_PX:.2f} of most fingers: the resolution "
+        f"is probably not {dpi:g} dpi but about {probable:.0f} dpi (set it)",
+        dpi=probable,
     )

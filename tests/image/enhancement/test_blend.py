@@ -1,4 +1,4 @@
-"""`fpmatch.image.enhancement.blend`: the enhanced ridges carried into the gaps of the image."""
+"""The enhanced ridges carried into the gaps of the image."""
 
 from __future__ import annotations
 

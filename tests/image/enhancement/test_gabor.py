@@ -1,4 +1,4 @@
-"""`fpmatch.image.enhancement.gabor`: each pixel by the filter of its ridge; the kernel and its twins."""
+"""Each pixel by the filter of its ridge; the kernel and its twins."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from made_images import concentric_rings, plane_wave
 from fpmatch.image.enhancement import _oriented_filter_kernel as kernel
 from fpmatch.image.enhancement.gabor import (
     EnhancementParameters,
-    gabor_filter,
     filter_bank,
     filter_with_numpy,
+    gabor_filter,
 )
 
 Filter = Callable[..., None]

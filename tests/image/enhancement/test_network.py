@@ -1,4 +1,4 @@
-"""`fpmatch.image.enhancement.network`: ridges where there are some, and nothing where there are none."""
+"""Ridges where there are some, and nothing where there are none."""
 
 from __future__ import annotations
 

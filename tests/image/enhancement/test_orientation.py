@@ -1,4 +1,4 @@
-"""`fpmatch.image.enhancement.orientation`: the angle that the ridges have, everywhere in the mask."""
+"""The angle that the ridges have, everywhere in the mask."""
 
 from __future__ import annotations
 

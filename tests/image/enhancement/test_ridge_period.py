@@ -1,4 +1,4 @@
-"""`fpmatch.image.enhancement.ridge_period`: the distance that the ridges have, everywhere in the mask."""
+"""The distance that the ridges have, everywhere in the mask."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.image.enhancement.spectrum`: a wave shows as its own angle and period, where it is."""
+"""A wave shows as its own angle and period, where it is."""
 
 from __future__ import annotations
 

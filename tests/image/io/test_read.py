@@ -1,4 +1,4 @@
-"""`fpmatch.image.io.read`: the same grey values whatever the container; nothing else gets in."""
+"""The same grey values whatever the container; nothing else gets in."""
 
 from __future__ import annotations
 

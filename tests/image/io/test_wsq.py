@@ -1,4 +1,4 @@
-"""`fpmatch.image.io.wsq`: what NIST's decoder makes of a file; damaged ones are refused in words."""
+"""What NIST's decoder makes of a file; damaged ones are refused in words."""
 
 from __future__ import annotations
 

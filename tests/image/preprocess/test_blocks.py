@@ -1,4 +1,4 @@
-"""`fpmatch.image.preprocess.blocks`: fields of blocks, blurred and brought to pixels and back."""
+"""Fields of blocks, blurred and brought to pixels and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.image.preprocess.foreground`: nothing of a print is outside, and little else inside."""
+"""Nothing of a print is outside, and little else inside."""
 
 from __future__ import annotations
 

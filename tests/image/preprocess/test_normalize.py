@@ -1,4 +1,4 @@
-"""`fpmatch.image.preprocess.normalize`: every neighbourhood alike, and nothing where nothing was recorded."""
+"""Every neighbourhood alike, and nothing where nothing was recorded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.image.preprocess.segment`: the mask is where the ridges are, in one piece, without holes."""
+"""The mask is where the ridges are, in one piece, without holes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.image.quality.folder_polarity`: the images of a folder share one polarity."""
+"""The images of a folder share one polarity."""
 
 from __future__ import annotations
 

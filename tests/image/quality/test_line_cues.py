@@ -1,4 +1,4 @@
-"""`fpmatch.image.quality.line_cues`: what differs between the lines changes its sign in the negative."""
+"""What differs between the lines changes its sign in the negative."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from made_images import hostile_pictures
 from numpy.typing import NDArray
 
-from fpmatch.image.quality.line_cues import LINE_CUES, LineCueParameters, line_cues
+from fpmatch.image.quality import line_cues as line_cues_module
+from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 
 Pixels = NDArray[np.uint8]
 
@@ -61,9 +62,12 @@ def test_small_pictures_have_no_cues(shape: tuple[int, int]) -> None:
     assert line_cues(stripes(shape).astype(np.uint8)) is None
 
 
-def test_large_pictures_are_looked_at_in_the_middle(pressed: list[Pixels]) -> None:
-    few = LineCueParameters(max_side_px=128)
-    whole, middle = line_cues(pressed[0]), line_cues(pressed[0], few)
+def test_the_middle_of_a_large_image_is_measured(
+    pressed: list[Pixels], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = line_cues(pressed[0])
+    monkeypatch.setattr(line_cues_module, "MAX_SIDE", 128)
+    middle = line_cues(pressed[0])
     assert whole is not None
     assert middle is not None
     assert not np.array_equal(whole, middle)

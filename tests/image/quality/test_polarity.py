@@ -1,4 +1,4 @@
-"""`fpmatch.image.quality.polarity`: white ridges are noticed, and nothing else is taken for them."""
+"""White ridges are noticed, and nothing else is taken for them."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from hypothesis import strategies as st
 from made_images import hostile_pictures
 from numpy.typing import NDArray
 
-from fpmatch.errors import FpmatchError, ImageError
-from fpmatch.image.quality.line_cues import LINE_CUES
+from fpmatch.errors import ImageError
+from fpmatch.image.quality import polarity
 from fpmatch.image.quality.polarity import (
+    MAX_EVIDENCE,
+    MIN_EVIDENCE,
     POLARITIES,
-    PolarityParameters,
-    PolarityWeights,
     background_level,
     check_polarity,
     common_polarity,
+    evidence_of_cues,
     is_inverted,
     load_polarity_weights,
     polarity_evidence,
@@ -71,13 +72,14 @@ def test_a_background_of_both_kinds_is_none(whorl: Pixels) -> None:
 def test_no_print_no_ridges(name: str) -> None:
     picture = hostile_pictures()[name]
     assert not is_inverted(picture)
-    assert abs(polarity_evidence(picture)) < PolarityParameters().sure
+    assert abs(polarity_evidence(picture)) < MIN_EVIDENCE
 
 
-def test_large_and_tiny_pictures(pressed: list[Pixels]) -> None:
+def test_large_and_tiny_images(pressed: list[Pixels], monkeypatch: pytest.MonkeyPatch) -> None:
     twice = pressed[0].repeat(2, axis=0).repeat(2, axis=1)
     assert polarity_evidence(twice, 1000) > 0
-    assert polarity_evidence(twice, 100, PolarityParameters(max_px=10_000_000)) == 0
+    monkeypatch.setattr(polarity, "MAX_PX", 10_000_000)
+    assert polarity_evidence(twice, 100) == 0
     assert polarity_evidence(np.zeros((15, 300), np.uint8)) == 0
     assert polarity_evidence(pressed[0][:1, :1], 4000) == 0
 
@@ -90,22 +92,11 @@ def test_the_negatives_of_a_folder_are_decided_the_other_way(evidence: list[floa
 
 @given(st.lists(st.floats(-100, 100), min_size=7, max_size=7))
 def test_evidence_is_bounded_and_has_no_constant_term(cues: list[float]) -> None:
-    weights = load_polarity_weights()
-    found = weights.evidence(np.array(cues))
-    assert abs(found) <= PolarityParameters().strongest
-    assert weights.evidence(-np.array(cues)) == pytest.approx(-found)
-
-
-def test_weights_are_written_and_read() -> None:
-    weights = load_polarity_weights()
-    again = PolarityWeights.from_json(weights.as_json())
-    assert np.array_equal(again.weight, weights.weight)
-    assert np.array_equal(again.spread, weights.spread)
-    assert weights.provenance["command"] == "scripts/train_polarity"
-    with pytest.raises(FpmatchError, match="not such a file"):
-        PolarityWeights.from_json("[]")
-    with pytest.raises(FpmatchError, match="of other cues"):
-        PolarityWeights.from_json(weights.as_json().replace(LINE_CUES[0], "luck"))
+    found, negative = (
+        evidence_of_cues(sign * np.array(cues), load_polarity_weights()) for sign in (1, -1)
+    )
+    assert abs(found) <= MAX_EVIDENCE
+    assert negative == pytest.approx(-found)
 
 
 def test_only_known_polarities() -> None:

@@ -1,4 +1,4 @@
-"""`fpmatch.image.skeleton.binarize`: positive pixels in the mask, without specks and pores."""
+"""Positive pixels in the mask, without specks and pores."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.image.skeleton.crossing_number`: nodes drawn by hand, and the tracing kernel and its twins."""
+"""Nodes drawn by hand, and the tracing kernel and its twins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.image.skeleton.minutia_quality`: 100 where image and ridges agree, 0 where they do not."""
+"""100 where image and ridges agree, 0 where they do not."""
 
 from __future__ import annotations
 

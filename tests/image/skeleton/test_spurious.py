@@ -1,4 +1,4 @@
-"""`fpmatch.image.skeleton.spurious`: drawn spurs, islands, bridges, lakes, breaks, crowds, and borders."""
+"""Drawn spurs, islands, bridges, lakes, breaks, crowds, and borders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.image.skeleton.thin`: lines one pixel wide that keep what hangs together; kernel and twins."""
+"""Lines one pixel wide that keep what hangs together; kernel and twins."""
 
 from __future__ import annotations
 

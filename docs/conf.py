@@ -1,4 +1,8 @@
-"""How Sphinx builds the site: `scripts/docs` calls it, and README.md says more."""
+"""Sphinx configuration; `scripts/docs` builds the site.
+
+Warnings are errors, so a broken link or anchor fails the build; `check_assets` adds that no page
+loads anything from another host.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,8 @@ import re
 import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+
+from sphinx.errors import ExtensionError
 
 from fpmatch import StageRecorder, __version__, extract, read_image, verify
 from fpmatch.drawing.case_study.case import make_case
@@ -71,6 +77,12 @@ os.chdir(_here)
 shutil.rmtree(_there)
 """
 
+LOADED: Final = re.compile(
+    r"""<(?:script|img|iframe|source|object)\b[^>]*\b(?:src|data)=["'](?:https?:)?//[^"']*"""
+    r"""|<link\b(?![^>]*rel=["'](?:canonical|author|license|next|prev|search|index)["'])"""
+    r"""[^>]*\bhref=["'](?:https?:)?//[^"']*"""
+    r"""|(?:url\(\s*|@import\s+)["']?(?:https?:)?//[^"')]*"""
+)
 _REQUIRED: Final = "**Required** "
 _OWN_MARKUP: Final = (".. ", ":default:", ":options:")
 
@@ -94,6 +106,16 @@ def draw_case(app: Sphinx) -> None:
     for old in CASE_STUDY.glob("*.png"):
         old.unlink()
     write_point_figures(draw_case_study(make_case(probe, reference, *found)), CASE_STUDY)
+
+
+def check_assets(app: Sphinx, exception: Exception | None) -> None:
+    """Fail where a page or style sheet of the site loads something from another host."""
+    if exception is not None:
+        return
+    for path in sorted([*Path(app.outdir).rglob("*.html"), *Path(app.outdir).rglob("*.css")]):
+        found = LOADED.search(path.read_text(encoding="utf-8"))
+        if found is not None:
+            raise ExtensionError(f"{path.relative_to(app.outdir)}: another host: {found[0]}")
 
 
 def without_folders(app: Sphinx, page: str, source: list[str]) -> None:
@@ -159,6 +181,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("builder-inited", draw_stages)
     app.connect("builder-inited", draw_case)
     app.connect("source-read", without_folders)
+    app.connect("build-finished", check_assets)
     for part in ("description", "options", "epilog"):
         app.connect(f"sphinx-click-process-{part}", as_plain_words)
     return {"parallel_read_safe": True}

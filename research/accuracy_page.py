@@ -106,8 +106,8 @@ def format_accuracy_markdown(
     )
 
 
-def format_readme_markdown(results: Mapping[str, Any]) -> str:
-    """Return the table of the README: the default matcher a database, and beside the paper's.
+def format_databases_markdown(results: Mapping[str, Any]) -> str:
+    """Return the rates of the default matcher by database, beside those of the paper's.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The README: its Python runs, its commands do what they say, its links lead somewhere."""
+"""README and how-to guides: Python runs, commands do what they say, links lead to files."""
 
 from __future__ import annotations
 
@@ -15,21 +15,27 @@ from fpmatch.cli.group import SUMMARIES
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-MEASURED = re.compile(r"\bfvc/")  # databases that are not part of the repository
+GUIDES = [path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("docs/how-to/*.md"))]
+NOT_HERE = re.compile(
+    r"\bfvc/|\b(probe|print|a|template|card|theirs)\.|\b(prints/\*|seized|hough)"
+)  # not shipped
 SERVES = re.compile(r"^fpmatch serve\b")  # until it is stopped: tests/cli/test_serve.py
+NEEDS_TRUTH = re.compile(r"^fpmatch evaluate prints\b")  # of the command before it
 NOT_NEEDED = ("102_[2-9].tif", "103_*.tif", "104_*.tif")  # uncompiled, each takes seconds
 GALLERY = "prints.db"  # that one command makes and others use
 UTF8 = os.environ | {"PYTHONUTF8": "1"}
+MOST_LINES = 150
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
+def blocks(language: str, page: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
 
 
-def commands() -> list[str]:
-    """Return the command lines of `fpmatch`, comments taken off."""
-    lines = "\n".join(blocks("sh")).splitlines()
-    return [line.partition("#")[0].strip() for line in lines if line.startswith("fpmatch ")]
+def commands(*pages: str) -> list[str]:
+    """Return the command lines of `fpmatch`, comments taken off, each once."""
+    lines = "\n".join(block for page in pages for block in blocks("sh", page)).splitlines()
+    found = [line.partition("#")[0].strip() for line in lines if line.startswith("fpmatch ")]
+    return list(dict.fromkeys(found))
 
 
 def arguments(command: str, folder: Path) -> list[str]:
@@ -56,8 +62,12 @@ def clone(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def test_the_readme_is_short() -> None:
+    assert len(README.splitlines()) < MOST_LINES
+
+
 def test_the_python_example_says_match_and_draws_the_overlay(clone: Path) -> None:
-    (example,) = blocks("python")
+    (example,) = blocks("python", README)
     done = run(clone, "-W", "error", "-c", example)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("match ")
@@ -65,12 +75,16 @@ def test_the_python_example_says_match_and_draws_the_overlay(clone: Path) -> Non
 
 
 def test_every_command_has_its_example() -> None:
-    assert {command.split()[1] for command in commands()} == set(SUMMARIES)
+    assert {command.split()[1] for command in commands(README)} == set(SUMMARIES)
 
 
 @pytest.mark.parametrize(
     "command",
-    [line for line in commands() if not MEASURED.search(line) and not SERVES.match(line)],
+    [
+        line
+        for line in commands(README, *GUIDES)
+        if not any(pattern.search(line) for pattern in (NOT_HERE, SERVES, NEEDS_TRUTH))
+    ],
 )
 def test_a_command_on_sample_prints_does_what_it_says(command: str, clone: Path) -> None:
     words = arguments(command, clone)
@@ -97,7 +111,8 @@ def test_links_and_pictures_lead_to_files() -> None:
 
 
 def test_the_default_matcher_and_the_papers_are_both_measured() -> None:
-    table = README.partition("measured:start -->")[2].partition("<!-- measured:end")[0]
+    page = (ROOT / "docs" / "explanation" / "accuracy.md").read_text(encoding="utf-8")
+    table = page.partition("databases:start -->")[2].partition("<!-- databases:end")[0]
     rows = [line for line in table.splitlines() if line.startswith("| ")]
     assert len(rows) == 2 + 6 + 4
     assert len({row.count("|") for row in rows}) == 1

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+import itertools
+import pkgutil
 import re
 import subprocess
 import sys
@@ -25,6 +27,7 @@ DOCS: Final = ROOT / "docs"
 PAGES: Final = sorted(DOCS.rglob("*.md"))
 EXTRA: Final = ("matplotlib", "sphinx", "myst_parser", "sphinx_click", "numpydoc", "furo")
 GENERATED: Final = DOCS / "generated"
+MOST_STEPS: Final = 3  # from the README to a line of code
 LINK: Final = re.compile(r"\]\(([^)\s]+)\)|^```\{(?:figure|literalinclude)\} (\S+)$", re.MULTILINE)
 BLOCKS_WITH_LINKS: Final = ("```{figure}", "```{literalinclude}")
 
@@ -106,6 +109,40 @@ def test_every_page_has_its_place_in_the_contents() -> None:
     listed = re.findall(r"^[\w*/-]+$", (DOCS / "index.md").read_text("utf-8"), re.MULTILINE)
     found = {page for pattern in listed for page in DOCS.glob(f"{pattern}.md")}
     assert found >= set(PAGES) - {DOCS / "index.md"}
+
+
+def paths_to_code() -> list[list[str]]:
+    """Return the steps of each path of the page "Where is what"."""
+    page = (DOCS / "reference" / "where_is_what.md").read_text(encoding="utf-8")
+    return [re.findall(r"`([^`]+)`", row.split("|")[2]) for row in page.splitlines() if "`" in row]
+
+
+@pytest.mark.parametrize("steps", paths_to_code(), ids=" ".join)
+def test_a_path_to_code_is_short_and_each_step_names_the_next(steps: list[str]) -> None:
+    files = [step for step in steps if "/" in step or step.endswith(".md")]
+    symbols = steps[len(files) :]
+    assert 1 <= len(files) <= MOST_STEPS
+    assert f"]({files[0]})" in (ROOT / "README.md").read_text(encoding="utf-8")
+    texts = [(ROOT / file).read_text(encoding="utf-8") for file in files]
+    for text, file in itertools.pairwise([*zip(texts, files, strict=True)]):
+        module = file[1].removesuffix(".py").replace("/", ".")
+        named = (file[1], module, f'"{Path(file[1]).stem}"')
+        assert any(name in text[0] for name in named), f"{text[1]} does not name {file[1]}"
+    for symbol in symbols:
+        assert re.search(rf"^\s*(def |class )?{symbol}\b", texts[-1], re.MULTILINE), symbol
+
+
+@pytest.mark.parametrize("page", [*PAGES, *sorted(ROOT.glob("[CR]*.md"))], ids=lambda p: p.name)
+def test_files_and_modules_that_a_page_names_exist(page: Path) -> None:
+    if page.name == "CHANGELOG.md":
+        pytest.skip("a record of names, old ones too")
+    text = page.read_text(encoding="utf-8")
+    for name in re.findall(
+        r"`((?:fpmatch|scripts|benchmarks|tests|docs|research)/[\w/.-]+)`", text
+    ):
+        assert (ROOT / name).exists(), name
+    for name in re.findall(r"`((?:fpmatch|research)(?:\.\w+)+)`", text):
+        assert pkgutil.resolve_name(name) is not None
 
 
 def test_every_public_name_is_in_the_reference() -> None:

@@ -91,15 +91,14 @@ EQUAL_WEIGHTS: Final = """        weight[s] += side * whole
         weight[line] = 1.0 / degree
     return True
 """
-FIND_RING: Final = """        v: cython.Py_ssize_t = self.vertex_of[i]
+FIND_RING: Final = """        v = self.vertex_of[i]
         if v < 0:
             self._cavity(a[0, i], a[1, i])
         else:
             self._chain(self.fan_from, self.fan_to, self.fan_start[v], self.fan_start[v + 1])
         return self.ring_size
 """
-NEAREST_RING: Final = """        v: cython.Py_ssize_t
-        own: cython.Py_ssize_t = self.vertex_of[i]
+NEAREST_RING: Final = """        own: cython.Py_ssize_t = self.vertex_of[i]
         k: cython.Py_ssize_t
         n: cython.Py_ssize_t = 0
         dx: cython.double
@@ -155,7 +154,7 @@ NEAREST_NEIGHBOURS: Final = """    from types import SimpleNamespace
     pairs = np.sort(np.stack([np.repeat(np.arange(n), near.shape[1]), near.ravel()], 1), axis=1)
     pairs = np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0).astype(np.int32)
     mesh = SimpleNamespace(edges=np.ascontiguousarray(pairs))
-    rings = OneRings(np.zeros(n + 1, np.int32), np.empty(0, np.int32), np.empty((3, 0)))
+    rings = AnchoredRings(np.zeros(n + 1, np.int32), np.empty(0, np.int32), np.empty((3, 0)))
 """
 PREDICTED: Final = (
     """                if measured and self.vertex_of[i] >= 0:

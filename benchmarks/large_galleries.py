@@ -146,7 +146,7 @@ def times(few: PackedTemplates, count: int) -> dict[str, float]:
         start = time.process_time()
         chosen = np.sort(np.argsort(-standing, kind="stable")[:share]) % len(few)
         for at in range(0, share, COMPARED):
-            MATCHER.similarities(probe, few.taken(chosen[at : at + COMPARED]))
+            MATCHER.similarities(probe, few.take(chosen[at : at + COMPARED]))
         searching.append((spent + time.process_time() - start) / count)
     micro = 1e6
     return {
@@ -164,8 +164,8 @@ def times(few: PackedTemplates, count: int) -> dict[str, float]:
 
 def found(kind: Kind, more: PackedTemplates) -> dict[str, float | str]:
     """Return how many of the mates that comparing all finds are in the shortlist."""
-    own = PackedTemplates.of(MATCHER.prepare(template) for template in kind.templates)
-    many = PackedTemplates.joined([own, more])
+    own = PackedTemplates.pack(MATCHER.prepare(template) for template in kind.templates)
+    many = PackedTemplates.concatenate([own, more])
     search = Search(MATCHER, np.arange(len(many)), many)
     finger = np.array([hash(f) for f in kind.finger])
     right, ranks = 0, []
@@ -214,7 +214,9 @@ def main() -> int:
     rng = np.random.default_rng(40)
     given = kinds(options.folders)
     templates = [mirrored(t) for kind in given for t in kind.templates]
-    few = PackedTemplates.of(MATCHER.prepare(recombined(templates, rng)) for _ in range(DIFFERENT))
+    few = PackedTemplates.pack(
+        MATCHER.prepare(recombined(templates, rng)) for _ in range(DIFFERENT)
+    )
     print(
         f"{'prints':>9}{'code us':>9}{'weigh us':>10}{'search us':>11}{'all us':>8}{'laid us':>9}"
         f"{'share':>8}{'code bytes':>12}{'print bytes':>13}"
@@ -232,7 +234,7 @@ def main() -> int:
     print(f"\n{'looked for':<30}{'gallery':>9}{'right':>7}{'in shortlist':>14}{'of 2 %':>8}")
     lost = []
     for kind in given:
-        f = found(kind, few.taken(np.arange(RECOMBINED)))
+        f = found(kind, few.take(np.arange(RECOMBINED)))
         lost.append(f)
         print(
             f"{f['prints']:<30}{f['gallery']:>9}{f['right']:>7}{f['recall']:>14.4f}"

@@ -117,7 +117,7 @@ def seconds(function: Callable[[], object]) -> float:
 
 def repeated(few: PackedTemplates, count: int) -> PackedTemplates:
     """Return so many prints, those of `few` again and again."""
-    return PackedTemplates.joined([few] * (count // len(few)))
+    return PackedTemplates.concatenate([few] * (count // len(few)))
 
 
 def file_seconds(many: PackedTemplates) -> tuple[float, float]:
@@ -139,7 +139,7 @@ def main() -> int:
     rng = np.random.default_rng(40)
     print(f"kernels {'compiled' if COMPILED else 'interpreted'}")
     made = prints(rng, PREPARED)
-    few = PackedTemplates.of(made)
+    few = PackedTemplates.pack(made)
     probes = made[:: PREPARED // PROBES]
     clouds = [rng.random((POINTS, 2)) for _ in range(200)]
     print(

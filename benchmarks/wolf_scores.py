@@ -78,7 +78,7 @@ class References:
     def of(cls, prints: Prints, form: str) -> References:
         """Prepare prints as they are, or their minutiae alone."""
         made = [MATCHER.prepare(in_form(template, form)) for template in prints.templates]
-        return cls(PackedTemplates.of(made), prints.finger, prints.searched)
+        return cls(PackedTemplates.pack(made), prints.finger, prints.searched)
 
 
 @dataclass(frozen=True, eq=False)

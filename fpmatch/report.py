@@ -45,7 +45,9 @@ def as_rows(
     """Return evidence and reason as (label, words), in the order that `as_text` has them in."""
     v = verification
     bound = "at most " if v.score >= MAX_SCORE else ""  # the score is clipped there
-    caution = f" (extrapolated: measured up to {odds(v.fmr_reach)})" if v.extrapolated else ""
+    caution = (
+        f" (extrapolated: measured up to {odds(v.smallest_measured_fmr)})" if v.extrapolated else ""
+    )
     rows = _decision_rows(v)
     if not math.isnan(v.score):
         rows.append(

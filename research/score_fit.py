@@ -34,7 +34,7 @@ from fpmatch.evaluation.partial import window
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.matching.align import AlignmentParameters, aligner_of
-from fpmatch.matching.bit_descriptors import common
+from fpmatch.matching.bit_descriptors import descriptor_similarity
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.one_to_many import MIN_MINUTIAE
@@ -282,7 +282,7 @@ def _no_weights(refine: float) -> ScoreWeights:
 def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, int]:
     """Return the prefilter's score of two prints, and the minutiae of the smaller."""
     a, b = sorted((probe, reference), key=lambda side: side.key)
-    return common(a.codes, b.codes), min(len(a), len(b))
+    return descriptor_similarity(a.bit_descriptors, b.bit_descriptors), min(len(a), len(b))
 
 
 def _features(
@@ -314,9 +314,9 @@ def _features(
     model = scorer.choose_model(*ridges, min(a.region.area, b.region.area))
     by_ridges = 0
     if model == MODELS.index(SMALL_WITH_RIDGES):
-        by_ridges = search.search(*sides, scorer.lens)
+        by_ridges = search.search(*sides, scorer.correlator)
     elif model == MODELS.index(WITH_RIDGES):
-        by_ridges = search.search_candidates(*sides, aligner.relaxation, scorer.lens)
+        by_ridges = search.search_candidates(*sides, aligner.relaxation, scorer.correlator)
     for k in range(by_ridges):
         if aligner.start_from(search.first[k], search.second[k]):
             scorer.score_alignment(*sides, aligner, similarity)

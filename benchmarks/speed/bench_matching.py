@@ -44,7 +44,7 @@ def test_comparison_with_many(
     triangulations: Callable[[], object],
 ) -> None:
     """Compare a print with a thousand, packed, of which five are of its finger's ten."""
-    many = PackedTemplates.joined([PackedTemplates.of(prepared)] * 20)
+    many = PackedTemplates.concatenate([PackedTemplates.pack(prepared)] * 20)
     work = (lambda: MATCHER.similarities(prepared[0], many)) if side == OURS else triangulations
     benchmark.extra_info["calls"] = len(many) if side == OURS else 50
     benchmark.pedantic(work, rounds=5, warmup_rounds=1)

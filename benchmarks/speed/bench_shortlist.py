@@ -24,7 +24,7 @@ COMPARED = 1_000  # of all: the yardstick's part
 @pytest.fixture(scope="module")
 def search() -> Search:
     """Return a search of prints of 40 minutiae, five of each finger."""
-    few = PackedTemplates.of(prints(np.random.default_rng(42), COMPARED))
+    few = PackedTemplates.pack(prints(np.random.default_rng(42), COMPARED))
     return Search(MATCHER, np.arange(PRINTS), repeated(few, PRINTS))
 
 

@@ -47,7 +47,7 @@ def compare_all_pairs(
     [False, True, False]
     """
     prints = [MATCHER.prepare(template) for template in templates]
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
 
     def with_later_ones(k: int) -> NDArray[np.float64]:
         return MATCHER.similarities(prints[k], many, k + 1)

@@ -110,7 +110,7 @@ def measure_reach(
         sets=len(sets),
         fingers=calibration.provenance.fingers,
         impostors=calibration.provenance.impostors,
-        reach=calibration.reach,
+        reach=calibration.largest_measured_score,
         fmr_at_reach=interval_of(
             resample_fmr([one.trials for one in sets], last_knot, resamples, seed)
         ),

@@ -223,7 +223,7 @@ def identify(
         compared=len(similarities),
         candidates=tuple(candidates),
         matcher=search.matcher.name,
-        fmr_reach=score_to_fmr(chosen.reach),
+        fmr_reach=score_to_fmr(chosen.largest_measured_score),
         fingers=len(search.finger_sizes),
     )
 

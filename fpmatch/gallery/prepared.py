@@ -180,9 +180,11 @@ def _renew(
         return Prepared(entries, new)
     before = entries["digest"][: len(old.prints)]
     if len(entries) == len(old.prints) + len(new) and (before == old.entries["digest"]).all():
-        return Prepared(entries, PackedTemplates.joined([old.prints, new]))  # only enrolled since
+        return Prepared(
+            entries, PackedTemplates.concatenate([old.prints, new])
+        )  # only enrolled since
     kept = [place.get(digest, -1) for digest in digests]
-    return Prepared(entries, PackedTemplates.of(_merged(old.prints, new, kept)))
+    return Prepared(entries, PackedTemplates.pack(_merged(old.prints, new, kept)))
 
 
 def _merged(old: PackedTemplates, new: PackedTemplates, kept: Sequence[int]) -> Iterator[Any]:
@@ -210,13 +212,13 @@ def _prepare_all(
             parts.append(part)
             done += len(part)
             progress("prepare", done, len(templates))
-    return PackedTemplates.joined(parts)
+    return PackedTemplates.concatenate(parts)
 
 
 def _prepare(
     shared: tuple[str, Matcher], templates: Sequence[tuple[int, bytes]]
 ) -> PackedTemplates:
     name, matcher = shared
-    return PackedTemplates.of(
+    return PackedTemplates.pack(
         matcher.prepare(unpack_entry(data, number, name)) for number, data in templates
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError
-from fpmatch.matching.candidate_list import shortlist
+from fpmatch.matching.candidate_list import candidate_list
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.packed_templates import PackedTemplates
 
@@ -98,7 +98,7 @@ class Search:
         """
         if not isinstance(self.references, PackedTemplates):
             raise MatcherError(f"the matcher {self.matcher.name} has no shortlists")
-        return shortlist(probe, self.references, count)
+        return candidate_list(probe, self.references, count)
 
     def similarities(
         self, probe: Any, which: NDArray[np.intp] | None = None
@@ -118,7 +118,7 @@ class Search:
             The similarity to each, as the matcher's `compare` finds it.
         """
         if hasattr(self.matcher, "similarities") and isinstance(self.references, PackedTemplates):
-            compared = self.references if which is None else self.references.taken(which)
+            compared = self.references if which is None else self.references.take(which)
             found: NDArray[np.float64] = self.matcher.similarities(probe, compared)
             return found
         places = range(len(self)) if which is None else which.tolist()

@@ -93,48 +93,20 @@ class Aligner:
         self.y0 = 0.0
         self.per_px = 0.0
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def put_a(self, points: cython.double[:, ::1], size: cython.Py_ssize_t) -> cython.int:
+    def put_a(self, points, size):
         """Take the first `size` columns of `points` as print A."""
-        row: cython.Py_ssize_t
-        i: cython.Py_ssize_t
         self.size_a = size
         for row in range(4):
             for i in range(size):
                 self.a[row, i] = points[row, i]
         return 0
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def put_b(self, points: cython.double[:, ::1], size: cython.Py_ssize_t) -> cython.int:
+    def put_b(self, points, size):
         """Take the first `size` columns of `points` as print B, and note where they are near.
 
         Each cell of a grid lists, in their order, all minutiae within any reach of it.
         """
-        j: cython.Py_ssize_t
-        cell: cython.Py_ssize_t
-        cells: cython.Py_ssize_t
-        filling: cython.int
-        row: cython.int
-        column: cython.int
-        first_column: cython.int
-        last_column: cython.int
-        first_row: cython.int
-        last_row: cython.int
-        count: cython.int
-        behind: cython.int
-        x1: cython.double
-        y1: cython.double
-        side: cython.double
-        reach: cython.double = self.reach_limit_px + MARGIN
+        reach = self.reach_limit_px + MARGIN
         self.size_b = size
         self.columns = 0
         self.rows = 0
@@ -196,18 +168,12 @@ class Aligner:
         """Return the row or column of the grid at a distance from its first."""
         return cython.cast(cython.int, place * self.per_px)
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def relax(self, similarity: cython.float[:, ::1]) -> cython.int:
+    def relax(self, similarity):
         """Select and relax the local matches; return how many candidates there are."""
         self.best_pairs = 0
         return self.relaxation.load(self.a, self.size_a, self.b, self.size_b, similarity)
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def start_hypothesis(self, k: cython.Py_ssize_t) -> cython.int:
+    def start_hypothesis(self, k):
         """Align by hypothesis k, coarsely; return the number of pairs.
 
         The hypotheses are taken in their order, each once. It is 0 where there are no more, and
@@ -226,13 +192,9 @@ class Aligner:
         self._save_coarse(k)
         return self.pairs
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def refine(self, k: cython.Py_ssize_t) -> cython.int:
+    def refine(self, k):
         """Grow the mesh of hypothesis k to the end; return the number of pairs."""
-        i: cython.Py_ssize_t
-        measured: cython.bint = self.at_hand == k
+        measured = self.at_hand == k
         self.at_hand = -1
         for i in range(self.size_a):
             self.partner[i] = self.coarse_partner[k, i]
@@ -247,12 +209,8 @@ class Aligner:
             self.grow(self.rounds - self.coarse_rounds, True)
         return self.pairs
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def start_from(self, i: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.int:
+    def start_from(self, i, j):
         """Align by minutia i of A and j of B alone, to the end; return the number of pairs."""
-        k: cython.Py_ssize_t
         self.at_hand = -1
         for k in range(self.size_a):
             self.partner[k] = -1
@@ -263,12 +221,8 @@ class Aligner:
         self._first_fit()
         return self.grow(self.rounds, False)
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _save_coarse(self, k: cython.Py_ssize_t) -> cython.int:
+    def _save_coarse(self, k):
         """Keep the pairs at hand as those of hypothesis k."""
-        i: cython.Py_ssize_t
         for i in range(self.size_a):
             self.coarse_partner[k, i] = self.partner[i]
             self.coarse_weight[k, i] = self.weight[i]
@@ -278,12 +232,8 @@ class Aligner:
         self.coarse_transform[k, 3] = self.y
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _list_pairs(self) -> cython.int:
+    def _list_pairs(self):
         """List the minutiae of A that have a partner; return their number."""
-        i: cython.Py_ssize_t
         self.pairs = 0
         for i in range(self.size_a):
             if self.partner[i] >= 0:
@@ -291,15 +241,12 @@ class Aligner:
                 self.pairs += 1
         return self.pairs
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _first_fit(self) -> cython.int:
+    def _first_fit(self):
         """Fit the transform to the pairs at hand, of which there is one at least."""
-        i: cython.Py_ssize_t = self.paired[0]
-        j: cython.Py_ssize_t = self.partner[i]
-        a: cython.double[:, ::1] = self.a
-        b: cython.double[:, ::1] = self.b
+        i = self.paired[0]
+        j = self.partner[i]
+        a = self.a
+        b = self.b
         # of a single pair: its own directions and positions
         self.c = a[2, i] * b[2, j] + a[3, i] * b[3, j]
         self.s = a[2, i] * b[3, j] - a[3, i] * b[2, j]
@@ -307,20 +254,13 @@ class Aligner:
         self.y = b[1, j] - self.s * a[0, i] - self.c * a[1, i]
         return self.fit()
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def grow(self, rounds: cython.int, measured: cython.bint) -> cython.int:
+    def grow(self, rounds, measured):
         """Predict by the mesh of the pairs and pair anew, in turn; then measure the mesh.
 
         It ends early where no pair changes. Where already `measured`, the mesh at hand is that of
         the pairs at hand, and so are its measures. Return the number of pairs. The reach of a
         minutia grows with its distance from the nearest other pair.
         """
-        i: cython.Py_ssize_t
-        r: cython.int
-        changed: cython.bint
-        reach: cython.double
         for r in range(rounds):
             if not measured:
                 self._predict(r > 0)
@@ -341,10 +281,7 @@ class Aligner:
                 return 0
         return self.pairs if measured else self.measure()
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def measure(self) -> cython.int:
+    def measure(self):
         """Predict all minutiae by the mesh of the pairs at hand, and measure the pairs.
 
         Return the number of pairs.
@@ -352,10 +289,7 @@ class Aligner:
         self._predict(True)
         return self.pairs
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _predict(self, measured: cython.bint) -> cython.int:
+    def _predict(self, measured):
         """Build the mesh of the pairs at hand, and predict by it."""
         self.mesh.build(self.a, self.size_a, self.b, self.partner, self.c, self.s, self.x, self.y)
         return self.mesh.predict(
@@ -370,19 +304,8 @@ class Aligner:
             measured,
         )
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def impose(
-        self,
-        partner: cython.int[::1],
-        c: cython.double,
-        s: cython.double,
-        x: cython.double,
-        y: cython.double,
-    ) -> cython.int:
+    def impose(self, partner, c, s, x, y):
         """Take given pairs and a given transform for the alignment at hand, and measure them."""
-        i: cython.Py_ssize_t
         for i in range(self.size_a):
             self.partner[i] = partner[i]
             self.weight[i] = 1.0 if partner[i] >= 0 else 0.0
@@ -394,37 +317,17 @@ class Aligner:
         self._list_pairs()
         return self.measure()
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def pair(self) -> cython.double:
+    def pair(self):
         """Pair minutiae of A with those of B, each with the one it fits best, where it is mutual.
 
         Those of A lie where `predicted` says. A pair at distance d within the reach r of its
         minutia, with directions at cosine t, weighs
         ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``. The sum of the weights is returned.
         """
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        cell: cython.Py_ssize_t
-        best_j: cython.Py_ssize_t
-        x: cython.double
-        y: cython.double
-        place: cython.double
-        line: cython.double
-        d2: cython.double
-        r2: cython.double
-        cosine: cython.double
-        value: cython.double
-        best: cython.double
-        total: cython.double = 0.0
-        found: cython.Py_ssize_t = 0
-        least: cython.double = self.min_cosine
-        scale: cython.double = 1.0 / (1.0 - least)
+        total = 0.0
+        found = 0
+        least = self.min_cosine
+        scale = 1.0 / (1.0 - least)
         for j in range(self.size_b):
             self.rival[j] = -1
             self.rival_weight[j] = 0.0
@@ -474,40 +377,24 @@ class Aligner:
                 self.weight[i] = 0.0
         return total
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def fit(self) -> cython.int:
+    def fit(self):
         """Fit the similarity transform to the pairs by weighted least squares; return their number.
 
         The directions of the pairs count as well as their positions do at 30 px from the middle,
         so that few pairs, or pairs close together, leave the rotation no freedom. With fewer than
         two pairs the transform stays as it is. The scale is held within 6 % of one.
         """
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        p: cython.Py_ssize_t
-        n: cython.int = self.pairs
-        w: cython.double
-        total: cython.double = 0.0
-        amx: cython.double = 0.0
-        amy: cython.double = 0.0
-        bmx: cython.double = 0.0
-        bmy: cython.double = 0.0
-        cosine: cython.double = 0.0
-        sine: cython.double = 0.0
-        spread: cython.double = 0.0
-        turn_c: cython.double = 0.0
-        turn_s: cython.double = 0.0
-        dx: cython.double
-        dy: cython.double
-        ex: cython.double
-        ey: cython.double
-        length: cython.double
-        scale: cython.double
+        n = self.pairs
+        total = 0.0
+        amx = 0.0
+        amy = 0.0
+        bmx = 0.0
+        bmy = 0.0
+        cosine = 0.0
+        sine = 0.0
+        spread = 0.0
+        turn_c = 0.0
+        turn_s = 0.0
         for p in range(n):
             i = self.paired[p]
             j = self.partner[i]
@@ -554,15 +441,8 @@ class Aligner:
         self.y = bmy - self.s * amx - self.c * amy
         return n
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def save_best(self) -> cython.int:
+    def save_best(self):
         """Keep the alignment at hand as the best; return the number of its pairs."""
-        i: cython.Py_ssize_t
-        row: cython.Py_ssize_t
         self.best_pairs = self.pairs
         self.best_c = self.c
         self.best_s = self.s

@@ -2,7 +2,7 @@
 
 Each minutia has a word for each of its neighbours, the cell of position and direction, in the
 minutia's own frame, in which it lies in each of two grids; and twelve for the ridge orientation at
-places around it. One print is put into tables: under each cell, a bit for each of its minutiae that
+places neighbour_bits it. One print is put into tables: under each cell, a bit for each of its minutiae that
 has a neighbour there. So a minutia of another print is compared with all of them at once: the bits
 under its words are counted, all minutiae side by side. Minutiae that agree in enough are pairs; a
 print counts by its pairs that lie on one another under one rotation and one shift. It is the same
@@ -15,10 +15,12 @@ import numpy as np
 
 COMPILED = cython.compiled
 
-AROUND = cython.declare(cython.int, 12)  # words of neighbours
-ALONG = cython.declare(cython.int, 12)  # words of orientations
-SIDE = cython.declare(cython.int, 16)  # cells along a grid, in whose middle the minutia lies
-SECTORS = cython.declare(cython.int, 8)  # of relative direction, in a turn
+NEIGHBOUR_WORDS = cython.declare(cython.int, 12)  # words of neighbours
+ORIENTATION_WORDS = cython.declare(cython.int, 12)  # words of orientations
+SIDE = cython.declare(
+    cython.int, 16
+)  # cells orientation_bins a grid, in whose middle the minutia lies
+SECTORS = cython.declare(cython.int, 8)  # of relative direction, in a direction_bin
 # A word of a neighbour: its cell in the first grid, then a bit that is set where the cell counts
 # for nothing, three that say how far on it lies in the second grid, and again one for nothing.
 CELL = cython.declare(cython.int, 0x07FF)
@@ -30,7 +32,7 @@ STEPS = cython.declare(cython.int, 12)  # bits to the right of those of the seco
 SECOND = cython.declare(cython.int, 4096)  # where it begins in the tables
 NO_STEP = cython.declare(cython.int, 2304)  # from there to where there is nothing
 CELLS = cython.declare(cython.int, 8448)  # of the tables
-BINS = cython.declare(cython.int, 24)  # of relative orientation, in half a turn
+BINS = cython.declare(cython.int, 24)  # of relative orientation, in half a direction_bin
 UNKNOWN = cython.declare(cython.int, 31)  # the word of no bin
 PLACE = cython.declare(cython.int, 32)  # words that one place may have
 ORIENTATIONS = cython.declare(cython.int, 255)  # codes of a cell's orientation, from 1 on
@@ -44,7 +46,7 @@ OF_NEIGHBOUR = cython.declare(cython.int, 3)
 TOO_LITTLE = cython.declare(cython.int, 8)
 MOST_WEIGHT = cython.declare(cython.int, 18)
 TURN = cython.declare(cython.int, 16)  # steps of rotation that stand together: `most_turn` at least
-TURNS_APART = cython.declare(cython.int, 16)  # so many in a turn
+TURNS_APART = cython.declare(cython.int, 16)  # so many in a direction_bin
 
 
 @cython.cfunc
@@ -62,44 +64,20 @@ def second(word: cython.int) -> cython.int:
     return place + SECTORS * SIDE * (word >> (STEPS + 2) & 1)
 
 
-@cython.ccall
-@cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.exceptval(check=False)
-def code_neighbours(
-    count: cython.const[cython.int][::1],
-    frame: cython.const[cython.float][:, :, ::1],
-    share: cython.const[cython.double][:, ::1],
-    coded: cython.const[cython.uchar][::1],
-    per_px: cython.double,
-    word: cython.ushort[:, ::1],
-) -> cython.int:
+def encode_neighbours(count, frame, share, coded, per_px, word):
     """Fill `word` for the minutiae of a print that are `coded`; the others have none.
 
     ``frame[i, :, k]`` begins with the position of neighbour k of minutia i in its frame, and
-    ``share[i, k]`` is its direction there as a share of a turn, 0 to 1. The cells are squares of
+    ``share[i, k]`` is its direction there as a share of a direction_bin, 0 to 1. The cells are squares of
     ``1 / per_px`` pixels times sectors of direction, those of the second grid half a cell on in all
     three. Of the neighbours of a minutia in one cell, the first counts.
     """
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    u: cython.double
-    v: cython.double
-    t: cython.double
-    row: cython.int
-    column: cython.int
-    sector: cython.int
-    on_row: cython.int
-    on_column: cython.int
-    found: cython.int
     for i in range(count.shape[0]):
-        for k in range(AROUND):
+        for k in range(NEIGHBOUR_WORDS):
             word[i, k] = NOWHERE
         if not coded[i]:
             continue
-        for k in range(count[i] if count[i] < AROUND else AROUND):
+        for k in range(count[i] if count[i] < NEIGHBOUR_WORDS else NEIGHBOUR_WORDS):
             u = cython.cast(cython.double, frame[i, 0, k]) * per_px + SIDE // 2
             v = cython.cast(cython.double, frame[i, 1, k]) * per_px + SIDE // 2
             if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
@@ -124,38 +102,15 @@ def code_neighbours(
     return 0
 
 
-@cython.ccall
-@cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def code_flow(
-    points: cython.const[cython.double][:, ::1],
-    turn: cython.const[cython.uchar][::1],
-    cell: cython.const[cython.uchar][:, ::1],
-    first_row: cython.int,
-    first_column: cython.int,
-    step: cython.double,
-    places: cython.const[cython.double][:, ::1],
-    word: cython.uchar[:, ::1],
-) -> cython.int:
+def encode_orientations(points, direction_bin, cell, first_row, first_column, step, places, word):
     """Fill `word` with the bin of the ridge orientation at `places`, in each minutia's own frame.
 
-    `turn` is a minutia's direction in 256ths of a turn, `cell` the codes of the region's cells.
+    `direction_bin` is a minutia's direction in 256ths of a direction_bin, `cell` the codes of the region's cells.
     """
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    x: cython.double
-    y: cython.double
-    c: cython.double
-    s: cython.double
-    relative: cython.double
-    code: cython.int
     for i in range(points.shape[1]):
         c = points[2, i]
         s = points[3, i]
-        for k in range(ALONG):
+        for k in range(ORIENTATION_WORDS):
             word[i, k] = cython.cast(cython.uchar, UNKNOWN)
             x = (points[0, i] + c * places[0, k] - s * places[1, k]) / step - first_column
             y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / step - first_row
@@ -163,8 +118,10 @@ def code_flow(
                 continue
             code = cell[cython.cast(cython.Py_ssize_t, y), cython.cast(cython.Py_ssize_t, x)]
             if code > 0:
-                # in bins: a turn is 256 steps of direction, half a turn 255 of orientation
-                relative = (code - 1.0) * BINS / ORIENTATIONS - turn[i] * (2.0 * BINS / 256.0)
+                # in bins: a direction_bin is 256 steps of direction, half a direction_bin 255 of orientation
+                relative = (code - 1.0) * BINS / ORIENTATIONS - direction_bin[i] * (
+                    2.0 * BINS / 256.0
+                )
                 while relative < 0.0:
                     relative += BINS
                 code = cython.cast(cython.int, relative)
@@ -179,16 +136,16 @@ class Prefilter:
 
     At most `most_pairs` pairs of minutiae, 64 or fewer, are laid on one another; two may lie
     ``sqrt(near² + (spread * d)²)`` pixels off, d apart, and their rotations `most_turn` 256ths of a
-    turn, 16 or fewer.
+    direction_bin, 16 or fewer.
     """
 
     def __init__(self, most_pairs, near, spread, most_turn) -> None:
-        self.around = np.zeros(CELLS, np.uint64)
+        self.neighbour_bits = np.zeros(CELLS, np.uint64)
         # what is added to the cell of the first grid, by the highest four bits of a word
         steps = [second(k << STEPS) for k in range(8)]
         self.step = np.array(steps + [SECOND + NO_STEP] * 8, np.int32)
-        self.along = np.zeros(ALONG * PLACE, np.uint64)
-        self.used = np.zeros(2 * ROOM * AROUND, np.int32)
+        self.orientation_bins = np.zeros(ORIENTATION_WORDS * PLACE, np.uint64)
+        self.used = np.zeros(2 * ROOM * NEIGHBOUR_WORDS, np.int32)
         self.used_words = 0
         self.coded = 0
         self.has_flow = False
@@ -221,35 +178,17 @@ class Prefilter:
         self.beside = np.zeros(most_pairs, np.uint64)
         self.explained_by = np.zeros(most_pairs, np.int32)
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def enter(
-        self,
-        xy: cython.const[cython.float][:, ::1],
-        turn: cython.const[cython.uchar][::1],
-        around: cython.const[cython.ushort][:, ::1],
-        along: cython.const[cython.uchar][:, ::1],
-        has_flow: cython.bint,
-    ) -> cython.int:
+    def load(self, xy, direction_bin, neighbour_bits, orientation_bins, has_flow):
         """Put a print into the tables, in place of the one that is in them.
 
         Minutiae without a word of a neighbour, which are like no other, stay out, and those after
         the 64th that has one.
         """
-        i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        d: cython.int
-        b: cython.int
-        word: cython.int
-        words: cython.int
-        bit: cython.ulonglong = ONE
+        bit = ONE
         for k in range(self.used_words):
-            self.around[self.used[k]] = 0
-        for k in range(ALONG * PLACE):
-            self.along[k] = 0
+            self.neighbour_bits[self.used[k]] = 0
+        for k in range(ORIENTATION_WORDS * PLACE):
+            self.orientation_bins[k] = 0
         self.used_words = 0
         self.coded = 0
         self.has_flow = has_flow
@@ -257,157 +196,115 @@ class Prefilter:
             if self.coded == ROOM:
                 break
             words = self.used_words
-            for k in range(AROUND):
-                word = cython.cast(cython.int, around[i, k])
+            for k in range(NEIGHBOUR_WORDS):
+                word = cython.cast(cython.int, neighbour_bits[i, k])
                 if not word & NOT_FIRST:
-                    self.around[word & CELL] |= bit
+                    self.neighbour_bits[word & CELL] |= bit
                     self.used[self.used_words] = word & CELL
                     self.used_words += 1
                 if not word & NOT_SECOND:
-                    self.around[second(word)] |= bit
+                    self.neighbour_bits[second(word)] |= bit
                     self.used[self.used_words] = second(word)
                     self.used_words += 1
             if self.used_words == words:
                 continue
-            for k in range(ALONG):
-                if along[i, k] != UNKNOWN:
+            for k in range(ORIENTATION_WORDS):
+                if orientation_bins[i, k] != UNKNOWN:
                     for d in range(3):  # its own bin, and that on either side
-                        b = (cython.cast(cython.int, along[i, k]) + d + BINS - 1) % BINS
-                        self.along[PLACE * k + b] |= bit
+                        b = (cython.cast(cython.int, orientation_bins[i, k]) + d + BINS - 1) % BINS
+                        self.orientation_bins[PLACE * k + b] |= bit
             self.own_row[self.coded] = cython.cast(cython.int, i)
-            self.own_turn[self.coded] = turn[i]
+            self.own_turn[self.coded] = direction_bin[i]
             self.own_xy[self.coded, 0] = xy[i, 0]
             self.own_xy[self.coded, 1] = xy[i, 1]
             self.coded += 1
             bit = (bit << 1) & ALL
         return self.coded
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def weigh(
+    def score(
         self,
-        first: cython.Py_ssize_t,
-        last: cython.Py_ssize_t,
-        xy: cython.const[cython.float][:, ::1],
-        turn: cython.const[cython.uchar][::1],
-        around: cython.const[cython.ushort][:, ::1],
-        along: cython.const[cython.uchar][:, ::1],
-        has_flow: cython.bint,
-        other_first: cython.bint,
-    ) -> cython.int:
+        first,
+        last,
+        xy,
+        direction_bin,
+        neighbour_bits,
+        orientation_bins,
+        has_flow,
+        other_first,
+    ):
         """Return how much speaks for another print, of the minutiae `first` to, not with, `last`.
 
         `other_first` says which of the two is print A, so that the same pairs come in the same
         order, whichever of them is in the tables.
         """
-        pairs: cython.int = self._pair(first, last, around, along, has_flow)
+        pairs = self._pair(first, last, neighbour_bits, orientation_bins, has_flow)
         if other_first and pairs > 1:
             self._turn_over(pairs)
         pairs = self._best_of(pairs)
-        self._place(pairs, first, xy, turn, other_first)
+        self._place(pairs, first, xy, direction_bin, other_first)
         return self._explained(pairs)
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def weigh_many(
-        self,
-        first: cython.Py_ssize_t,
-        start: cython.const[cython.longlong][::1],
-        xy: cython.const[cython.float][:, ::1],
-        turn: cython.const[cython.uchar][::1],
-        around: cython.const[cython.ushort][:, ::1],
-        along: cython.const[cython.uchar][:, ::1],
-        has_flow: cython.const[cython.uchar][::1],
-        weight: cython.int[::1],
-    ) -> cython.int:
+    def score_many(
+        self, first, start, xy, direction_bin, neighbour_bits, orientation_bins, has_flow, weight
+    ):
         """Fill `weight` for as many prints, from the print `first` on, as if each came second."""
-        t: cython.Py_ssize_t
         for t in range(weight.shape[0]):
-            weight[t] = self.weigh(
+            weight[t] = self.score(
                 start[first + t],
                 start[first + t + 1],
                 xy,
-                turn,
-                around,
-                along,
+                direction_bin,
+                neighbour_bits,
+                orientation_bins,
                 has_flow[first + t],
                 False,
             )
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _pair(
-        self,
-        first: cython.Py_ssize_t,
-        last: cython.Py_ssize_t,
-        around: cython.const[cython.ushort][:, ::1],
-        along: cython.const[cython.uchar][:, ::1],
-        has_flow: cython.bint,
-    ) -> cython.int:
+    def _pair(self, first, last, neighbour_bits, orientation_bins, has_flow):
         """Gather the pairs of minutiae that agree in enough; return their number.
 
         They come by the other print's minutia, then by the own. Where orientations are unknown, six
         are taken to agree.
         """
-        j: cython.Py_ssize_t
-        found: cython.int = 0
-        weight: cython.int
-        any_: cython.ulonglong
-        lowest: cython.ulonglong
-        place: cython.Py_ssize_t
-        carry: cython.ulonglong
-        n1: cython.ulonglong
-        n2: cython.ulonglong
-        n4: cython.ulonglong
-        n8: cython.ulonglong
-        n16: cython.ulonglong
-        f1: cython.ulonglong = 0
-        f2: cython.ulonglong = ALL
-        f4: cython.ulonglong = ALL
-        f8: cython.ulonglong = 0
-        flowing: cython.bint = has_flow and self.has_flow
+        found = 0
+        f1 = 0
+        f2 = ALL
+        f4 = ALL
+        f8 = 0
+        flowing = has_flow and self.has_flow
         for j in range(first, last):
             self._count(
-                self.around[around[j, 0] & FIRST],
-                self.around[around[j, 1] & FIRST],
-                self.around[around[j, 2] & FIRST],
-                self.around[around[j, 3] & FIRST],
-                self.around[around[j, 4] & FIRST],
-                self.around[around[j, 5] & FIRST],
-                self.around[around[j, 6] & FIRST],
-                self.around[around[j, 7] & FIRST],
-                self.around[around[j, 8] & FIRST],
-                self.around[around[j, 9] & FIRST],
-                self.around[around[j, 10] & FIRST],
-                self.around[around[j, 11] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 0] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 1] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 2] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 3] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 4] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 5] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 6] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 7] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 8] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 9] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 10] & FIRST],
+                self.neighbour_bits[neighbour_bits[j, 11] & FIRST],
             )
             n1 = self.ones
             n2 = self.twos
             n4 = self.fours
             n8 = self.eights
             self._count(
-                self.around[self._second(around[j, 0])],
-                self.around[self._second(around[j, 1])],
-                self.around[self._second(around[j, 2])],
-                self.around[self._second(around[j, 3])],
-                self.around[self._second(around[j, 4])],
-                self.around[self._second(around[j, 5])],
-                self.around[self._second(around[j, 6])],
-                self.around[self._second(around[j, 7])],
-                self.around[self._second(around[j, 8])],
-                self.around[self._second(around[j, 9])],
-                self.around[self._second(around[j, 10])],
-                self.around[self._second(around[j, 11])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 0])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 1])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 2])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 3])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 4])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 5])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 6])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 7])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 8])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 9])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 10])],
+                self.neighbour_bits[self._second(neighbour_bits[j, 11])],
             )
             # the sum of both, from the ones up
             carry = n1 & self.ones
@@ -426,18 +323,18 @@ class Prefilter:
                 continue
             if flowing:
                 self._count(
-                    self.along[self._along(0, along[j, 0])],
-                    self.along[self._along(1, along[j, 1])],
-                    self.along[self._along(2, along[j, 2])],
-                    self.along[self._along(3, along[j, 3])],
-                    self.along[self._along(4, along[j, 4])],
-                    self.along[self._along(5, along[j, 5])],
-                    self.along[self._along(6, along[j, 6])],
-                    self.along[self._along(7, along[j, 7])],
-                    self.along[self._along(8, along[j, 8])],
-                    self.along[self._along(9, along[j, 9])],
-                    self.along[self._along(10, along[j, 10])],
-                    self.along[self._along(11, along[j, 11])],
+                    self.orientation_bins[self._along(0, orientation_bins[j, 0])],
+                    self.orientation_bins[self._along(1, orientation_bins[j, 1])],
+                    self.orientation_bins[self._along(2, orientation_bins[j, 2])],
+                    self.orientation_bins[self._along(3, orientation_bins[j, 3])],
+                    self.orientation_bins[self._along(4, orientation_bins[j, 4])],
+                    self.orientation_bins[self._along(5, orientation_bins[j, 5])],
+                    self.orientation_bins[self._along(6, orientation_bins[j, 6])],
+                    self.orientation_bins[self._along(7, orientation_bins[j, 7])],
+                    self.orientation_bins[self._along(8, orientation_bins[j, 8])],
+                    self.orientation_bins[self._along(9, orientation_bins[j, 9])],
+                    self.orientation_bins[self._along(10, orientation_bins[j, 10])],
+                    self.orientation_bins[self._along(11, orientation_bins[j, 11])],
                 )
                 f1 = self.ones
                 f2 = self.twos
@@ -468,8 +365,6 @@ class Prefilter:
     @cython.cfunc
     @cython.inline
     @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
     @cython.exceptval(check=False)
     def _second(self, word: cython.ushort) -> cython.Py_ssize_t:
         """Return what `second` does, or where there is nothing, of any word."""
@@ -549,16 +444,9 @@ class Prefilter:
         self.eights = cython.cast(cython.ulonglong, (four_1 & four_2) | (odd & four_3))
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _turn_over(self, pairs: cython.int) -> cython.int:
+    def _turn_over(self, pairs):
         """Put the pairs in the order of the own minutiae, then of the others."""
-        k: cython.int
-        place: cython.int
-        behind: cython.int = 0
+        behind = 0
         for k in range(self.coded + 1):
             self.start[k] = 0
         for k in range(pairs):
@@ -579,18 +467,11 @@ class Prefilter:
             self.pair[2, k] = self.turned[2, k]
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _best_of(self, pairs: cython.int) -> cython.int:
-        """Keep as many pairs as there may be, those that weigh most, the first of equals."""
-        least: cython.int = MOST_WEIGHT
-        above: cython.int = 0
-        k: cython.int
-        kept: cython.int = 0
-        equal: cython.int
+    def _best_of(self, pairs):
+        """Keep as many pairs as there may be, those that score most, the first of equals."""
+        least = MOST_WEIGHT
+        above = 0
+        kept = 0
         if pairs <= self.most:
             return pairs
         for k in range(MOST_WEIGHT + 1):
@@ -611,26 +492,9 @@ class Prefilter:
             kept += 1
         return kept
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _place(
-        self,
-        pairs: cython.int,
-        first: cython.Py_ssize_t,
-        xy: cython.const[cython.float][:, ::1],
-        turn: cython.const[cython.uchar][::1],
-        other_first: cython.bint,
-    ) -> cython.int:
+    def _place(self, pairs, first, xy, direction_bin, other_first):
         """Note rows and places of the pairs in prints A and B, and how B is turned to lie on A."""
-        g: cython.Py_ssize_t
-        h: cython.Py_ssize_t
-        own: cython.Py_ssize_t
-        other: cython.Py_ssize_t
-        of_own: cython.Py_ssize_t = 1 if other_first else 0
-        apart: cython.int
+        of_own = 1 if other_first else 0
         for h in range(pairs):
             own = self.pair[0, h]
             other = first + self.pair[1, h]
@@ -640,7 +504,7 @@ class Prefilter:
             while self.row[0, g] != self.row[0, h]:
                 g += 1
             self.first_of_row[h] = cython.cast(cython.int, g)
-            apart = self.own_turn[own] - cython.cast(cython.int, turn[other])
+            apart = self.own_turn[own] - cython.cast(cython.int, direction_bin[other])
             if other_first:
                 self.angle[h] = -apart & 255
                 self.a[0, h] = xy[other, 0]
@@ -655,45 +519,26 @@ class Prefilter:
                 self.b[1, h] = xy[other, 1]
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _explained(self, pairs: cython.int) -> cython.int:
+    def _explained(self, pairs):
         """Return the greatest weight of pairs that lie with one of them under one transform.
 
         Of the pairs of one minutia, of either print, the first counts. Only those are tried whose
         rotation is about the same.
         """
-        left: cython.ulonglong
-        lowest: cython.ulonglong
-        g: cython.Py_ssize_t
-        h: cython.Py_ssize_t
-        turn: cython.Py_ssize_t
-        best: cython.int = 0
-        total: cython.int
-        last: cython.int
-        apart: cython.int
-        c: cython.double
-        s: cython.double
-        dx: cython.double
-        dy: cython.double
-        ex: cython.double
-        ey: cython.double
+        best = 0
         for h in range(TURNS_APART):
             self.turned_so[h] = 0
         for h in range(pairs):
             self.explained_by[h] = -1
             self.beside[h] = (ONE << h) & ALL
         for h in range(pairs - 1, -1, -1):
-            turn = self.angle[h] // TURN
-            left = cython.cast(cython.ulonglong, self.turned_so[turn])
-            left |= cython.cast(cython.ulonglong, self.turned_so[(turn + 1) % TURNS_APART])
+            direction_bin = self.angle[h] // TURN
+            left = cython.cast(cython.ulonglong, self.turned_so[direction_bin])
+            left |= cython.cast(cython.ulonglong, self.turned_so[(direction_bin + 1) % TURNS_APART])
             left |= cython.cast(
-                cython.ulonglong, self.turned_so[(turn + TURNS_APART - 1) % TURNS_APART]
+                cython.ulonglong, self.turned_so[(direction_bin + TURNS_APART - 1) % TURNS_APART]
             )
-            self.turned_so[turn] |= (ONE << h) & ALL
+            self.turned_so[direction_bin] |= (ONE << h) & ALL
             c = self.cosine_of[self.angle[h]]
             s = self.sine_of[self.angle[h]]
             while left:

@@ -1,6 +1,7 @@
-# What other kernels may use of this one.
+# Types of the kernel, and what other kernels may use of it.
+cimport cython
 from fpmatch.matching._align_kernel cimport Aligner
-from fpmatch.matching._template_view_kernel cimport Print
+from fpmatch.matching._template_view_kernel cimport TemplateView
 from fpmatch.matching._ridge_kernel cimport RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel cimport RidgeSearch
 
@@ -12,7 +13,7 @@ cdef class EvidenceScorer:
     cdef const double[:, ::1] limits
     cdef const double[:, :, ::1] quantiles
     cdef int[::1] paired_b
-    cdef readonly RidgeCorrelator lens
+    cdef readonly RidgeCorrelator correlator
     cdef readonly RidgeSearch search
     cdef double small_area
     cdef readonly double total, decade
@@ -22,31 +23,64 @@ cdef class EvidenceScorer:
     cdef double margin, hull_margin, doubt_pairs, doubt_cells, doubt_minutiae, usual_correlation
 
     cpdef int choose_model(self, bint ridges_a, bint ridges_b, double area) noexcept nogil
+    @cython.locals(enough=cython.double, limit=cython.double)
     cpdef double prefilter_shortfall(self, int weight, Py_ssize_t smaller) noexcept nogil
     cpdef double prefilter_rejected(self, double shortfall) noexcept nogil
+    @cython.locals(total=cython.double)
     cpdef double score_alignment(
-        self, Print a, Print b, Aligner aligner, float[:, ::1] similarity
+        self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity
     ) noexcept nogil
+    @cython.locals(
+        k=cython.Py_ssize_t, hypotheses=cython.Py_ssize_t, first=cython.Py_ssize_t,
+        count=cython.Py_ssize_t, refine=cython.double, confident=cython.double, weak=cython.bint,
+        ridges=cython.bint,
+    )
     cpdef double align(
-        self, Print a, Print b, Aligner aligner, float[:, ::1] similarity
+        self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity
     ) noexcept nogil
+    @cython.locals(e=cython.Py_ssize_t, total=cython.double, better=cython.bint)
     cdef bint _save_better(
-        self, Print a, Print b, Aligner aligner, float[:, ::1] similarity, bint ridges
+        self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity, bint ridges
     ) noexcept nogil
-    cdef double _compare_ridges(self, Print a, Print b, Aligner aligner) noexcept nogil
+    cdef double _compare_ridges(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
+    @cython.locals(pairs=cython.double, per_pair=cython.double)
     cpdef int describe(self) noexcept nogil
+    @cython.locals(k=cython.Py_ssize_t, low=cython.double, high=cython.double)
     cpdef double condition(self, double total) noexcept nogil
+    @cython.locals(
+        pairs=cython.double, chance=cython.double, ridges=cython.double, decades=cython.double,
+    )
     cdef double _most_decades(self) noexcept nogil
+    @cython.locals(k=cython.Py_ssize_t, m=cython.Py_ssize_t, total=cython.double)
     cdef double _total(self) noexcept nogil
+    @cython.locals(
+        i=cython.Py_ssize_t, j=cython.Py_ssize_t, pairs=cython.double, common=cython.double,
+        common_b=cython.double, local=cython.double, unpaired=cython.double,
+        unpaired_b=cython.double, squares=cython.double, squares_b=cython.double, px=cython.double,
+        py=cython.double, qx=cython.double, qy=cython.double, area=cython.double,
+        smaller=cython.double, c=cython.double, s=cython.double, x=cython.double, y=cython.double,
+        scale=cython.double, margin_a=cython.double, margin_b=cython.double,
+        partner=cython.int[::1], predicted=cython.double[:, ::1],
+    )
     cdef int _gather(
-        self, Print a, Print b, Aligner aligner, float[:, ::1] similarity
+        self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity
     ) noexcept nogil
 
 
-cpdef double smaller_area(Print a, Print b) noexcept nogil
-cdef double common_cells(Print a, Print b, double c, double s, double x, double y) noexcept nogil
+@cython.locals(area=cython.double, smaller=cython.double)
+cpdef double smaller_area(TemplateView a, TemplateView b) noexcept nogil
+@cython.locals(
+    row=cython.int, column=cython.int, cells=cython.int, place=cython.Py_ssize_t,
+    other=cython.Py_ssize_t, bx=cython.double, by=cython.double, right=cython.double,
+    down=cython.double, first_x=cython.double, first_y=cython.double, columns=cython.double,
+    rows=cython.double,
+)
+cdef double common_cells(TemplateView a, TemplateView b, double c, double s, double x, double y) noexcept nogil
+@cython.locals(x=cython.double, y=cython.double)
 cpdef int describe_amount(double minutiae, double area, double[::1] term) noexcept nogil
 cdef double poisson_decades(double count, double mean) noexcept nogil
+@cython.locals(least=cython.double)
 cdef double raised(double squares, double minutiae) noexcept nogil
+@cython.locals(share=cython.double)
 cdef double saturated(double amount, double enough) noexcept nogil
 cpdef double as_similarity(double total) noexcept nogil

@@ -8,18 +8,14 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._align_kernel import Aligner
     from cython.cimports.fpmatch.matching._ridge_kernel import RidgeCorrelator
     from cython.cimports.fpmatch.matching._ridge_search_kernel import RidgeSearch
-    from cython.cimports.fpmatch.matching._template_view_kernel import Print
     from cython.cimports.libc.math import exp, log, log1p, sqrt
 else:
     from math import exp, log, log1p, sqrt
 
-    from fpmatch.matching._align_kernel import Aligner
     from fpmatch.matching._ridge_kernel import RidgeCorrelator
     from fpmatch.matching._ridge_search_kernel import RidgeSearch
-    from fpmatch.matching._template_view_kernel import Print
 
 COMPILED = cython.compiled
 
@@ -120,7 +116,7 @@ class EvidenceScorer:
         self.coarse = np.zeros(MOST_HYPOTHESES)
         self.found = 0
         self.paired_b = np.empty(room, np.int32)
-        self.lens = RidgeCorrelator(room)
+        self.correlator = RidgeCorrelator(room)
         self.search = RidgeSearch(search)
         self.small_area = weights.small_area
         self.margin = score.margin_px
@@ -130,20 +126,13 @@ class EvidenceScorer:
         self.doubt_minutiae = score.doubt_minutiae
         self.usual_correlation = score.usual_correlation
 
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
     def last_evidence(self) -> tuple:
         """Return the evidence and the features of the alignment scored last, as lists."""
         return [self.evidence[k] for k in range(ENTRIES)], [
             self.feature[k] for k in range(FEATURES)
         ]
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def choose_model(
-        self, ridges_a: cython.bint, ridges_b: cython.bint, area: cython.double
-    ) -> cython.int:
+    def choose_model(self, ridges_a, ridges_b, area):
         """Take the model for prints that have pictures of their ridges, or have not.
 
         `area` is that of the smaller print, in square pixels at 500 dpi.
@@ -154,42 +143,26 @@ class EvidenceScorer:
             self.model = ONE_WITH_RIDGES if ridges_a or ridges_b else MINUTIAE_ALONE
         return cython.cast(cython.int, self.model)
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def prefilter_shortfall(self, weight: cython.int, smaller: cython.Py_ssize_t) -> cython.double:
+    def prefilter_shortfall(self, weight, smaller):
         """Return by how much the prefilter's score of two prints falls short of its threshold.
 
         `weight` is that score, `smaller` the number of minutiae of the smaller print. Where two
         prints pass, the result is not positive. The model is chosen before.
         """
-        enough: cython.double = self.limits[self.model, PREFILTER_BASE]
-        limit: cython.double = self.limits[self.model, PREFILTER_LIMIT]
+        enough = self.limits[self.model, PREFILTER_BASE]
+        limit = self.limits[self.model, PREFILTER_LIMIT]
         enough += self.limits[self.model, PREFILTER_GROWTH] * smaller
         return (enough if enough < limit else limit) - weight
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def prefilter_rejected(self, shortfall: cython.double) -> cython.double:
+    def prefilter_rejected(self, shortfall):
         """Return what stands for -ln(FMR) of prints that the prefilter rejects."""
         return REJECTED - SHORTFALL * shortfall
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def score_alignment(
-        self, a: Print, b: Print, aligner: Aligner, similarity: cython.float[:, ::1]
-    ) -> cython.double:
+    def score_alignment(self, a, b, aligner, similarity):
         """Score the alignment at hand in the aligner; return -ln(FMR) as `condition` estimates it.
 
         The ridges are compared only where the minutiae leave a doubt.
         """
-        total: cython.double
         self.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
         self._gather(a, b, aligner, similarity)
         total = self._total()
@@ -197,14 +170,7 @@ class EvidenceScorer:
             total = self._compare_ridges(a, b, aligner)
         return self.condition(total)
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def align(
-        self, a: Print, b: Print, aligner: Aligner, similarity: cython.float[:, ::1]
-    ) -> cython.double:
+    def align(self, a, b, aligner, similarity):
         """Align A with B, which the aligner holds; return -ln(FMR) as `condition` estimates it.
 
         The hypotheses of the relaxed local matches are aligned coarsely, one after the other, until
@@ -217,14 +183,9 @@ class EvidenceScorer:
 
         Where nothing is paired by any, the aligner's `best_pairs` are 0, and so is the result.
         """
-        k: cython.Py_ssize_t
-        hypotheses: cython.Py_ssize_t = aligner.hypotheses
-        first: cython.Py_ssize_t = 0
-        count: cython.Py_ssize_t = 0
-        refine: cython.double
-        confident: cython.double
-        weak: cython.bint
-        ridges: cython.bint
+        hypotheses = aligner.hypotheses
+        first = 0
+        count = 0
         self.most = UNPAIRED_SUM
         self.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
         self.found = 0
@@ -255,9 +216,11 @@ class EvidenceScorer:
                     self._save_better(a, b, aligner, similarity, True)
         if ridges and (self.found == 0 or not self.most > confident):
             if self.model == SMALL_WITH_RIDGES:
-                hypotheses = self.search.search(a, b, self.lens)
+                hypotheses = self.search.search(a, b, self.correlator)
             else:
-                hypotheses = self.search.search_candidates(a, b, aligner.relaxation, self.lens)
+                hypotheses = self.search.search_candidates(
+                    a, b, aligner.relaxation, self.correlator
+                )
             for k in range(hypotheses):
                 if aligner.start_from(self.search.first[k], self.search.second[k]) > 0:
                     self._save_better(a, b, aligner, similarity, True)
@@ -268,26 +231,11 @@ class EvidenceScorer:
             self.evidence[k] = self.best[k]
         return self.condition(self._total())
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _save_better(
-        self,
-        a: Print,
-        b: Print,
-        aligner: Aligner,
-        similarity: cython.float[:, ::1],
-        ridges: cython.bint,
-    ) -> cython.bint:
+    def _save_better(self, a, b, aligner, similarity, ridges):
         """Let the aligner save the alignment at hand if its sum is the greatest; return whether.
 
         Where `ridges`, they are compared, too.
         """
-        e: cython.Py_ssize_t
-        total: cython.double
-        better: cython.bint
         if aligner.pairs == 0:
             return False
         self._gather(a, b, aligner, similarity)
@@ -304,28 +252,20 @@ class EvidenceScorer:
         self.found += 1
         return better
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _compare_ridges(self, a: Print, b: Print, aligner: Aligner) -> cython.double:
+    def _compare_ridges(self, a, b, aligner):
         """Compare the ridges, moved as the mesh of pairs is; return the weighted sum."""
-        if self.lens.compare(a, b, aligner.mesh, aligner.c, aligner.s, aligner.x, aligner.y) > 0:
-            self.evidence[RIDGES] = self.lens.correlation
-            self.evidence[CELLS] = self.lens.cells
+        if (
+            self.correlator.compare(a, b, aligner.mesh, aligner.c, aligner.s, aligner.x, aligner.y)
+            > 0
+        ):
+            self.evidence[RIDGES] = self.correlator.correlation
+            self.evidence[CELLS] = self.correlator.cells
         return self._total()
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def describe(self) -> cython.int:
+    def describe(self):
         """Turn the evidence into features; see `fpmatch.matching.score`."""
-        pairs: cython.double = self.evidence[PAIRS]
-        per_pair: cython.double = 1.0 / (1.0 + pairs)
+        pairs = self.evidence[PAIRS]
+        per_pair = 1.0 / (1.0 + pairs)
         self.feature[0] = log(LEAST_RELAXED + self.evidence[RELAXED])
         self.feature[1] = self.evidence[PLACES] * per_pair
         self.feature[2] = self.evidence[WEIGHTS] * per_pair
@@ -347,13 +287,7 @@ class EvidenceScorer:
             self.feature[12] = self.standard[self.model, IMPOSTOR, 12]
         return 0
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def condition(self, total: cython.double) -> cython.double:
+    def condition(self, total):
         """Return -ln(FMR) of a weighted sum, given how much was compared.
 
         The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
@@ -361,9 +295,8 @@ class EvidenceScorer:
         so many pairs and ridges can say at most. The model is chosen, and the evidence gathered,
         before. `total` keeps the sum, `decade` by how much it rises where the FMR falls tenfold.
         """
-        k: cython.Py_ssize_t
-        low: cython.double = 0.0
-        high: cython.double = 0.0
+        low = 0.0
+        high = 0.0
         self.total = total
         # the geometric mean of a print's minutiae in the common region and of the smaller's in all
         describe_amount(
@@ -380,12 +313,7 @@ class EvidenceScorer:
         self.decade = high
         return LOG_10 * min(2.0 + (total - low) / high, self._most_decades())
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _most_decades(self) -> cython.double:
+    def _most_decades(self):
         """Return how often the FMR can fall tenfold, at most, for so many pairs and cells.
 
         Impostors are prints that were not made to match. The commonest arrangement of a few
@@ -393,27 +321,20 @@ class EvidenceScorer:
         Of very many minutiae a good many fall on others wherever they lie: there, a Poisson
         distribution says how rare so many pairs are. Ridges count by how well they agree.
         """
-        pairs: cython.double = self.evidence[PAIRS]
-        chance: cython.double = self.evidence[CHANCE]
-        ridges: cython.double = self.evidence[RIDGES] - self.usual_correlation
-        decades: cython.double = DECADES_PER_PAIR * max(pairs - 1.0, 0.0)
+        pairs = self.evidence[PAIRS]
+        chance = self.evidence[CHANCE]
+        ridges = self.evidence[RIDGES] - self.usual_correlation
+        decades = DECADES_PER_PAIR * max(pairs - 1.0, 0.0)
         if chance > USUAL_CHANCE:
             chance *= min((chance - USUAL_CHANCE) / DENSER, 1.0)
             decades = min(decades, poisson_decades(pairs, chance))
         ridges = min(max(ridges / FULL_AGREEMENT, 0.0), 1.0)
         return decades + ridges * self.evidence[CELLS] / CELLS_PER_DECADE
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _total(self) -> cython.double:
+    def _total(self):
         """Return the weighted sum of the features."""
-        k: cython.Py_ssize_t
-        m: cython.Py_ssize_t = self.model
-        total: cython.double = self.limits[m, BIAS]
+        m = self.model
+        total = self.limits[m, BIAS]
         self.describe()
         for k in range(self.feature.shape[0]):
             total += (
@@ -423,41 +344,25 @@ class EvidenceScorer:
             )
         return total
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _gather(
-        self, a: Print, b: Print, aligner: Aligner, similarity: cython.float[:, ::1]
-    ) -> cython.int:
+    def _gather(self, a, b, aligner, similarity):
         """Gather the evidence of the minutiae in the alignment at hand; none yet of the ridges."""
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        pairs: cython.double = 0.0
-        common: cython.double = 0.0
-        common_b: cython.double = 0.0
-        local: cython.double = 0.0
-        unpaired: cython.double = 0.0
-        unpaired_b: cython.double = 0.0
-        squares: cython.double = 0.0
-        squares_b: cython.double = 0.0
-        px: cython.double
-        py: cython.double
-        qx: cython.double
-        qy: cython.double
-        area: cython.double
-        smaller: cython.double
-        partner: cython.int[::1] = aligner.partner
-        predicted: cython.double[:, ::1] = aligner.predicted
-        c: cython.double = aligner.c
-        s: cython.double = aligner.s
-        x: cython.double = aligner.x
-        y: cython.double = aligner.y
-        scale: cython.double = c * c + s * s
-        margin_a: cython.double = self.margin if a.has_flow else self.hull_margin
-        margin_b: cython.double = self.margin if b.has_flow else self.hull_margin
+        pairs = 0.0
+        common = 0.0
+        common_b = 0.0
+        local = 0.0
+        unpaired = 0.0
+        unpaired_b = 0.0
+        squares = 0.0
+        squares_b = 0.0
+        partner = aligner.partner
+        predicted = aligner.predicted
+        c = aligner.c
+        s = aligner.s
+        x = aligner.x
+        y = aligner.y
+        scale = c * c + s * s
+        margin_a = self.margin if a.has_flow else self.hull_margin
+        margin_b = self.margin if b.has_flow else self.hull_margin
         for j in range(b.size):
             self.paired_b[j] = 0
         for i in range(a.size):
@@ -514,45 +419,22 @@ class EvidenceScorer:
         return 0
 
 
-@cython.ccall
-@cython.nogil
-@cython.exceptval(check=False)
-def smaller_area(a: Print, b: Print) -> cython.double:
+def smaller_area(a, b):
     """Return the area of the smaller of two prints, in square pixels at 500 dpi."""
-    area: cython.double = b.inside * (b.step * b.step)
-    smaller: cython.double = a.inside * (a.step * a.step)
+    area = b.inside * (b.step * b.step)
+    smaller = a.inside * (a.step * a.step)
     return area if area < smaller else smaller
 
 
-@cython.cfunc
-@cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def common_cells(
-    a: Print,
-    b: Print,
-    c: cython.double,
-    s: cython.double,
-    x: cython.double,
-    y: cython.double,
-) -> cython.double:
+def common_cells(a, b, c, s, x, y):
     """Return how many cells of A fall into the region of B."""
-    row: cython.int
-    column: cython.int
-    place: cython.Py_ssize_t = a.cell_at
-    other: cython.Py_ssize_t
-    bx: cython.double
-    by: cython.double
+    place = a.cell_at
     # of cells of B: a step of A to the right, and the middle of the first cell of a row
-    right: cython.double = c * a.step * b.per_px
-    down: cython.double = s * a.step * b.per_px
-    first_x: cython.double
-    first_y: cython.double
-    columns: cython.double = b.columns
-    rows: cython.double = b.rows
-    cells: cython.int = 0
+    right = c * a.step * b.per_px
+    down = s * a.step * b.per_px
+    columns = b.columns
+    rows = b.rows
+    cells = 0
     for row in range(a.rows):
         first_x = x * b.per_px + right * (a.first_column + 0.5) - b.first_column
         first_x += down * (a.first_row + row + 0.5)
@@ -570,18 +452,10 @@ def common_cells(
     return cells
 
 
-@cython.ccall
-@cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def describe_amount(
-    minutiae: cython.double, area: cython.double, term: cython.double[::1]
-) -> cython.int:
+def describe_amount(minutiae, area, term):
     """Fill the terms of an amount of evidence; see `fpmatch.matching.score`."""
-    x: cython.double = 1.0 / (saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
-    y: cython.double = saturated(area, ENOUGH_AREA)
+    x = 1.0 / (saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
+    y = saturated(area, ENOUGH_AREA)
     y = log((y if y > LEAST_AREA else LEAST_AREA) / UNIT_AREA)
     term[0] = 1.0
     term[1] = x
@@ -591,11 +465,7 @@ def describe_amount(
     return 0
 
 
-@cython.cfunc
-@cython.nogil
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def poisson_decades(count: cython.double, mean: cython.double) -> cython.double:
+def poisson_decades(count, mean):
     """Return how rare so many or more are, of a Poisson distribution: a bound of -log10 of it.
 
     It is Chernoff's.
@@ -607,34 +477,23 @@ def poisson_decades(count: cython.double, mean: cython.double) -> cython.double:
     return (count * log(count / mean) - count + mean) / LOG_10
 
 
-@cython.cfunc
-@cython.nogil
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def raised(squares: cython.double, minutiae: cython.double) -> cython.double:
+def raised(squares, minutiae):
     """Return the factor by which poor minutiae count more, so that not all of a print do not count.
 
     `squares` is the sum of the squares of the qualities, which is to be that of real prints.
     """
-    least: cython.double = LEAST_MEAN_SQUARE * minutiae
+    least = LEAST_MEAN_SQUARE * minutiae
     return least / squares if 0.0 < squares < least else 1.0
 
 
-@cython.cfunc
-@cython.nogil
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def saturated(amount: cython.double, enough: cython.double) -> cython.double:
+def saturated(amount, enough):
     """Return the amount where it is far less than enough, and about enough where it is more."""
-    share: cython.double = amount / enough
+    share = amount / enough
     share = share * share
     return amount / sqrt(sqrt(1.0 + share * share))
 
 
-@cython.ccall
-@cython.nogil
-@cython.exceptval(check=False)
-def as_similarity(total: cython.double) -> cython.double:
+def as_similarity(total):
     """Return ``log(1 + e^total)``: positive, and for more than a few the sum itself."""
     if total > 0.0:
         return total + log1p(exp(-total))

@@ -97,9 +97,6 @@ class NeighbourIndex:
         start=cython.int[::1],
         item=cython.int[::1],
     )
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
     def __init__(self, count, frame, side, half, max_turn, slack, other_size):
         self.minutiae = count.shape[0]
         self.size = frame.shape[2]
@@ -176,48 +173,18 @@ class NeighbourIndex:
             return 2 * self.half - 1
         return cython.cast(cython.Py_ssize_t, place)
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def to_prints_before(
-        self,
-        count: cython.int[::1],
-        frame: cython.float[:, :, ::1],
-        minutiae: cython.Py_ssize_t,
-        min_cosine: cython.double,
-        similarity: cython.float[:, ::1],
-    ) -> cython.int:
+    def to_prints_before(self, count, frame, minutiae, min_cosine, similarity):
         """Fill ``similarity[i, j]`` for the minutiae i of another print A and j of the indexed one.
 
         `count` and `frame` are those of A, of which the first `minutiae` are compared.
         """
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        at: cython.Py_ssize_t
-        cell: cython.Py_ssize_t
-        u: cython.double
-        v: cython.double
-        c: cython.double
-        s: cython.double
-        precision: cython.double
-        weight: cython.double
-        near: cython.double
-        turn: cython.double
-        t0: cython.double
-        t1: cython.double
-        t2: cython.double
-        t3: cython.double
         # a quarter, as either factor of a similarity is doubled below
-        scale: cython.double = 0.25 / (1.0 - min_cosine)
-        n: cython.Py_ssize_t = self.minutiae
-        entry: cython.float[:, ::1] = self.entry
-        owner: cython.int[::1] = self.owner
-        item: cython.int[::1] = self.item
-        best: cython.double[::1] = self.best
+        scale = 0.25 / (1.0 - min_cosine)
+        n = self.minutiae
+        entry = self.entry
+        owner = self.owner
+        item = self.item
+        best = self.best
         for i in range(minutiae):
             for k in range(count[i]):
                 u = cython.cast(cython.double, frame[i, 0, k])
@@ -271,48 +238,18 @@ class NeighbourIndex:
                 j += 1
         return 0
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def to_prints_after(
-        self,
-        count: cython.int[::1],
-        frame: cython.float[:, :, ::1],
-        minutiae: cython.Py_ssize_t,
-        min_cosine: cython.double,
-        similarity: cython.float[:, ::1],
-    ) -> cython.int:
+    def to_prints_after(self, count, frame, minutiae, min_cosine, similarity):
         """Fill ``similarity[i, j]`` for the minutiae i of the indexed print and j of another, B.
 
         `count` and `frame` are those of B, of which the first `minutiae` are compared.
         """
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        m: cython.Py_ssize_t
-        at: cython.Py_ssize_t
-        cell: cython.Py_ssize_t
-        u: cython.double
-        v: cython.double
-        c: cython.double
-        s: cython.double
-        weight: cython.double
-        near: cython.double
-        turn: cython.double
-        t0: cython.double
-        t1: cython.double
-        t2: cython.double
-        t3: cython.double
         # a quarter, as either factor of a similarity is doubled below
-        scale: cython.double = 0.25 / (1.0 - min_cosine)
-        n: cython.Py_ssize_t = self.minutiae
-        entry: cython.float[:, ::1] = self.entry
-        item: cython.int[::1] = self.item
-        root_weight: cython.double[::1] = self.root_weight
-        best: cython.double[::1] = self.best
+        scale = 0.25 / (1.0 - min_cosine)
+        n = self.minutiae
+        entry = self.entry
+        item = self.item
+        root_weight = self.root_weight
+        best = self.best
         for j in range(minutiae):
             for m in range(count[j]):
                 u = cython.cast(cython.double, frame[j, 0, m])
@@ -367,24 +304,8 @@ class NeighbourIndex:
         return 0
 
 
-@cython.ccall
-@cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-@cython.exceptval(check=False)
-def normalize_by_size(
-    similarity: cython.float[:, ::1],
-    count_a: cython.int[::1],
-    minutiae_a: cython.Py_ssize_t,
-    count_b: cython.int[::1],
-    minutiae_b: cython.Py_ssize_t,
-    fewest: cython.int,
-) -> cython.int:
+def normalize_by_size(similarity, count_a, minutiae_a, count_b, minutiae_b, fewest):
     """Divide by the geometric mean of the neighbourhoods' sizes, taken as `fewest` at least."""
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    share: cython.double
     for i in range(minutiae_a):
         share = _inverse_root(count_a[i], fewest)
         for j in range(minutiae_b):
@@ -399,9 +320,6 @@ def normalize_by_size(
 @cython.cfunc
 @cython.inline
 @cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 @cython.exceptval(check=False)
 def _inverse_root(count: cython.int, fewest: cython.int) -> cython.double:
     """Return 1/√count, of at least `fewest`."""

@@ -22,40 +22,12 @@ FULL_TURN = cython.declare(cython.double, 2.0 * np.pi)
 LEAST_WEIGHT = cython.declare(cython.double, 1e-9)  # of all neighbours of a minutia together
 
 
-@cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-def map_to_circle(
-    points: cython.const[cython.double][:, ::1],
-    centre: cython.const[cython.int][::1],
-    start: cython.const[cython.int][::1],
-    vertex: cython.const[cython.int][::1],
-    circle: cython.double[:, ::1],
-) -> None:
+def map_to_circle(points, centre, start, vertex, circle):
     """Write the places (x, y) of the rings' vertices into the first two rows of `circle`.
 
     `points` are x, y and the unit vector of the direction (4, N). The ring of ``centre[i]`` is
     ``vertex[start[i]:start[i + 1]]``, counter-clockwise and closed.
     """
-    i: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    begin: cython.Py_ssize_t
-    end: cython.Py_ssize_t
-    following: cython.Py_ssize_t
-    last: cython.Py_ssize_t
-    x: cython.double
-    y: cython.double
-    c: cython.double
-    s: cython.double
-    dx: cython.double
-    dy: cython.double
-    angle: cython.double
-    largest: cython.double
-    rise: cython.double
-    share: cython.double
-    around: cython.double
-    anchor: cython.double
     for i in range(centre.shape[0]):
         begin = start[i]
         end = start[i + 1]
@@ -103,23 +75,19 @@ def map_to_circle(
             circle[1, m] = sin(angle)
 
 
-@cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def nearest_in_own_frames(
-    points: cython.const[cython.double][:, ::1],
-    edge: cython.const[cython.int][:, ::1],
-    ring_start: cython.const[cython.int][::1],
-    ring: cython.const[cython.int][::1],
-    ring_weight: cython.const[cython.double][::1],
-    second_ring_weight: cython.double,
-    tolerance_px: cython.double,
-    tolerance_per_px: cython.double,
-    count: cython.int[::1],
-    neighbour: cython.int[:, ::1],
-    frame: cython.float[:, :, ::1],
-) -> None:
+    points,
+    edge,
+    ring_start,
+    ring,
+    ring_weight,
+    second_ring_weight,
+    tolerance_px,
+    tolerance_per_px,
+    count,
+    neighbour,
+    frame,
+):
     """Write `count`, `neighbour` and `frame`, as `Neighbourhoods` describes them.
 
     `edge` (E, 2) are the joined minutiae. ``ring[ring_start[i]:ring_start[i + 1]]`` is the one-ring
@@ -127,28 +95,13 @@ def nearest_in_own_frames(
     Of two neighbours equally near the one of the smaller index comes first. `neighbour` and
     `frame` hold zeros.
     """
-    n: cython.Py_ssize_t = count.shape[0]
-    size: cython.Py_ssize_t = neighbour.shape[1]
-    i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    f: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    j: cython.int
-    via: cython.int
-    listed: cython.int
-    dx: cython.double
-    dy: cython.double
-    c: cython.double
-    s: cython.double
-    squared: cython.double
-    total: cython.double
-    tolerance: cython.double
-    degree: cython.double
-    joined_start: cython.int[::1] = np.zeros(n + 2, np.int32)
-    joined: cython.int[::1] = np.empty(2 * edge.shape[0], np.int32)
-    met: cython.int[::1] = np.full(n, -1, np.int32)
-    weight: cython.double[::1] = np.full(n, second_ring_weight)
-    distance: cython.double[::1] = np.empty(size)
+    n = count.shape[0]
+    size = neighbour.shape[1]
+    joined_start = np.zeros(n + 2, np.int32)
+    joined = np.empty(2 * edge.shape[0], np.int32)
+    met = np.full(n, -1, np.int32)
+    weight = np.full(n, second_ring_weight)
+    distance = np.empty(size)
     # the minutiae joined with each: `joined_start` runs one ahead while they are filled in
     for e in range(edge.shape[0]):
         joined_start[edge[e, 0] + 2] += 1

@@ -12,13 +12,13 @@ if cython.compiled:
     from cython.cimports.fpmatch.matching._bit_descriptor_kernel import Prefilter
     from cython.cimports.fpmatch.matching._evidence_kernel import EvidenceScorer, as_similarity
     from cython.cimports.fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
-    from cython.cimports.fpmatch.matching._template_view_kernel import PackedView, Print
+    from cython.cimports.fpmatch.matching._template_view_kernel import PackedView, TemplateView
 else:
     from fpmatch.matching._align_kernel import Aligner
     from fpmatch.matching._bit_descriptor_kernel import Prefilter
     from fpmatch.matching._evidence_kernel import EvidenceScorer, as_similarity
     from fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
-    from fpmatch.matching._template_view_kernel import PackedView, Print
+    from fpmatch.matching._template_view_kernel import PackedView, TemplateView
 
 COMPILED = cython.compiled
 
@@ -33,8 +33,8 @@ class OneToMany:
     """
 
     prefilter: Prefilter
-    probe: Print
-    reference: Print
+    probe: TemplateView
+    reference: TemplateView
     neighbours: NeighbourIndex
     before: Aligner
     after: Aligner
@@ -70,8 +70,6 @@ class OneToMany:
         self.fewest_minutiae = fewest_minutiae
 
     @cython.ccall
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
     def compare(
         self,
         packed: PackedView,
@@ -102,8 +100,6 @@ class OneToMany:
 
     @cython.cfunc
     @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
     @cython.exceptval(check=False)
     def _prefilter_shortfall(
         self, packed: PackedView, k: cython.Py_ssize_t, reference_first: cython.bint
@@ -119,13 +115,13 @@ class OneToMany:
             smaller = self.probe.size
         if smaller < self.fewest_minutiae:
             return 0.0
-        weight = self.prefilter.weigh(
+        weight = self.prefilter.score(
             first,
             last,
             packed.xy,
-            packed.turn,
-            packed.around,
-            packed.along,
+            packed.direction_bin,
+            packed.neighbour_bits,
+            packed.orientation_bins,
             packed.has_flow[k],
             reference_first,
         )
@@ -137,8 +133,6 @@ class OneToMany:
 
     @cython.cfunc
     @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
     @cython.exceptval(check=False)
     def _similarity(self, reference_first: cython.bint) -> cython.double:
         """Return the similarity of the probe and the reference at hand."""
@@ -180,7 +174,7 @@ class OneToMany:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def _aligned(self, a: Print, b: Print, aligner: Aligner) -> cython.double:
+    def _aligned(self, a: TemplateView, b: TemplateView, aligner: Aligner) -> cython.double:
         """Return the similarity of two prints that an aligner holds."""
         total: cython.double = self.scorer.align(a, b, aligner, self.local_similarity)
         return as_similarity(total) if aligner.best_pairs > 0 else 0.0

@@ -12,7 +12,7 @@ if cython.compiled:
     from cython.cimports.fpmatch.matching._bit_descriptor_kernel import Prefilter
     from cython.cimports.fpmatch.matching._evidence_kernel import EvidenceScorer, smaller_area
     from cython.cimports.fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
-    from cython.cimports.fpmatch.matching._template_view_kernel import Print
+    from cython.cimports.fpmatch.matching._template_view_kernel import TemplateView
     from cython.cimports.libc.math import atan2, cos, sin, sqrt
 else:
     from math import atan2, cos, sin, sqrt
@@ -21,7 +21,7 @@ else:
     from fpmatch.matching._bit_descriptor_kernel import Prefilter
     from fpmatch.matching._evidence_kernel import EvidenceScorer, smaller_area
     from fpmatch.matching._local_kernel import NeighbourIndex, normalize_by_size
-    from fpmatch.matching._template_view_kernel import Print
+    from fpmatch.matching._template_view_kernel import TemplateView
 
 COMPILED = cython.compiled
 
@@ -53,7 +53,7 @@ class OneToOne:
 
     @cython.ccall
     def prefilter_shortfall(
-        self, own: Print, other: Print, other_first: cython.bint
+        self, own: TemplateView, other: TemplateView, other_first: cython.bint
     ) -> cython.double:
         """Return by how much the prefilter's score of two prints falls short of its threshold.
 
@@ -62,15 +62,17 @@ class OneToOne:
         """
         weight: cython.int
         if self.sieved is not own:
-            self.prefilter.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+            self.prefilter.load(
+                own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow
+            )
             self.sieved = own
-        weight = self.prefilter.weigh(
+        weight = self.prefilter.score(
             0,
             other.size,
             other.xy,
-            other.turn,
-            other.around,
-            other.along,
+            other.direction_bin,
+            other.neighbour_bits,
+            other.orientation_bins,
             other.has_flow,
             other_first,
         )
@@ -80,9 +82,7 @@ class OneToOne:
         )
 
     @cython.ccall
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    def align(self, neighbours: NeighbourIndex, a: Print, b: Print) -> cython.double:
+    def align(self, neighbours: NeighbourIndex, a: TemplateView, b: TemplateView) -> cython.double:
         """Align A, whose neighbours are indexed, with B; return an estimate of -ln(FMR).
 
         Where nothing is paired, the aligner's `best_pairs` are 0, and so is the result.
@@ -95,14 +95,11 @@ class OneToOne:
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def fit_pairs(
     a: cython.double[:, ::1],
     b: cython.double[:, ::1],
-    zoom_a: cython.double,
-    zoom_b: cython.double,
+    to_500dpi_a: cython.double,
+    to_500dpi_b: cython.double,
     index_a: cython.const[cython.int][::1],
     index_b: cython.const[cython.int][::1],
     partner: cython.int[::1],
@@ -140,7 +137,7 @@ def fit_pairs(
     cosine: cython.double = 0.0
     sine: cython.double = 0.0
     spread: cython.double = 0.0
-    scale: cython.double = zoom_a / zoom_b
+    scale: cython.double = to_500dpi_a / to_500dpi_b
     free: cython.double
     total: cython.double = 0.0
     for i in range(a.shape[1]):
@@ -149,10 +146,10 @@ def fit_pairs(
             continue
         w = weight[i]
         mass += w
-        pmx += w * (a[0, i] / zoom_a)
-        pmy -= w * (a[1, i] / zoom_a)
-        qmx += w * (b[0, j] / zoom_b)
-        qmy -= w * (b[1, j] / zoom_b)
+        pmx += w * (a[0, i] / to_500dpi_a)
+        pmy -= w * (a[1, i] / to_500dpi_a)
+        qmx += w * (b[0, j] / to_500dpi_b)
+        qmy -= w * (b[1, j] / to_500dpi_b)
         if swapped:
             k = n
             while k > 0 and pairs[k - 1, 0] > index_b[j]:
@@ -175,10 +172,10 @@ def fit_pairs(
             if j < 0:
                 continue
             w = weight[i]
-            px = a[0, i] / zoom_a - pmx
-            py = -a[1, i] / zoom_a - pmy
-            qx = b[0, j] / zoom_b - qmx
-            qy = -b[1, j] / zoom_b - qmy
+            px = a[0, i] / to_500dpi_a - pmx
+            py = -a[1, i] / to_500dpi_a - pmy
+            qx = b[0, j] / to_500dpi_b - qmx
+            qy = -b[1, j] / to_500dpi_b - qmy
             cosine += w * (px * qx + py * qy)
             sine += w * (px * qy - py * qx)
             spread += w * (px * px + py * py)
@@ -199,8 +196,18 @@ def fit_pairs(
         j = partner[i]
         if j < 0:
             continue
-        qx = cosine * a[0, i] / zoom_a + sine * a[1, i] / zoom_a + px - b[0, j] / zoom_b
-        qy = sine * a[0, i] / zoom_a - cosine * a[1, i] / zoom_a + py + b[1, j] / zoom_b
+        qx = (
+            cosine * a[0, i] / to_500dpi_a
+            + sine * a[1, i] / to_500dpi_a
+            + px
+            - b[0, j] / to_500dpi_b
+        )
+        qy = (
+            sine * a[0, i] / to_500dpi_a
+            - cosine * a[1, i] / to_500dpi_a
+            + py
+            + b[1, j] / to_500dpi_b
+        )
         total += qx * qx + qy * qy
     fitted[4] = sqrt(total / n)
     if swapped:

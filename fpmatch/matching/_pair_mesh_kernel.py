@@ -97,36 +97,13 @@ class PairMesh:
         self.residual_px = p.residual_px
         self.residual_per_px = p.residual_per_px
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def build(
-        self,
-        a: cython.double[:, ::1],
-        size_a: cython.Py_ssize_t,
-        b: cython.double[:, ::1],
-        partner: cython.int[::1],
-        c: cython.double,
-        s: cython.double,
-        x: cython.double,
-        y: cython.double,
-    ) -> cython.int:
+    def build(self, a, size_a, b, partner, c, s, x, y):
         """Triangulate the pairs; return the number of triangles.
 
         ``partner[i]`` is the minutia of B that minutia i of A is paired with, or -1; the frame
         points are mapped by the transform (c, s, x, y). A minutia at the place of an earlier one is
         no vertex.
         """
-        i: cython.Py_ssize_t
-        v: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        low_x: cython.double
-        low_y: cython.double
-        high_x: cython.double
-        high_y: cython.double
-        middle_x: cython.double
-        middle_y: cython.double
-        radius: cython.double
         low_x = high_x = a[0, 0] if size_a > 0 else 0.0
         low_y = high_y = a[1, 0] if size_a > 0 else 0.0
         for i in range(size_a):
@@ -164,20 +141,11 @@ class PairMesh:
         self._sort_fans()
         return cython.cast(cython.int, self.triangles)
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _insert(self, v: cython.Py_ssize_t) -> cython.bint:
+    def _insert(self, v):
         """Insert a vertex into the triangulation; return whether it is one now."""
-        k: cython.Py_ssize_t
-        following: cython.Py_ssize_t
-        t: cython.Py_ssize_t
-        p: cython.Py_ssize_t
-        q: cython.Py_ssize_t
-        area: cython.double
-        x: cython.double = self.ax[v]
-        y: cython.double = self.ay[v]
-        removed: cython.int = self._cavity(x, y)
+        x = self.ax[v]
+        y = self.ay[v]
+        removed = self._cavity(x, y)
         # a ring of more triangles than it needs has a vertex inside, which would be lost
         if self.ring_size < 3 or removed != self.ring_size - 2:
             return False
@@ -199,23 +167,17 @@ class PairMesh:
             self._put_triangle(t, v, self.ring[k], self.ring[following])
         return True
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _put_triangle(
-        self, t: cython.Py_ssize_t, p: cython.Py_ssize_t, q: cython.Py_ssize_t, r: cython.Py_ssize_t
-    ) -> cython.int:
+    def _put_triangle(self, t, p, q, r):
         """Write triangle t, counter-clockwise, and its circumcircle."""
-        ux: cython.double = self.ax[q] - self.ax[p]
-        uy: cython.double = self.ay[q] - self.ay[p]
-        vx: cython.double = self.ax[r] - self.ax[p]
-        vy: cython.double = self.ay[r] - self.ay[p]
-        area: cython.double = 2.0 * (ux * vy - uy * vx)
-        u2: cython.double = ux * ux + uy * uy
-        v2: cython.double = vx * vx + vy * vy
-        x: cython.double = (vy * u2 - uy * v2) / area
-        y: cython.double = (ux * v2 - vx * u2) / area
+        ux = self.ax[q] - self.ax[p]
+        uy = self.ay[q] - self.ay[p]
+        vx = self.ax[r] - self.ax[p]
+        vy = self.ay[r] - self.ay[p]
+        area = 2.0 * (ux * vy - uy * vx)
+        u2 = ux * ux + uy * uy
+        v2 = vx * vx + vy * vy
+        x = (vy * u2 - uy * v2) / area
+        y = (ux * v2 - vx * u2) / area
         self.corner[t, 0] = cython.cast(cython.int, p)
         self.corner[t, 1] = cython.cast(cython.int, q)
         self.corner[t, 2] = cython.cast(cython.int, r)
@@ -224,26 +186,14 @@ class PairMesh:
         self.circle[t, 2] = x * x + y * y - ROUNDING
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _cavity(self, x: cython.double, y: cython.double) -> cython.int:
+    def _cavity(self, x, y):
         """List the triangles whose circumcircle holds a point; return their number.
 
         `ring` becomes the boundary of their union, counter-clockwise: the ring that the point would
         have as a vertex; its size is 0 where the boundary is not one closed line.
         """
-        t: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        f: cython.Py_ssize_t
-        dx: cython.double
-        dy: cython.double
-        found: cython.int = 0
-        kept: cython.Py_ssize_t = 0
-        u: cython.longlong
-        v: cython.longlong
-        back: cython.longlong
+        found = 0
+        kept = 0
         self.ring_size = 0
         for t in range(self.triangles):
             dx = self.circle[t, 0] - x
@@ -273,19 +223,8 @@ class PairMesh:
         self._chain(self.side_from, self.side_to, 0, kept)
         return found
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _chain(
-        self,
-        start: cython.int[::1],
-        end: cython.int[::1],
-        first: cython.Py_ssize_t,
-        last: cython.Py_ssize_t,
-    ) -> cython.int:
+    def _chain(self, start, end, first, last):
         """Write the sides ``start[k]`` to ``end[k]``, one after the other, as `ring`."""
-        k: cython.Py_ssize_t
-        v: cython.int
         self.ring_size = 0
         if last - first < 3 or last - first > self.vertices:
             return 0
@@ -303,17 +242,9 @@ class PairMesh:
             self.ring_size = cython.cast(cython.int, last - first)
         return self.ring_size
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _sort_fans(self) -> cython.int:
+    def _sort_fans(self):
         """Sort the sides opposite to each vertex, from `fan_from` to `fan_to`, by the vertex."""
-        t: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        v: cython.Py_ssize_t
-        at: cython.Py_ssize_t
-        behind: cython.int = 0
-        count: cython.int
+        behind = 0
         for v in range(self.vertices + 1):
             self.fan_start[v] = 0
         for t in range(self.triangles):
@@ -336,31 +267,15 @@ class PairMesh:
         self.fan_start[0] = 0
         return behind
 
-    @cython.ccall
-    @cython.nogil
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def predict(
-        self,
-        a: cython.double[:, ::1],
-        size_a: cython.Py_ssize_t,
-        b: cython.double[:, ::1],
-        partner: cython.int[::1],
-        c: cython.double,
-        s: cython.double,
-        x: cython.double,
-        y: cython.double,
-        measured: cython.bint,
-    ) -> cython.int:
+    def predict(self, a, size_a, b, partner, c, s, x, y, measured):
         """Predict where every minutia of A lies in B; return for how many the mesh does.
 
         A paired minutia is predicted by its ring without itself. Where there is no ring round a
         minutia, the transform (c, s, x, y) maps it. Where `measured`, the pairs, those that the
         mesh was built of, are measured on their rings.
         """
-        i: cython.Py_ssize_t
-        scale: cython.double = sqrt(c * c + s * s)
-        found: cython.int = 0
+        scale = sqrt(c * c + s * s)
+        found = 0
         scale = 1.0 / scale if scale > 0.0 else 0.0
         if measured:
             self.places = self.weights = self.full = self.strain = 0.0
@@ -383,43 +298,28 @@ class PairMesh:
             self.nearest[i] = FAR_AWAY
         return found
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _find_ring(self, a: cython.double[:, ::1], i: cython.Py_ssize_t) -> cython.int:
+    def _find_ring(self, a, i):
         """Make the ring of minutia i of A, a vertex of the mesh or not, the ring at hand."""
-        v: cython.Py_ssize_t = self.vertex_of[i]
+        v = self.vertex_of[i]
         if v < 0:
             self._cavity(a[0, i], a[1, i])
         else:
             self._chain(self.fan_from, self.fan_to, self.fan_start[v], self.fan_start[v + 1])
         return self.ring_size
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _predict_one(self, a: cython.double[:, ::1], i: cython.Py_ssize_t) -> cython.bint:
+    def _predict_one(self, a, i):
         """Predict minutia i of A by the ring at hand; return whether the ring goes round it.
 
         The direction turns as the ring does: by the rotation that fits the lines from the place to
         the vertices best, each by its weight.
         """
-        k: cython.Py_ssize_t
-        v: cython.Py_ssize_t
-        px: cython.double = a[0, i]
-        py: cython.double = a[1, i]
-        x: cython.double = 0.0
-        y: cython.double = 0.0
-        c: cython.double = 0.0
-        s: cython.double = 0.0
-        ax: cython.double
-        ay: cython.double
-        bx: cython.double
-        by: cython.double
-        length2: cython.double
-        weight: cython.double
-        nearest2: cython.double = FAR_AWAY * FAR_AWAY
+        px = a[0, i]
+        py = a[1, i]
+        x = 0.0
+        y = 0.0
+        c = 0.0
+        s = 0.0
+        nearest2 = FAR_AWAY * FAR_AWAY
         if self.ring_size < 3 or not shape_preserving_weights(
             self.ax, self.ay, self.ring, 0, self.ring_size, px, py, self.weight
         ):
@@ -452,27 +352,10 @@ class PairMesh:
         self.nearest[i] = sqrt(nearest2)
         return True
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _measure_one(
-        self,
-        a: cython.double[:, ::1],
-        i: cython.Py_ssize_t,
-        b: cython.double[:, ::1],
-        j: cython.Py_ssize_t,
-    ) -> cython.int:
+    def _measure_one(self, a, i, b, j):
         """Measure the pair of minutia i of A and j of B on the ring at hand, which predicted it."""
-        k: cython.Py_ssize_t
-        v: cython.Py_ssize_t
-        u: cython.Py_ssize_t
-        radius: cython.double = 0.0
-        on_pairs: cython.double = 0.0
-        dx: cython.double
-        dy: cython.double
-        length_a: cython.double
-        length_b: cython.double
+        radius = 0.0
+        on_pairs = 0.0
         for k in range(self.ring_size):
             v = self.ring[k]
             u = self.ring[k + 1 if k + 1 < self.ring_size else 0]
@@ -501,34 +384,20 @@ class PairMesh:
         self.places += self.place_agreement[i]
         return self.ring_size
 
-    @cython.ccall
-    @cython.nogil
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def mean_strain(self) -> cython.double:
+    def mean_strain(self):
         """Return the mean relative change of length of the edges at pairs."""
         return self.strain / self.edges if self.edges > 0 else 0.0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _place_agreement(self) -> cython.double:
+    def _place_agreement(self):
         """Return how well the places of the ring's vertices on the two circles agree, 0 to 1.
 
         A place is the share of the turn that lies before a vertex, by chord length (eq. 3). The
         circles are turned so that the places agree on average.
         """
-        k: cython.Py_ssize_t
-        following: cython.Py_ssize_t
-        v: cython.Py_ssize_t
-        u: cython.Py_ssize_t
-        dx: cython.double
-        dy: cython.double
-        around_a: cython.double = 0.0
-        around_b: cython.double = 0.0
-        mean: cython.double = 0.0
-        square: cython.double = 0.0
+        around_a = 0.0
+        around_b = 0.0
+        mean = 0.0
+        square = 0.0
         for k in range(self.ring_size):
             following = k + 1 if k + 1 < self.ring_size else 0
             v = self.ring[k]

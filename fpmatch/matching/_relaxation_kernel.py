@@ -63,26 +63,12 @@ class Relaxation:
         self.strength = 0.0
         self.rounds = p.rounds
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def load(
-        self,
-        a: cython.double[:, ::1],
-        size_a: cython.Py_ssize_t,
-        b: cython.double[:, ::1],
-        size_b: cython.Py_ssize_t,
-        similarity: cython.float[:, ::1],
-    ) -> cython.int:
+    def load(self, a, size_a, b, size_b, similarity):
         """Select the candidates of two prints and relax them; return their number.
 
         `a` and `b` are minutiae (4, N): x, y with y up, and the unit vector of the direction;
         ``similarity[i, j]`` is the local similarity of minutia i of A and minutia j of B.
         """
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        m: cython.Py_ssize_t
         self._select(size_a, size_b, similarity)
         for k in range(self.count):
             i = self.first[k]
@@ -103,19 +89,8 @@ class Relaxation:
         self.strength = self._strongest()
         return self.count
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _select(
-        self,
-        size_a: cython.Py_ssize_t,
-        size_b: cython.Py_ssize_t,
-        similarity: cython.float[:, ::1],
-    ) -> cython.int:
+    def _select(self, size_a, size_b, similarity):
         """Select the pairs of the greatest similarity, each minutia once; the first of equals."""
-        i: cython.Py_ssize_t
-        best: cython.Py_ssize_t
-        most: cython.double
         self.count = 0
         for i in range(size_b):
             self.column_taken[i] = 0
@@ -140,19 +115,10 @@ class Relaxation:
             self.count += 1
         return self.count
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _best_of_row(
-        self,
-        i: cython.Py_ssize_t,
-        size_b: cython.Py_ssize_t,
-        similarity: cython.float[:, ::1],
-    ) -> cython.int:
+    def _best_of_row(self, i, size_b, similarity):
         """Note the free minutia of B that is most similar to minutia i of A."""
-        j: cython.Py_ssize_t
-        most: cython.double = 0.0
-        column: cython.int = 0
+        most = 0.0
+        column = 0
         for j in range(size_b):
             if cython.cast(cython.double, similarity[i, j]) > most and not self.column_taken[j]:
                 most = cython.cast(cython.double, similarity[i, j])
@@ -161,28 +127,13 @@ class Relaxation:
         self.row_column[i] = column
         return column
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _compatibility(self, k: cython.Py_ssize_t, m: cython.Py_ssize_t) -> cython.double:
+    def _compatibility(self, k, m):
         """Return how well two candidates agree, 0 to 1.
 
         It is the product of three terms, each 1 for perfect agreement and 0 at its tolerance: of
         the distances of the two minutiae in either print, of the rotations of the two pairs, and of
         the directions from one minutia to the other, turned by the mean rotation.
         """
-        c: cython.double
-        s: cython.double
-        ax: cython.double
-        ay: cython.double
-        bx: cython.double
-        by: cython.double
-        length_a: cython.double
-        length_b: cython.double
-        shorter: cython.double
-        distance: cython.double
-        rotation: cython.double
-        angle: cython.double
         rotation = self.rotation[0, k] * self.rotation[0, m]
         rotation += self.rotation[1, k] * self.rotation[1, m]
         rotation -= self.min_rotation_cosine
@@ -210,20 +161,13 @@ class Relaxation:
         rotation = rotation / (1.0 - self.min_rotation_cosine)
         return distance * rotation * angle / (1.0 - self.min_angle_cosine)
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _relax(self) -> cython.int:
+    def _relax(self):
         """Relax: every candidate keeps a share of its value and takes the rest from the others."""
-        k: cython.Py_ssize_t
-        m: cython.Py_ssize_t
-        r: cython.int
-        value: cython.double
-        n: cython.int = self.count
-        share: cython.double = (1.0 - self.inertia) / (n - 1 if n > 1 else 1)
-        support: cython.double[:, ::1] = self.support
-        relaxed: cython.double[::1] = self.relaxed
-        gathered: cython.double[::1] = self.gathered
+        n = self.count
+        share = (1.0 - self.inertia) / (n - 1 if n > 1 else 1)
+        support = self.support
+        relaxed = self.relaxed
+        gathered = self.gathered
         for r in range(self.rounds):
             for k in range(n):
                 gathered[k] = 0.0
@@ -235,18 +179,12 @@ class Relaxation:
                 relaxed[k] = self.inertia * relaxed[k] + share * gathered[k]
         return n
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _strongest(self) -> cython.double:
+    def _strongest(self):
         """Return the mean of the four greatest relaxed similarities."""
-        k: cython.Py_ssize_t
-        value: cython.double
-        rest: cython.double
-        first: cython.double = 0.0
-        second: cython.double = 0.0
-        third: cython.double = 0.0
-        fourth: cython.double = 0.0
+        first = 0.0
+        second = 0.0
+        third = 0.0
+        fourth = 0.0
         for k in range(self.count):
             value = self.relaxed[k]
             if value <= fourth:
@@ -266,16 +204,7 @@ class Relaxation:
                 second = rest
         return 0.25 * (first + second + third + fourth)
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def hypothesis(
-        self,
-        size_a: cython.Py_ssize_t,
-        whole: cython.bint,
-        partner: cython.int[::1],
-        weight: cython.double[::1],
-    ) -> cython.int:
+    def hypothesis(self, size_a, whole, partner, weight):
         """Write the pairs of the next hypothesis; return their number, 0 where there is none left.
 
         Its seed is the strongest candidate that no earlier hypothesis explains; where that is much
@@ -284,13 +213,10 @@ class Relaxation:
         seed. ``partner[i]`` is the minutia of B that minutia i of A is paired with, or -1;
         ``weight[i]`` is relative to the seed's.
         """
-        i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        seed: cython.Py_ssize_t = -1
-        most: cython.double = 0.0
-        strongest: cython.double = 0.0
-        value: cython.double
-        pairs: cython.int = 0
+        seed = -1
+        most = 0.0
+        strongest = 0.0
+        pairs = 0
         for i in range(size_a):
             partner[i] = -1
             weight[i] = 0.0
@@ -314,26 +240,18 @@ class Relaxation:
                 pairs += 1
         return pairs
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def explain(self, partner: cython.int[::1]) -> cython.int:
+    def explain(self, partner):
         """Mark the candidates among these pairs as explained; return how many they are."""
-        k: cython.Py_ssize_t
-        found: cython.int = 0
+        found = 0
         for k in range(self.count):
             if partner[self.first[k]] == self.second[k]:
                 self.explained[k] = 1
                 found += 1
         return found
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def support_of(self, partner: cython.int[::1]) -> cython.double:
+    def support_of(self, partner):
         """Return the sum of the relaxed similarities of the candidates among these pairs."""
-        k: cython.Py_ssize_t
-        total: cython.double = 0.0
+        total = 0.0
         for k in range(self.count):
             if partner[self.first[k]] == self.second[k]:
                 total += self.relaxed[k]

@@ -9,14 +9,10 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._pair_mesh_kernel import PairMesh
-    from cython.cimports.fpmatch.matching._template_view_kernel import Print
     from cython.cimports.libc.math import ceil, floor
 else:
     from math import ceil, floor
 
-    from fpmatch.matching._pair_mesh_kernel import PairMesh
-    from fpmatch.matching._template_view_kernel import Print
 
 COMPILED = cython.compiled
 
@@ -70,22 +66,7 @@ class RidgeCorrelator:
         self.x = 0.0
         self.y = 0.0
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def compare(
-        self,
-        a: Print,
-        b: Print,
-        mesh: PairMesh,
-        c: cython.double,
-        s: cython.double,
-        x: cython.double,
-        y: cython.double,
-    ) -> cython.int:
+    def compare(self, a, b, mesh, c, s, x, y):
         """Align A with B, bent as the mesh of pairs is; return the number of cells compared.
 
         The mesh is built by the same transform. Where a region has more than 16,384 cells, its
@@ -96,38 +77,16 @@ class RidgeCorrelator:
         self._displace(a, mesh)
         return self._correlate(a, b)
 
-    @cython.ccall
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def compare_rigid(
-        self,
-        a: Print,
-        b: Print,
-        c: cython.double,
-        s: cython.double,
-        x: cython.double,
-        y: cython.double,
-    ) -> cython.int:
+    def compare_rigid(self, a, b, c, s, x, y):
         """Align A with B by the transform alone; return the number of cells compared."""
         if not self._take(a, b, c, s, x, y):
             return 0
         self._leave_in_place(a)
         return self._correlate(a, b)
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _take(
-        self,
-        a: Print,
-        b: Print,
-        c: cython.double,
-        s: cython.double,
-        x: cython.double,
-        y: cython.double,
-    ) -> cython.bint:
+    def _take(self, a, b, c, s, x, y):
         """Take two prints and a transform; return whether their ridges can be compared."""
-        wide: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, a.columns) + 2
+        wide = cython.cast(cython.Py_ssize_t, a.columns) + 2
         self.correlation = 0.0
         self.cells = 0
         if not (a.has_ridges and b.has_ridges):
@@ -143,20 +102,9 @@ class RidgeCorrelator:
         self._gather(a, b)
         return True
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _correlate(self, a: Print, b: Print) -> cython.int:
+    def _correlate(self, a, b):
         """Compare the cells where they are displaced to; return how many could be compared."""
-        row: cython.int
-        column: cython.int
-        k: cython.Py_ssize_t
-        r: cython.Py_ssize_t
-        own: cython.Py_ssize_t
-        wide: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, a.columns) + 2
+        wide = cython.cast(cython.Py_ssize_t, a.columns) + 2
         for k in range((a.rows + 2) * wide):
             self.both[k] = 0
             for r in range(SHIFTS):
@@ -173,27 +121,16 @@ class RidgeCorrelator:
             for column in range(a.columns):
                 own = (row + 1) * wide + column + 1
                 if self.both[own]:
-                    self.correlation += self._settle(own, wide)
+                    self.correlation += self._best_shift(own, wide)
         if self.cells > 0:
             self.correlation = self.correlation / self.cells
         return self.cells
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _gather(self, a: Print, b: Print) -> cython.int:
+    def _gather(self, a, b):
         """Gather B's picture with two empty cells around it, and the samples' places."""
-        k: cython.Py_ssize_t
-        row: cython.int
-        column: cython.int
-        px: cython.double
-        py: cython.double
-        bit: cython.double = a.step / SIDE
-        per_bit: cython.double = SIDE / b.step
-        wide: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, b.columns) + 4
+        bit = a.step / SIDE
+        per_bit = SIDE / b.step
+        wide = cython.cast(cython.Py_ssize_t, b.columns) + 4
         for k in range((b.rows + 4) * wide):
             self.picture[k] = 0
         k = b.cell_at
@@ -208,61 +145,26 @@ class RidgeCorrelator:
             self.offset[1, k] = -(self.s * px + self.c * py) * per_bit
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _leave_in_place(self, a: Print) -> cython.int:
+    def _leave_in_place(self, a):
         """Let all blocks be where the transform maps them."""
-        k: cython.Py_ssize_t
         self.blocks = (a.columns + 1) // 2
         for k in range(cython.cast(cython.Py_ssize_t, (a.rows + 1) // 2) * self.blocks):
             self.drift[k, 0] = 0.0
             self.drift[k, 1] = 0.0
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _displace(self, a: Print, mesh: PairMesh) -> cython.int:
+    def _displace(self, a, mesh):
         """Write how far from the transform the mesh moves each block of two by two cells.
 
         A block is moved as its middle is; a triangle of the mesh is mapped affinely. A pair lies
         halfway between the partner and where its ring predicts it: so noise is less.
         """
-        i: cython.Py_ssize_t
-        t: cython.Py_ssize_t
-        p: cython.Py_ssize_t
-        q: cython.Py_ssize_t
-        r: cython.Py_ssize_t
-        row: cython.int
-        column: cython.int
-        first_row: cython.int
-        last_row: cython.int
-        first_column: cython.int
-        last_column: cython.int
-        k: cython.Py_ssize_t
-        rows: cython.int = (a.rows + 1) // 2
-        columns: cython.int = (a.columns + 1) // 2
-        side: cython.double = 2.0 * a.step
+        rows = (a.rows + 1) // 2
+        columns = (a.columns + 1) // 2
+        side = 2.0 * a.step
         # the middle of the first block
-        left: cython.double = (a.first_column + 1.0) * a.step
-        top: cython.double = -(a.first_row + 1.0) * a.step
-        px: cython.double
-        py: cython.double
-        ux: cython.double
-        uy: cython.double
-        vx: cython.double
-        vy: cython.double
-        area: cython.double
-        at_q: cython.double
-        at_r: cython.double
-        low: cython.double
-        high: cython.double
+        left = (a.first_column + 1.0) * a.step
+        top = -(a.first_row + 1.0) * a.step
         self._leave_in_place(a)
         if mesh.vertices > self.vertex.shape[0]:  # more pairs than there is room for
             return 0
@@ -339,24 +241,12 @@ class RidgeCorrelator:
             return 0
         return cython.cast(cython.int, line) if line < lines else lines
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _count_block(self, a: Print, b: Print, top: cython.int, left: cython.int) -> cython.int:
+    def _count_block(self, a, b, top, left):
         """Displace two by two cells as the mesh does; count in each."""
-        k: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, top // 2) * self.blocks + left // 2
-        row: cython.int
-        column: cython.int
-        last_row: cython.int = top + 2 if top + 2 < a.rows else a.rows
-        last_column: cython.int = left + 2 if left + 2 < a.columns else a.columns
-        px: cython.double
-        py: cython.double
-        dx: cython.double
-        dy: cython.double
-        half: cython.double = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
+        k = cython.cast(cython.Py_ssize_t, top // 2) * self.blocks + left // 2
+        last_row = top + 2 if top + 2 < a.rows else a.rows
+        last_column = left + 2 if left + 2 < a.columns else a.columns
+        half = 0.5 * a.step - 0.5  # a pixel's middle has whole coordinates
         for row in range(top, last_row):
             for column in range(left, last_column):
                 if a.cell[a.cell_at + row * a.columns + column]:
@@ -368,49 +258,22 @@ class RidgeCorrelator:
                         self._count(a, b, row, column, dx, dy)
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _count(
-        self,
-        a: Print,
-        b: Print,
-        row: cython.int,
-        column: cython.int,
-        x: cython.double,
-        y: cython.double,
-    ) -> cython.int:
+    def _count(self, a, b, row, column, x, y):
         """Count the samples of a cell, its middle at a place of B, that agree at each shift."""
-        k: cython.Py_ssize_t
-        r: cython.int
-        u: cython.int
-        v: cython.int
-        down: cython.int
-        wide: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, b.columns) + 4
-        own: cython.Py_ssize_t = (row + 1) * cython.cast(cython.Py_ssize_t, a.columns + 2)
-        cell: cython.Py_ssize_t
-        ridges: cython.ulonglong = cython.cast(
-            cython.ulonglong, a.ridges[a.cell_at + row * a.columns + column]
-        )
-        near: cython.ulonglong
-        far: cython.ulonglong
-        kept: cython.ulonglong
+        wide = cython.cast(cython.Py_ssize_t, b.columns) + 4
+        own = (row + 1) * cython.cast(cython.Py_ssize_t, a.columns + 2)
+        ridges = cython.cast(cython.ulonglong, a.ridges[a.cell_at + row * a.columns + column])
         # of the counts of samples at all shifts, the ones, twos, fours and eights
-        ones: cython.ulonglong = 0
-        twos: cython.ulonglong = 0
-        fours: cython.ulonglong = 0
-        eights: cython.ulonglong = 0
-        per_bit: cython.double = SIDE / b.step
+        ones = 0
+        twos = 0
+        fours = 0
+        eights = 0
+        per_bit = SIDE / b.step
         # the window of shifts begins so much before the sample, the picture two cells before B
-        middle_u: cython.double = (x + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH
-        middle_v: cython.double = (0.5 - y) * per_bit - SIDE * (b.first_row - 2.0) - REACH
-        bit_u: cython.double
-        bit_v: cython.double
-        most_u: cython.double = SIDE * (b.columns + 3.0)
-        most_v: cython.double = SIDE * (b.rows + 3.0)
+        middle_u = (x + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH
+        middle_v = (0.5 - y) * per_bit - SIDE * (b.first_row - 2.0) - REACH
+        most_u = SIDE * (b.columns + 3.0)
+        most_v = SIDE * (b.rows + 3.0)
         own += column + 1
         self.both[own] = 1
         for k in range(self.sample_row.shape[0]):
@@ -454,25 +317,14 @@ class RidgeCorrelator:
             )
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _settle(self, own: cython.Py_ssize_t, wide: cython.Py_ssize_t) -> cython.double:
+    def _best_shift(self, own, wide):
         """Return the correlation of a cell at the shift that suits it and those around it best.
 
         Counts are the bytes of words, each below 128.
         """
-        r: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        around: cython.int = 0
-        best: cython.int = 0
-        count: cython.int
-        most: cython.ulonglong = 0
-        total: cython.ulonglong
-        greater: cython.ulonglong
+        around = 0
+        best = 0
+        most = 0
         for r in range(3):
             k = own + (r - 1) * wide
             around += self.both[k - 1] + self.both[k] + self.both[k + 1]

@@ -14,16 +14,10 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._relaxation_kernel import Relaxation
-    from cython.cimports.fpmatch.matching._ridge_kernel import RidgeCorrelator
-    from cython.cimports.fpmatch.matching._template_view_kernel import Print
     from cython.cimports.libc.math import sqrt
 else:
     from math import sqrt
 
-    from fpmatch.matching._relaxation_kernel import Relaxation
-    from fpmatch.matching._ridge_kernel import RidgeCorrelator
-    from fpmatch.matching._template_view_kernel import Print
 
 COMPILED = cython.compiled
 
@@ -79,12 +73,7 @@ class RidgeSearch:
         self.apart_px = p.apart_px
         self.apart_cosine = p.apart_cosine
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def search(self, a: Print, b: Print, lens: RidgeCorrelator) -> cython.int:
+    def search(self, a, b, correlator):
         """Find pairs among all of two prints that show their ridges; return their number."""
         self.room = self.most_compared
         self.most = self.most_found
@@ -93,21 +82,13 @@ class RidgeSearch:
         self.count = 0
         if _is_smaller(a, b):
             self._select(a, b)
-            return self._compare(a, b, lens)
+            return self._compare(a, b, correlator)
         self._select(b, a)
-        return self._swapped(self._compare(b, a, lens))
+        return self._swapped(self._compare(b, a, correlator))
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def search_candidates(
-        self, a: Print, b: Print, relaxation: Relaxation, lens: RidgeCorrelator
-    ) -> cython.int:
+    def search_candidates(self, a, b, relaxation, correlator):
         """Find a pair among the candidates of two prints; return whether there is one."""
-        k: cython.Py_ssize_t
-        smaller: cython.bint = _is_smaller(a, b)
+        smaller = _is_smaller(a, b)
         self.room = self.most_candidates
         self.most = 1
         self.flow_asked = self.candidate_flow
@@ -123,40 +104,22 @@ class RidgeSearch:
             else:
                 self._offer(b, relaxation.second[k], a, relaxation.first[k])
         if smaller:
-            return self._compare(a, b, lens)
-        return self._swapped(self._compare(b, a, lens))
+            return self._compare(a, b, correlator)
+        return self._swapped(self._compare(b, a, correlator))
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _swapped(self, found: cython.int) -> cython.int:
+    def _swapped(self, found):
         """Exchange the minutiae of the pairs found; return how many there are."""
-        k: cython.Py_ssize_t
-        i: cython.int
         for k in range(found):
             i = self.first[k]
             self.first[k] = self.second[k]
             self.second[k] = i
         return found
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _take_samples(self, small: Print) -> cython.int:
+    def _take_samples(self, small):
         """Take cells of the smaller print, spread evenly over its rows; return their number."""
-        row: cython.int
-        column: cython.int
-        code: cython.int
-        passed: cython.Py_ssize_t = 0
-        place: cython.Py_ssize_t = small.cell_at
-        cells: cython.Py_ssize_t = small.inside
-        x: cython.double
-        y: cython.double
+        passed = 0
+        place = small.cell_at
+        cells = small.inside
         self.samples = 0
         self.middle_x = 0.0
         self.middle_y = 0.0
@@ -183,42 +146,24 @@ class RidgeSearch:
             self.middle_y /= self.samples
         return self.samples
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _fit_pair(
-        self, small: Print, i: cython.Py_ssize_t, large: Print, j: cython.Py_ssize_t
-    ) -> cython.int:
+    def _fit_pair(self, small, i, large, j):
         """Take the transform that maps minutia i of the smaller print to j of the larger."""
-        ac: cython.double = small.points[2, i]
-        as_: cython.double = small.points[3, i]
-        bc: cython.double = large.points[2, j]
-        bs: cython.double = large.points[3, j]
+        ac = small.points[2, i]
+        as_ = small.points[3, i]
+        bc = large.points[2, j]
+        bs = large.points[3, j]
         self.c = ac * bc + as_ * bs
         self.s = ac * bs - as_ * bc
         self.x = large.points[0, j] - self.c * small.points[0, i] + self.s * small.points[1, i]
         self.y = large.points[1, j] - self.s * small.points[0, i] - self.c * small.points[1, i]
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def _flow_agreement(self, large: Print) -> cython.double:
+    def _flow_agreement(self, large):
         """Return how well the orientation agrees under the transform at hand, -1 to 1."""
-        k: cython.Py_ssize_t
-        place: cython.Py_ssize_t
-        code: cython.int
-        common: cython.int = 0
-        x: cython.double
-        y: cython.double
-        turn_c: cython.double = self.c * self.c - self.s * self.s
-        turn_s: cython.double = 2.0 * self.c * self.s
-        total: cython.double = 0.0
+        common = 0
+        turn_c = self.c * self.c - self.s * self.s
+        turn_s = 2.0 * self.c * self.s
+        total = 0.0
         for k in range(self.samples):
             x = self.c * self.sample[0, k] - self.s * self.sample[1, k] + self.x
             y = self.s * self.sample[0, k] + self.c * self.sample[1, k] + self.y
@@ -238,32 +183,16 @@ class RidgeSearch:
             return -1.0
         return total / common if common > 0 else -1.0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _select(self, small: Print, large: Print) -> cython.int:
+    def _select(self, small, large):
         """Keep the pairs under which the orientation agrees best; return their number."""
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
         self._take_samples(small)
         for i in range(small.size):
             for j in range(large.size):
                 self._offer(small, i, large, j)
         return cython.cast(cython.int, self.count)
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _offer(
-        self, small: Print, i: cython.Py_ssize_t, large: Print, j: cython.Py_ssize_t
-    ) -> cython.bint:
+    def _offer(self, small, i, large, j):
         """Keep a pair if the orientation agrees better than under others; return whether."""
-        k: cython.Py_ssize_t
-        flow: cython.double
         self._fit_pair(small, i, large, j)
         flow = self._flow_agreement(large)
         if flow < self.flow_asked:
@@ -283,35 +212,20 @@ class RidgeSearch:
         self.best_other[k] = cython.cast(cython.int, j)
         return True
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _compare(self, small: Print, large: Print, lens: RidgeCorrelator) -> cython.int:
+    def _compare(self, small, large, correlator):
         """Compare the ridges under the pairs kept; return how many pairs were found."""
-        k: cython.Py_ssize_t
-        value: cython.double
-        found: cython.int = 0
+        found = 0
         for k in range(self.count):
             self._fit_pair(small, self.best_own[k], large, self.best_other[k])
-            if lens.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
+            if correlator.compare_rigid(small, large, self.c, self.s, self.x, self.y) == 0:
                 continue
-            value = (lens.correlation - self.usual_correlation) * sqrt(lens.cells)
+            value = (correlator.correlation - self.usual_correlation) * sqrt(correlator.cells)
             if value > self.value_asked:
                 found = self._enter(value, self.best_own[k], self.best_other[k], found)
         return found
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _enter(
-        self, value: cython.double, own: cython.int, other: cython.int, found: cython.int
-    ) -> cython.int:
+    def _enter(self, value, own, other, found):
         """Enter a pair into those found, unless a better one is much alike; return their number."""
-        k: cython.Py_ssize_t
         for k in range(found):
             if self.value[k] >= value and self._alike(k):
                 return found
@@ -340,17 +254,8 @@ class RidgeSearch:
         self.transform[k, 3] = self.y
         return found
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _move(
-        self, start: cython.Py_ssize_t, to: cython.Py_ssize_t, count: cython.Py_ssize_t
-    ) -> cython.int:
+    def _move(self, start, to, count):
         """Move so many of the pairs found, one after the other."""
-        k: cython.Py_ssize_t
-        e: cython.Py_ssize_t
         for k in range(count):
             self.value[to + k] = self.value[start + k]
             self.first[to + k] = self.first[start + k]
@@ -359,24 +264,16 @@ class RidgeSearch:
                 self.transform[to + k, e] = self.transform[start + k, e]
         return 0
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.exceptval(check=False)
-    def _alike(self, k: cython.Py_ssize_t) -> cython.bint:
+    def _alike(self, k):
         """Return whether the transform at hand is about that of the pair found as number k."""
-        dc: cython.double = self.c - self.transform[k, 0]
-        ds: cython.double = self.s - self.transform[k, 1]
-        dx: cython.double = dc * self.middle_x - ds * self.middle_y + self.x - self.transform[k, 2]
-        dy: cython.double = ds * self.middle_x + dc * self.middle_y + self.y - self.transform[k, 3]
-        cosine: cython.double = self.c * self.transform[k, 0] + self.s * self.transform[k, 1]
+        dc = self.c - self.transform[k, 0]
+        ds = self.s - self.transform[k, 1]
+        dx = dc * self.middle_x - ds * self.middle_y + self.x - self.transform[k, 2]
+        dy = ds * self.middle_x + dc * self.middle_y + self.y - self.transform[k, 3]
+        cosine = self.c * self.transform[k, 0] + self.s * self.transform[k, 1]
         return dx * dx + dy * dy < self.apart_px * self.apart_px and cosine > self.apart_cosine
 
 
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _is_smaller(a: Print, b: Print) -> cython.bint:
+def _is_smaller(a, b):
     """Return whether print A is the smaller of two."""
     return a.inside * (a.step * a.step) <= b.inside * (b.step * b.step)

@@ -1,14 +1,15 @@
-# What other kernels may use of this one.
-cdef class Print:
+# Types of the kernel, and what other kernels may use of it.
+cimport cython
+cdef class TemplateView:
     cdef readonly Py_ssize_t size
     cdef double[:, ::1] points
     cdef double[::1] quality
     cdef int[::1] count
     cdef float[:, :, ::1] frame
     cdef const float[:, ::1] xy
-    cdef const unsigned char[::1] turn
-    cdef const unsigned short[:, ::1] around
-    cdef const unsigned char[:, ::1] along
+    cdef const unsigned char[::1] direction_bin
+    cdef const unsigned short[:, ::1] neighbour_bits
+    cdef const unsigned char[:, ::1] orientation_bins
     cdef const unsigned char[::1] cell
     cdef const unsigned long long[::1] ridges
     cdef Py_ssize_t cell_at
@@ -24,9 +25,9 @@ cdef class PackedView:
     cdef readonly Py_ssize_t neighbours
     cdef const long long[::1] minutiae_start, cell_start
     cdef const float[:, ::1] xy, direction
-    cdef const unsigned char[::1] quality, count, turn, cell
-    cdef const unsigned char[:, ::1] neighbour, root_weight, along
-    cdef const unsigned short[:, ::1] around
+    cdef const unsigned char[::1] quality, count, direction_bin, cell
+    cdef const unsigned char[:, ::1] neighbour, root_weight, orientation_bins
+    cdef const unsigned short[:, ::1] neighbour_bits
     cdef const int[:, ::1] shape
     cdef const double[::1] step
     cdef const unsigned char[::1] has_flow, has_ridges
@@ -35,4 +36,9 @@ cdef class PackedView:
     cdef const double[::1] quality_of, root_weight_of
     cdef readonly double tolerance, tolerance_growth
 
-    cpdef int unpack(self, Py_ssize_t k, Print into) noexcept nogil
+    @cython.locals(
+        i=cython.Py_ssize_t, j=cython.Py_ssize_t, m=cython.Py_ssize_t, first=cython.Py_ssize_t,
+        x=cython.double, y=cython.double, c=cython.double, s=cython.double, dx=cython.double,
+        dy=cython.double, tolerance=cython.double,
+    )
+    cpdef int unpack(self, Py_ssize_t k, TemplateView into) noexcept nogil

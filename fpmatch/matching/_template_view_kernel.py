@@ -17,7 +17,7 @@ COMPILED = cython.compiled
 
 @cython.final
 @cython.cclass
-class Print:
+class TemplateView:
     """A prepared print: its minutiae, neighbourhoods, codes, and the cells of its region.
 
     The arrays may be larger than what they hold: `size` is the number of minutiae. The region's
@@ -32,9 +32,9 @@ class Print:
         self.count = count
         self.frame = frame
         self.xy = np.empty((0, 2), np.float32)
-        self.turn = np.empty(0, np.uint8)
-        self.around = np.empty((0, 0), np.uint16)
-        self.along = np.empty((0, 0), np.uint8)
+        self.direction_bin = np.empty(0, np.uint8)
+        self.neighbour_bits = np.empty((0, 0), np.uint16)
+        self.orientation_bins = np.empty((0, 0), np.uint8)
         self.cell = np.empty(0, np.uint8)
         self.ridges = np.empty(0, np.uint64)
         self.cell_at = 0
@@ -48,12 +48,12 @@ class Print:
         self.has_flow = False
         self.has_ridges = False
 
-    def set_bit_descriptors(self, xy, turn, around, along) -> None:
+    def set_bit_descriptors(self, xy, direction_bin, neighbour_bits, orientation_bins) -> None:
         """Take the codes; see `fpmatch.matching.bit_descriptors`."""
         self.xy = xy
-        self.turn = turn
-        self.around = around
-        self.along = along
+        self.direction_bin = direction_bin
+        self.neighbour_bits = neighbour_bits
+        self.orientation_bins = orientation_bins
 
     def set_region(self, code, ridges, first_row, first_column, step, inside, has_flow) -> None:
         """Take the region: `code` (rows, columns) is 0 outside, else says the orientation.
@@ -72,13 +72,7 @@ class Print:
         self.inside = inside
         self.has_flow = has_flow
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def contains(self, x: cython.double, y: cython.double) -> cython.bint:
+    def contains(self, x, y):
         """Return whether a place lies in the print area."""
         x = x * self.per_px - self.first_column
         y = -y * self.per_px - self.first_row
@@ -93,12 +87,7 @@ class Print:
             > 0
         )
 
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def contains_with_margin(
-        self, x: cython.double, y: cython.double, margin: cython.double
-    ) -> cython.bint:
+    def contains_with_margin(self, x, y, margin):
         """Return whether the places so far to all four sides lie in the print area."""
         return (
             self.contains(x - margin, y)
@@ -124,9 +113,9 @@ class PackedView:
         self.ridges = many.ridges
         self.has_ridges = many.has_ridges
         self.neighbour = many.neighbour
-        self.turn = many.turn
-        self.around = many.around
-        self.along = many.along
+        self.direction_bin = many.direction_bin
+        self.neighbour_bits = many.neighbour_bits
+        self.orientation_bins = many.orientation_bins
         self.root_weight = many.root_weight
         self.shape = many.shape
         self.step = many.step
@@ -136,28 +125,12 @@ class PackedView:
         self.root_weight_of = root_weight_of
         self.tolerance, self.tolerance_growth = tolerance
 
-    @cython.ccall
-    @cython.nogil
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
-    @cython.exceptval(check=False)
-    def unpack(self, k: cython.Py_ssize_t, into: Print) -> cython.int:
+    def unpack(self, k, into):
         """Put print k into one that has room for it, without codes and region.
 
         The region stays where it is.
         """
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        m: cython.Py_ssize_t
-        first: cython.Py_ssize_t = self.minutiae_start[k]
-        x: cython.double
-        y: cython.double
-        c: cython.double
-        s: cython.double
-        dx: cython.double
-        dy: cython.double
-        tolerance: cython.double
+        first = self.minutiae_start[k]
         into.size = self.minutiae_start[k + 1] - first
         for i in range(into.size):
             into.points[0, i] = self.xy[first + i, 0]

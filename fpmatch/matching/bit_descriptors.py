@@ -1,7 +1,7 @@
 """BitDescriptors: what the neighbourhoods of two prints have in common, told in passing.
 
 The neighbourhood of every minutia is coded once: in which cell of position and direction each
-neighbour lies, in the minutia's own frame and in two grids, and how the ridges run at places around
+neighbour lies, in the minutia's own frame and in two grids, and how the ridges run at places neighbour_bits
 it. Two minutiae are compared by counting the codes that they share, and two prints by the pairs of
 minutiae that share enough and lie on one another under one rotation and shift. That takes a few
 hundredths of the time of a whole comparison, and tells most prints of different fingers.
@@ -22,20 +22,22 @@ if TYPE_CHECKING:
     from fpmatch.matching.neighbourhood import Neighbourhoods
     from fpmatch.matching.prepare import PrintArea
 
-AROUND: Final = 12
+NEIGHBOUR_WORDS: Final = 12
 """Words of a minutia for its neighbours."""
 
-ALONG: Final = 12
-"""Words of a minutia for the ridge orientation at places around it."""
+ORIENTATION_WORDS: Final = 12
+"""Words of a minutia for the ridge orientation at places neighbour_bits it."""
 
-MOST_ALONG: Final = 31
+UNKNOWN_BIN: Final = 31
 """The greatest of those for orientations: that of an unknown one."""
 
-MOST_MINUTIAE: Final = 64
+MAX_ENCODED: Final = 64
 """Minutiae of a print that are coded; of more, those of best quality."""
 
-APART: Final = 0.25  # of a turn: neighbours are rarely at right angles, where the sectors end
-TURNS: Final = 256  # directions of a minutia told apart in a turn
+APART: Final = (
+    0.25  # of a direction_bin: neighbours are rarely at right angles, where the sectors end
+)
+TURNS: Final = 256  # directions of a minutia told apart in a direction_bin
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,24 +87,24 @@ class BitDescriptors:
     ----------
     xy : ndarray of float32, shape (N, 2)
         Positions in pixels at 500 dpi, y pointing up.
-    turn : ndarray of uint8, shape (N,)
-        Directions, in 256ths of a turn.
-    around : ndarray of uint16, shape (N, 12)
+    direction_bin : ndarray of uint8, shape (N,)
+        Directions, in 256ths of a direction_bin.
+    neighbour_bits : ndarray of uint16, shape (N, 12)
         Words of the neighbours, see `_bit_descriptor_kernel`; 0x8800 where there is none.
-    along : ndarray of uint8, shape (N, 12)
-        Bins of the ridge orientations around; 31 where it is not known.
+    orientation_bins : ndarray of uint8, shape (N, 12)
+        Bins of the ridge orientations neighbour_bits; 31 where it is not known.
     has_flow : bool
         Whether any orientation is known at all.
     """
 
     xy: NDArray[np.float32]
-    turn: NDArray[np.uint8]
-    around: NDArray[np.uint16]
-    along: NDArray[np.uint8]
+    direction_bin: NDArray[np.uint8]
+    neighbour_bits: NDArray[np.uint16]
+    orientation_bins: NDArray[np.uint8]
     has_flow: bool
 
 
-def code(
+def encode(
     points: NDArray[np.float64],
     quality: NDArray[np.float64],
     neighbours: Neighbourhoods,
@@ -128,21 +130,26 @@ def code(
     """
     n = points.shape[1]
     coded = np.ones(n, np.uint8)
-    if n > MOST_MINUTIAE:
-        coded[np.argsort(-quality, kind="stable")[MOST_MINUTIAE:]] = 0
-    turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
-    turn = (turn % TURNS).astype(np.uint8)
+    if n > MAX_ENCODED:
+        coded[np.argsort(-quality, kind="stable")[MAX_ENCODED:]] = 0
+    direction_bin = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(
+        np.int64
+    )
+    direction_bin = (direction_bin % TURNS).astype(np.uint8)
     share = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2]).astype(np.float64)
     share = (share / (2 * np.pi) + APART) % 1.0
-    around, along = np.empty((n, AROUND), np.uint16), np.empty((n, ALONG), np.uint8)
-    kernel.code_neighbours(
-        neighbours.count, neighbours.frame, share, coded, 1.0 / _USUAL.cell_px, around
+    neighbour_bits, orientation_bins = (
+        np.empty((n, NEIGHBOUR_WORDS), np.uint16),
+        np.empty((n, ORIENTATION_WORDS), np.uint8),
+    )
+    kernel.encode_neighbours(
+        neighbours.count, neighbours.frame, share, coded, 1.0 / _USUAL.cell_px, neighbour_bits
     )
     code = region.code if region.has_flow else np.empty((0, 0), np.uint8)
     place = (region.first_row, region.first_column, region.step)
-    kernel.code_flow(points, turn, code, *place, _PLACES, along)
+    kernel.encode_orientations(points, direction_bin, code, *place, _PLACES, orientation_bins)
     xy = np.ascontiguousarray(points[:2].T, np.float32)
-    return BitDescriptors(xy, turn, around, along, region.has_flow)
+    return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, region.has_flow)
 
 
 def prefilter() -> kernel.Prefilter:
@@ -155,11 +162,13 @@ def prefilter() -> kernel.Prefilter:
 def prefilter_of(codes: BitDescriptors) -> kernel.Prefilter:
     """Return tables with a print in them."""
     made = prefilter()
-    made.enter(codes.xy, codes.turn, codes.around, codes.along, codes.has_flow)
+    made.load(
+        codes.xy, codes.direction_bin, codes.neighbour_bits, codes.orientation_bins, codes.has_flow
+    )
     return made
 
 
-def common(a: BitDescriptors, b: BitDescriptors) -> int:
+def descriptor_similarity(a: BitDescriptors, b: BitDescriptors) -> int:
     """Say how much the codes of print A and print B have in common.
 
     Parameters
@@ -173,5 +182,7 @@ def common(a: BitDescriptors, b: BitDescriptors) -> int:
         0 for nothing. To exchange the two changes nothing.
     """
     n = len(b.xy)
-    weight: int = prefilter_of(a).weigh(0, n, b.xy, b.turn, b.around, b.along, b.has_flow, False)
+    weight: int = prefilter_of(a).score(
+        0, n, b.xy, b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow, False
+    )
     return weight

@@ -97,7 +97,7 @@ class Calibration:
             raise MatcherError("calibration: the tail's shape must not be negative")
 
     @property
-    def reach(self) -> float:
+    def largest_measured_score(self) -> float:
         """Score up to which the impostor data reach; what lies above is extrapolated."""
         return self.knots[-1][1]
 

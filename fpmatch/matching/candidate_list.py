@@ -1,4 +1,4 @@
-"""A shortlist of many prints: those that may be of one print's finger, told from their codes.
+"""A candidate_list of many prints: those that may be of one print's finger, told from their codes.
 
 See `fpmatch.matching.bit_descriptors`: what the codes of two prints have in common takes a few hundredths of
 the time of a whole comparison to tell, so that this is needed for a small part of the prints alone.
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.packed_templates import PackedTemplates
     from fpmatch.matching.prepare import PreparedTemplate
 
-FEW_MINUTIAE: Final = 5
+SIZE_OFFSET: Final = 5
 """Added to the minutiae of the smaller print, by which what the codes say is divided."""
 
 
@@ -44,8 +44,15 @@ def prefilter_scores(
     first, last, _ = slice(first, last).indices(len(prints))
     found = np.zeros(max(last - first, 0), np.int32)
     m = prints
-    prefilter_of(probe.codes).weigh_many(
-        first, m.minutiae_start, m.xy, m.turn, m.around, m.along, m.has_flow, found
+    prefilter_of(probe.bit_descriptors).score_many(
+        first,
+        m.minutiae_start,
+        m.xy,
+        m.direction_bin,
+        m.neighbour_bits,
+        m.orientation_bins,
+        m.has_flow,
+        found,
     )
     return found
 
@@ -68,11 +75,13 @@ def normalized_prefilter_scores(
         By this they are ranked: the greater, the likelier of one finger.
     """
     smaller = np.minimum(np.diff(prints.minutiae_start), len(probe))
-    found: NDArray[np.float64] = prefilter_scores(probe, prints) / (smaller + FEW_MINUTIAE)
+    found: NDArray[np.float64] = prefilter_scores(probe, prints) / (smaller + SIZE_OFFSET)
     return found
 
 
-def shortlist(probe: PreparedTemplate, prints: PackedTemplates, count: int) -> NDArray[np.intp]:
+def candidate_list(
+    probe: PreparedTemplate, prints: PackedTemplates, count: int
+) -> NDArray[np.intp]:
     """Return the prints whose codes say the most, for as many minutiae as there are.
 
     Parameters
@@ -97,7 +106,7 @@ def shortlist(probe: PreparedTemplate, prints: PackedTemplates, count: int) -> N
     >>> near = Minutiae([50, 90, 60, 70, 85, 30], [40, 50, 80, 60, 90, 60], [0, 1, 2, 3, 4, 5])
     >>> far = Minutiae([20, 150, 60, 70, 9, 80], [40, 50, 80, 160, 90, 90], [3, 1, 0, 2, 5, 1])
     >>> prints = [prepare(Template(m, 200, 200)) for m in (far, near, far)]
-    >>> shortlist(prints[1], PackedTemplates.of(prints), 1).tolist()
+    >>> candidate_list(prints[1], PackedTemplates.pack(prints), 1).tolist()
     [1]
     """
     if count >= len(prints):

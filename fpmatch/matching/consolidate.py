@@ -76,7 +76,7 @@ class Link:
     score: float
     pairs: NDArray[np.int32]
 
-    def seen_from(self, impression: int) -> tuple[NDArray[np.int32], int, NDArray[np.int32]]:
+    def from_side(self, impression: int) -> tuple[NDArray[np.int32], int, NDArray[np.int32]]:
         """Return the paired minutiae of one of the two, the other, and its minutiae."""
         mine, theirs = self.pairs[:, 0], self.pairs[:, 1]
         return (mine, self.b, theirs) if impression == self.a else (theirs, self.a, mine)
@@ -206,7 +206,7 @@ def _tree_poses(group: Sequence[int], points: Sequence[Points], links: Sequence[
     poses = {root: Similarity()}
     for k in order[1:].tolist():
         j = int(before[k])
-        mine, _, theirs = by_ends[min(j, k), max(j, k)].seen_from(k)
+        mine, _, theirs = by_ends[min(j, k), max(j, k)].from_side(k)
         step = Similarity.fit(points[k][mine], points[j][theirs], with_scale=False)
         poses[k] = poses[j].after(step)
     return poses
@@ -220,7 +220,7 @@ def _fitted(
     for link in links:
         if link.a in poses and _residual(link, points, poses) <= p.link_residual_px:
             for end in (link.a, link.b):
-                seen[end].append(link.seen_from(end))
+                seen[end].append(link.from_side(end))
     fitted = dict(poses)
     for _ in range(p.rounds):
         for k in list(poses)[1:]:

@@ -276,7 +276,7 @@ def verify_finger(
         comparison=found.comparison,
         probe=probe,
         reference=references[finger.chosen[found.best]],
-        fmr_reach=score_to_fmr(curve.reach),
+        smallest_measured_fmr=score_to_fmr(curve.largest_measured_score),
         rematch=PreparedPair(chosen, prepared, finger.impressions[found.best], curve, amount=False),
     )
     return FingerVerification(verification, found.scores, finger.chosen, finger.chosen[found.best])

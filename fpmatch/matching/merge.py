@@ -107,8 +107,8 @@ def merge_templates(
 
 
 def _corners(template: Template, pose: Similarity) -> Floats:
-    zoom = STANDARD_DPI / template.dpi
-    width, height = template.width * zoom, template.height * zoom
+    to_500dpi = STANDARD_DPI / template.dpi
+    width, height = template.width * to_500dpi, template.height * to_500dpi
     return pose.apply([[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]])
 
 
@@ -183,9 +183,9 @@ def _depth(template: Template) -> tuple[NDArray[np.float32], float]:
 
     Where there is no ridge field the convex hull of the minutiae stands for the print.
     """
-    zoom = STANDARD_DPI / template.dpi
+    to_500dpi = STANDARD_DPI / template.dpi
     if template.field is not None:
-        bit = template.field.step * zoom / CELL_BITS
+        bit = template.field.step * to_500dpi / CELL_BITS
         cell = np.ones((CELL_BITS, CELL_BITS), np.uint8)
         mask = np.kron(template.field.mask.astype(np.uint8), cell)
     else:

@@ -68,7 +68,7 @@ class Neighbourhoods:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OneRings:
+class AnchoredRings:
     """Hold the one-rings of N minutiae as flat arrays, each on the unit circle.
 
     Parameters
@@ -128,7 +128,7 @@ def neighbourhoods(
     return Neighbourhoods(count, neighbour, frame)
 
 
-def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> OneRings:
+def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> AnchoredRings:
     """Lay the one-ring of every minutia on the unit circle, anchored by the direction.
 
     Parameters
@@ -140,7 +140,7 @@ def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> OneRings
 
     Returns
     -------
-    OneRings
+    AnchoredRings
         Those that are closed.
 
     References
@@ -162,7 +162,7 @@ def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> OneRings
         ring, circle = ring[kept], np.ascontiguousarray(circle[:, kept])
         closed = closed.copy()
         closed[centre[~around]] = False
-    return OneRings(_starts(length * closed), ring, circle)
+    return AnchoredRings(_starts(length * closed), ring, circle)
 
 
 def _starts(length: NDArray[np.int32]) -> NDArray[np.int32]:

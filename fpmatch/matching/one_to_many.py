@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching._one_to_many_kernel import OneToMany
-from fpmatch.matching._template_view_kernel import Print
+from fpmatch.matching._template_view_kernel import TemplateView
 from fpmatch.matching.align import make_aligner
 from fpmatch.matching.bit_descriptors import prefilter_of
 from fpmatch.matching.local import LocalParameters, index_neighbours
@@ -112,7 +112,7 @@ def _workspace(probe: PreparedTemplate, references: PackedTemplates) -> OneToMan
     after = make_aligner(ours, theirs)
     after.put_a(probe.points, ours)
     return OneToMany(
-        prefilter_of(probe.codes),
+        prefilter_of(probe.bit_descriptors),
         probe.for_kernels(),
         _room(references),
         index_neighbours(probe.neighbourhoods, local, comes_first=False),
@@ -125,10 +125,10 @@ def _workspace(probe: PreparedTemplate, references: PackedTemplates) -> OneToMan
     )
 
 
-def _room(references: PackedTemplates) -> Print:
+def _room(references: PackedTemplates) -> TemplateView:
     """Return a print that any of the references can be unpacked into."""
     n = references.most_minutiae
-    return Print(
+    return TemplateView(
         np.empty((4, n)),
         np.empty(n),
         np.empty(n, np.int32),

@@ -15,7 +15,7 @@ from fpmatch.matching.local import LocalParameters, index_neighbours
 if TYPE_CHECKING:
     from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching._local_kernel import NeighbourIndex
-    from fpmatch.matching._template_view_kernel import Print
+    from fpmatch.matching._template_view_kernel import TemplateView
     from fpmatch.matching.prepare import PreparedTemplate
 
 PREPARED_KEPT: Final = 64
@@ -98,7 +98,7 @@ def workspace_for(minutiae: int) -> Workspace:
 
 
 @lru_cache(maxsize=PREPARED_KEPT)
-def for_kernels(print_: PreparedTemplate) -> Print:
+def for_kernels(print_: PreparedTemplate) -> TemplateView:
     """Return a print as the kernels see it."""
     return print_.for_kernels()
 

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import MatcherError
-from fpmatch.matching._template_view_kernel import PackedView, Print
+from fpmatch.matching._template_view_kernel import PackedView, TemplateView
 from fpmatch.matching.bit_descriptors import (
-    ALONG,
-    AROUND,
-    MOST_ALONG,
+    NEIGHBOUR_WORDS,
+    ORIENTATION_WORDS,
+    UNKNOWN_BIN,
     BitDescriptorParameters,
     BitDescriptors,
 )
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-FORMAT: Final = b"fpmatch prepared prints 3\n"
+FORMAT: Final = b"fpmatch prepared prints 4\n"
 ALIGNMENT: Final = 64  # bytes
-MOST_MINUTIAE: Final = 256  # that a byte can number
+MAX_MINUTIAE: Final = 256  # that a byte can number
 PRINTS_AT_ONCE: Final = 1024  # packed before their arrays are joined
 
 
@@ -64,7 +64,7 @@ class PackedTemplates:
     neighbour, root_weight : ndarray of uint8, shape (M, size)
         The neighbours, numbered from the print's first minutia, and the square roots of their
         weights in hundredths.
-    turn, around, along : ndarray of uint8 (M,), uint16 (M, 12) and uint8 (M, 12)
+    direction_bin, neighbour_bits, orientation_bins : ndarray of uint8 (M,), uint16 (M, 12) and uint8 (M, 12)
         See `fpmatch.matching.bit_descriptors.BitDescriptors`.
     cell : ndarray of uint8, shape (C,)
         BitDescriptors of the cells of the regions, row by row.
@@ -72,7 +72,7 @@ class PackedTemplates:
         Pictures of the ridges in these cells; 0 where they are not known.
     shape : ndarray of int32, shape (T, 4)
         Rows and columns of cells, first row and first column.
-    step, zoom : ndarray of float64, shape (T,)
+    step, to_500dpi : ndarray of float64, shape (T,)
         Side of a cell, and 500 / dpi.
     has_flow, has_ridges : ndarray of uint8, shape (T,)
         1 where the orientation is known, and where the ridges are.
@@ -89,20 +89,20 @@ class PackedTemplates:
     count: NDArray[np.uint8]
     neighbour: NDArray[np.uint8]
     root_weight: NDArray[np.uint8]
-    turn: NDArray[np.uint8]
-    around: NDArray[np.uint16]
-    along: NDArray[np.uint8]
+    direction_bin: NDArray[np.uint8]
+    neighbour_bits: NDArray[np.uint16]
+    orientation_bins: NDArray[np.uint8]
     cell: NDArray[np.uint8]
     ridges: NDArray[np.uint64]
     shape: NDArray[np.int32]
     step: NDArray[np.float64]
-    zoom: NDArray[np.float64]
+    to_500dpi: NDArray[np.float64]
     has_flow: NDArray[np.uint8]
     has_ridges: NDArray[np.uint8]
     inside: NDArray[np.int32]
 
     @classmethod
-    def of(cls, prints: Iterable[PreparedTemplate]) -> PackedTemplates:
+    def pack(cls, prints: Iterable[PreparedTemplate]) -> PackedTemplates:
         """Pack prepared prints, in their order.
 
         Parameters
@@ -125,12 +125,12 @@ class PackedTemplates:
         for print_ in prints:
             few.append(_packed(print_))
             if len(few) == PRINTS_AT_ONCE:
-                joined.append(cls.joined(few))
+                joined.append(cls.concatenate(few))
                 few.clear()
-        return cls.joined([*joined, *few])
+        return cls.concatenate([*joined, *few])
 
     @classmethod
-    def joined(cls, parts: Sequence[PackedTemplates]) -> PackedTemplates:
+    def concatenate(cls, parts: Sequence[PackedTemplates]) -> PackedTemplates:
         """Return the prints of all `parts`, one after the other."""
         columns: dict[str, Any] = {}
         for name in (f.name for f in fields(cls)):
@@ -184,7 +184,7 @@ class PackedTemplates:
             frame=np.zeros((n, 6, self.neighbour.shape[1]), np.float32),
         )
         points, quality = np.zeros((4, n)), np.zeros(n)
-        self.packed.unpack(k, Print(points, quality, found.count, found.frame))
+        self.packed.unpack(k, TemplateView(points, quality, found.count, found.frame))
         rows, columns, first_row, first_column = self.shape[k].tolist()
         cells = slice(*self.cell_start[k : k + 2].tolist())
         code = self.cell[cells].reshape(rows, columns)
@@ -197,18 +197,18 @@ class PackedTemplates:
             index=self.index[minutiae],
             neighbourhoods=found,
             region=region,
-            codes=BitDescriptors(
+            bit_descriptors=BitDescriptors(
                 self.xy[minutiae],
-                self.turn[minutiae],
-                self.around[minutiae],
-                self.along[minutiae],
+                self.direction_bin[minutiae],
+                self.neighbour_bits[minutiae],
+                self.orientation_bins[minutiae],
                 known,
             ),
-            zoom=float(self.zoom[k]),
+            to_500dpi=float(self.to_500dpi[k]),
             key=content_key(points, quality, region),
         )
 
-    def taken(self, which: NDArray[np.integer]) -> PackedTemplates:
+    def take(self, which: NDArray[np.integer]) -> PackedTemplates:
         """Return some of the prints.
 
         Parameters
@@ -313,7 +313,7 @@ class PackedTemplates:
             np.isfinite(self.direction),
             self.count <= size,
             _most_of_each(self.neighbour.ravel(), size * minutiae) < np.maximum(n, 1),
-            self.along <= MOST_ALONG,
+            self.orientation_bins <= UNKNOWN_BIN,
             (rows >= 0) & (columns >= 0) & (rows * columns == np.diff(cells)),
         )
         return all(bool(check.all()) for check in checks)
@@ -323,11 +323,11 @@ _STARTS: Final = ("minutiae_start", "cell_start")
 _OWNED: Final = {
     "minutiae_start": (
         *("xy", "direction", "quality", "index", "count", "neighbour", "root_weight"),
-        *("turn", "around", "along"),
+        *("direction_bin", "neighbour_bits", "orientation_bins"),
     ),
     "cell_start": ("cell", "ridges"),
 }
-_OF_PRINTS: Final = ("shape", "step", "zoom", "has_flow", "has_ridges", "inside")
+_OF_PRINTS: Final = ("shape", "step", "to_500dpi", "has_flow", "has_ridges", "inside")
 _SIZE: Final = NeighbourhoodParameters().size
 _SHAPES: Final = {
     "minutiae_start": ("<i8", ()),
@@ -339,14 +339,14 @@ _SHAPES: Final = {
     "count": ("|u1", ()),
     "neighbour": ("|u1", (_SIZE,)),
     "root_weight": ("|u1", (_SIZE,)),
-    "turn": ("|u1", ()),
-    "around": ("<u2", (AROUND,)),
-    "along": ("|u1", (ALONG,)),
+    "direction_bin": ("|u1", ()),
+    "neighbour_bits": ("<u2", (NEIGHBOUR_WORDS,)),
+    "orientation_bins": ("|u1", (ORIENTATION_WORDS,)),
     "cell": ("|u1", ()),
     "ridges": ("<u8", ()),
     "shape": ("<i4", (4,)),
     "step": ("<f8", ()),
-    "zoom": ("<f8", ()),
+    "to_500dpi": ("<f8", ()),
     "has_flow": ("|u1", ()),
     "has_ridges": ("|u1", ()),
     "inside": ("<i4", ()),
@@ -367,8 +367,8 @@ def _nothing() -> PackedTemplates:
 def _packed(print_: PreparedTemplate) -> PackedTemplates:
     """Return one print."""
     n, region = print_.neighbourhoods, print_.region
-    if len(print_) > MOST_MINUTIAE:
-        raise MatcherError(f"a print of {len(print_)} minutiae; {MOST_MINUTIAE} can be packed")
+    if len(print_) > MAX_MINUTIAE:
+        raise MatcherError(f"a print of {len(print_)} minutiae; {MAX_MINUTIAE} can be packed")
     place = (*region.code.shape, region.first_row, region.first_column)
     columns: dict[str, Any] = {
         "minutiae_start": [0, len(print_)],
@@ -380,14 +380,14 @@ def _packed(print_: PreparedTemplate) -> PackedTemplates:
         "count": n.count,
         "neighbour": n.neighbour,
         "root_weight": root_weight_codes(n.frame[:, 5]),
-        "turn": print_.codes.turn,
-        "around": print_.codes.around,
-        "along": print_.codes.along,
+        "direction_bin": print_.bit_descriptors.direction_bin,
+        "neighbour_bits": print_.bit_descriptors.neighbour_bits,
+        "orientation_bins": print_.bit_descriptors.orientation_bins,
         "cell": region.code.ravel(),
         "ridges": np.zeros(region.code.size) if region.ridges is None else region.ridges.ravel(),
         "shape": [place],
         "step": [region.step],
-        "zoom": [print_.zoom],
+        "to_500dpi": [print_.to_500dpi],
         "has_flow": [region.has_flow],
         "has_ridges": [region.ridges is not None],
         "inside": [region.inside],

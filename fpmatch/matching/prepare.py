@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.matching._template_view_kernel import Print
-from fpmatch.matching.bit_descriptors import BitDescriptors, code
+from fpmatch.matching._template_view_kernel import TemplateView
+from fpmatch.matching.bit_descriptors import BitDescriptors, encode
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods, neighbourhoods
 from fpmatch.matching.quantization import flow_of, orientation_codes, rounded
 from fpmatch.minutiae import STANDARD_DPI
@@ -61,9 +61,9 @@ class PreparedTemplate:
         Their neighbourhoods.
     region : PrintArea
         Where the print is, and how its ridges run there.
-    codes : BitDescriptors
+    bit_descriptors : BitDescriptors
         What prints are compared by at first, in passing.
-    zoom : float
+    to_500dpi : float
         500 / dpi.
     key : bytes
         The content, by which two templates are put in order, so that a comparison does not depend
@@ -75,18 +75,18 @@ class PreparedTemplate:
     index: NDArray[np.int32]
     neighbourhoods: Neighbourhoods
     region: PrintArea
-    codes: BitDescriptors
-    zoom: float
+    bit_descriptors: BitDescriptors
+    to_500dpi: float
     key: bytes
 
     def __len__(self) -> int:
         return len(self.index)
 
-    def for_kernels(self) -> Print:
+    def for_kernels(self) -> TemplateView:
         """Return the print as the kernels see it."""
-        n, r, c = self.neighbourhoods, self.region, self.codes
-        print_ = Print(self.points, self.quality, n.count, n.frame)
-        print_.set_bit_descriptors(c.xy, c.turn, c.around, c.along)
+        n, r, c = self.neighbourhoods, self.region, self.bit_descriptors
+        print_ = TemplateView(self.points, self.quality, n.count, n.frame)
+        print_.set_bit_descriptors(c.xy, c.direction_bin, c.neighbour_bits, c.orientation_bins)
         print_.set_region(
             r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow
         )
@@ -160,7 +160,7 @@ class PrintArea:
         y = -(self.first_row + row + 0.5) * self.step
         return np.stack([x, y, *(flow_of(self.code[row, column]) * self.has_flow)])
 
-    def holds(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def contains(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell which of the points lie inside the print."""
         rows, columns = self.code.shape
         column = np.floor(x / self.step) - self.first_column
@@ -193,18 +193,18 @@ def prepare(
         What `fpmatch.matching.matchers.unit_circle` compares.
     """
     p = parameters or PreparationParameters()
-    zoom = STANDARD_DPI / template.dpi
+    to_500dpi = STANDARD_DPI / template.dpi
     index = _best(template.minutiae, p.max_minutiae)
     all_of_them = len(index) == len(template.minutiae)
     minutiae = template.minutiae if all_of_them else template.minutiae.take(index)
     angle = minutiae.angle.astype(np.float64)
     columns = np.empty((4, len(index)), np.float32)
-    np.multiply(minutiae.x, zoom, out=columns[0])
-    np.multiply(minutiae.y, -zoom, out=columns[1])
+    np.multiply(minutiae.x, to_500dpi, out=columns[0])
+    np.multiply(minutiae.y, -to_500dpi, out=columns[1])
     columns[2], columns[3] = np.cos(angle), np.sin(angle)
     points = columns.astype(np.float64)
     if template.field is not None:
-        region = _region_of_field(template.field, zoom)
+        region = _region_of_field(template.field, to_500dpi)
     else:
         region = _region_of_hull(points, p)
     quality = _qualities(minutiae, p.usual_quality)
@@ -215,8 +215,8 @@ def prepare(
         index=index,
         neighbourhoods=found,
         region=region,
-        codes=code(points, quality, found, region),
-        zoom=zoom,
+        bit_descriptors=encode(points, quality, found, region),
+        to_500dpi=to_500dpi,
         key=content_key(points, quality, region),
     )
 
@@ -248,9 +248,9 @@ def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:
     return np.sort(best).astype(np.int32)
 
 
-def _region_of_field(field: RidgeField, zoom: float) -> PrintArea:
+def _region_of_field(field: RidgeField, to_500dpi: float) -> PrintArea:
     codes = orientation_codes(field.orientation, field.mask)
-    return _region(field.step * zoom, codes, has_flow=True, ridges=field.ridges)
+    return _region(field.step * to_500dpi, codes, has_flow=True, ridges=field.ridges)
 
 
 def _region_of_hull(points: NDArray[np.float64], p: PreparationParameters) -> PrintArea:

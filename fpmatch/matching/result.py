@@ -160,7 +160,7 @@ class Verification:
         The matcher's result.
     probe, reference : Template
         The two templates compared.
-    fmr_reach : float
+    smallest_measured_fmr : float
         Smallest FMR that the calibration data measure; a lower `fmr` is extrapolated.
     rho : float or None
         Where the matcher decided by the share of minutiae that are paired: the share that is not
@@ -177,7 +177,7 @@ class Verification:
     comparison: Comparison = field(repr=False)
     probe: Template = field(repr=False)
     reference: Template = field(repr=False)
-    fmr_reach: float = 0.0
+    smallest_measured_fmr: float = 0.0
     rho: float | None = None
     rematch: Rematch | None = field(default=None, repr=False, compare=False)
 
@@ -230,4 +230,4 @@ class Verification:
     @property
     def extrapolated(self) -> bool:
         """Whether the FMR lies beyond what the calibration data could measure."""
-        return self.fmr < self.fmr_reach
+        return self.fmr < self.smallest_measured_fmr

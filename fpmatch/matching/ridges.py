@@ -49,10 +49,10 @@ def ridge_correlation(
     >>> ridge_correlation(bare, bare, identity_alignment(bare.points))
     (0.0, 0)
     """
-    lens = RidgeCorrelator(len(b))
+    correlator = RidgeCorrelator(len(b))
     c, s, x, y = alignment.transform.tolist()
     aligner = aligner_of(a.points, b.points)
     with np.errstate(over="ignore", invalid="ignore"):  # of transforms that lead nowhere
         aligner.impose(alignment.partner, c, s, x, y)
-        cells = lens.compare(a.for_kernels(), b.for_kernels(), aligner.mesh, c, s, x, y)
-    return lens.correlation, cells
+        cells = correlator.compare(a.for_kernels(), b.for_kernels(), aligner.mesh, c, s, x, y)
+    return correlator.correlation, cells

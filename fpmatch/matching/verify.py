@@ -99,7 +99,9 @@ def verify(
         comparison=comparison,
         probe=probe,
         reference=reference,
-        fmr_reach=0.0 if calibration is None else score_to_fmr(calibration.reach),
+        smallest_measured_fmr=0.0
+        if calibration is None
+        else score_to_fmr(calibration.largest_measured_score),
         rho=rho,
         rematch=pair,
     )

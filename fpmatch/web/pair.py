@@ -203,7 +203,7 @@ def show_pair(
         "rows": [
             {"label": label, "words": words} for label, words in as_rows(v, c.scale, c.quality)
         ],
-        "fmr_reach": v.fmr_reach,
+        "fmr_reach": v.smallest_measured_fmr,
         "pairs": v.pairs.reshape(-1, 2).tolist(),
         "probe": shown_print(c.probe, PROBE_INK),
         "reference": shown_print(c.reference, REFERENCE_INK),

@@ -31,7 +31,7 @@ def test_reach_is_where_the_knots_end(sets):
     calibration = calibrate_on(sets, "fake")
     found = measure_reach(calibration, sets, resamples=50)
     assert (found.sets, found.fingers, found.impostors) == (2, 24, 2 * 1650)
-    assert found.reach == calibration.reach
+    assert found.reach == calibration.largest_measured_score
     assert found.fmr_at_reach.low <= score_to_fmr(found.reach) <= found.fmr_at_reach.high
     assert found.highest > found.reach
     assert found.package == ()

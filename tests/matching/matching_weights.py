@@ -104,9 +104,9 @@ def scored_by(weights: ScoreWeights) -> Iterator[None]:
 def print_for(module: ModuleType, print_: PreparedTemplate) -> Any:
     """Return a print as the kernels see it, of another module than the package's own."""
     n, r = print_.neighbourhoods, print_.region
-    found = module.Print(print_.points, print_.quality, n.count, n.frame)
-    c = print_.codes
-    found.set_bit_descriptors(c.xy, c.turn, c.around, c.along)
+    found = module.TemplateView(print_.points, print_.quality, n.count, n.frame)
+    c = print_.bit_descriptors
+    found.set_bit_descriptors(c.xy, c.direction_bin, c.neighbour_bits, c.orientation_bins)
     found.set_region(r.code, r.ridges, r.first_row, r.first_column, r.step, r.inside, r.has_flow)
     return found
 

@@ -27,13 +27,13 @@ from matching_prints import (
 from fpmatch.matching import bit_descriptors
 from fpmatch.matching.bit_descriptors import (
     APART,
-    MOST_ALONG,
-    MOST_MINUTIAE,
+    MAX_ENCODED,
     TURNS,
+    UNKNOWN_BIN,
     BitDescriptorParameters,
     BitDescriptors,
-    code,
-    common,
+    descriptor_similarity,
+    encode,
     prefilter,
 )
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters
@@ -109,7 +109,7 @@ def shared(a: PreparedTemplate, i: int, b: PreparedTemplate, j: int) -> tuple[in
     return neighbours, along
 
 
-def plain_common(a: PreparedTemplate, b: PreparedTemplate) -> int:
+def plain_similarity(a: PreparedTemplate, b: PreparedTemplate) -> int:
     """Return what two prints, of at most 64 minutiae, have in common."""
     pairs = []
     for j, i in product(range(len(b)), range(len(a))):
@@ -178,10 +178,16 @@ def weighed(
         P.most_pairs, P.near_px, P.spread, round(P.pair_turn_deg * TURNS / 360)
     )
     own, other = (b, a) if b_in_tables else (a, b)
-    tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+    tables.load(own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow)
     n = len(other.xy)
-    rest = (other.xy, other.turn, other.around, other.along, other.has_flow)
-    return int(tables.weigh(0, n, *rest, b_in_tables))
+    rest = (
+        other.xy,
+        other.direction_bin,
+        other.neighbour_bits,
+        other.orientation_bins,
+        other.has_flow,
+    )
+    return int(tables.score(0, n, *rest, b_in_tables))
 
 
 @given(seeds)
@@ -189,13 +195,13 @@ def weighed(
 def test_prints_have_in_common_what_the_plain_form_says(seed: int) -> None:
     prints = impressions(seed)
     for a, b in product(prints, prints):
-        assert common(a.codes, b.codes) == plain_common(a, b)
+        assert descriptor_similarity(a.bit_descriptors, b.bit_descriptors) == plain_similarity(a, b)
 
 
 @given(seeds)
 @settings(max_examples=EXAMPLES)
 def test_it_is_the_same_whichever_is_in_the_tables(seed: int) -> None:
-    prints = [print_.codes for print_ in impressions(seed)]
+    prints = [print_.bit_descriptors for print_ in impressions(seed)]
     for a, b in product(prints, prints):
         assert weighed(a, b) == weighed(a, b, b_in_tables=True)
 
@@ -203,7 +209,7 @@ def test_it_is_the_same_whichever_is_in_the_tables(seed: int) -> None:
 @given(templates(), templates())
 @settings(max_examples=EXAMPLES)
 def test_any_templates_can_be_coded_and_weighed(one: Template, other: Template) -> None:
-    a, b = prepare(one).codes, prepare(other).codes
+    a, b = prepare(one).bit_descriptors, prepare(other).bit_descriptors
     assert weighed(a, b) == weighed(a, b, b_in_tables=True) >= 0
 
 
@@ -215,13 +221,15 @@ def test_crowds_are_weighed_by_their_best(n: int) -> None:
     quality = rng.integers(1, 100, size)
     crowd = prepare(template_of(points, size=500, quality=quality))
     few = prepare(template_of(spread_points(rng, 30), size=500))
-    coded = (crowd.codes.around != NOWHERE).any(axis=1)
-    assert coded.sum() <= MOST_MINUTIAE
-    if size > MOST_MINUTIAE:
-        assert quality[coded].min() >= np.sort(quality)[-MOST_MINUTIAE]
-        assert weighed(crowd.codes, crowd.codes) > 100
+    coded = (crowd.bit_descriptors.neighbour_bits != NOWHERE).any(axis=1)
+    assert coded.sum() <= MAX_ENCODED
+    if size > MAX_ENCODED:
+        assert quality[coded].min() >= np.sort(quality)[-MAX_ENCODED]
+        assert weighed(crowd.bit_descriptors, crowd.bit_descriptors) > 100
     for a, b in ((crowd, few), (few, crowd), (crowd, crowd)):
-        assert weighed(a.codes, b.codes) == weighed(a.codes, b.codes, b_in_tables=True)
+        assert weighed(a.bit_descriptors, b.bit_descriptors) == weighed(
+            a.bit_descriptors, b.bit_descriptors, b_in_tables=True
+        )
 
 
 @given(seeds, st.integers(0, 2))
@@ -230,56 +238,68 @@ def test_compiled_and_interpreted_agree(
     interpreted: Callable[[str], ModuleType], seed: int, k: int
 ) -> None:
     module, prints = interpreted("_bit_descriptor_kernel"), impressions(seed)
-    assert weighed(prints[0].codes, prints[k].codes, module) == common(
-        prints[0].codes, prints[k].codes
-    )
+    assert weighed(
+        prints[0].bit_descriptors, prints[k].bit_descriptors, module
+    ) == descriptor_similarity(prints[0].bit_descriptors, prints[k].bit_descriptors)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bit_descriptors, "kernel", module)
         one = prints[k]
-        slow = code(one.points, one.quality, one.neighbourhoods, one.region)
-    for name in ("xy", "turn", "around", "along"):
-        assert getattr(slow, name).tolist() == getattr(one.codes, name).tolist()
+        slow = encode(one.points, one.quality, one.neighbourhoods, one.region)
+    for name in ("xy", "direction_bin", "neighbour_bits", "orientation_bins"):
+        assert getattr(slow, name).tolist() == getattr(one.bit_descriptors, name).tolist()
 
 
 def test_tables_forget_the_print_before() -> None:
-    prints = [print_.codes for print_ in impressions(4)]
+    prints = [print_.bit_descriptors for print_ in impressions(4)]
     tables = prefilter()
     for own in [*prints, *reversed(prints)]:
-        tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+        tables.load(
+            own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow
+        )
         for other in prints:
-            rest = (other.xy, other.turn, other.around, other.along, other.has_flow)
-            assert tables.weigh(0, len(other.xy), *rest, False) == common(own, other)
+            rest = (
+                other.xy,
+                other.direction_bin,
+                other.neighbour_bits,
+                other.orientation_bins,
+                other.has_flow,
+            )
+            assert tables.score(0, len(other.xy), *rest, False) == descriptor_similarity(own, other)
 
 
 def test_impressions_of_a_finger_have_more_in_common_than_others() -> None:
     rng = np.random.default_rng(7)
     fingers = [spread_points(rng, 30) for _ in range(6)]
     field = striped_field(side=25)
-    ours = [prepare(template_of(points, field=field)).codes for points in fingers]
+    ours = [prepare(template_of(points, field=field)).bit_descriptors for points in fingers]
     mates = [jittered(rng, moved(points[:, 4:], 0.1, 9 - 9j), 2.0, 0.08) for points in fingers]
-    theirs = [prepare(template_of(points, field=field)).codes for points in mates]
-    table = np.array([[common(a, b) for b in theirs] for a in ours])
+    theirs = [prepare(template_of(points, field=field)).bit_descriptors for points in mates]
+    table = np.array([[descriptor_similarity(a, b) for b in theirs] for a in ours])
     assert np.diag(table).min() > 2 * (table - 1000 * np.eye(6)).max()
 
 
 def test_a_cell_counts_once_however_many_neighbours_it_has() -> None:
     near = np.array([[0, 40, 41, 42], [0, 3, 4, 5], [1, 1, 1, 1], [0, 0, 0, 0]], float)
     one, alone = prepare(template_of(near)), prepare(template_of(near[:, :2].copy()))
-    words = one.codes.around[0]
+    words = one.bit_descriptors.neighbour_bits[0]
     assert sorted(len(cells) for cells in cells_of(one, 0)) == [1, 1]
     assert (words & 0x0800 == 0).sum() == (words & 0x8000 == 0).sum() == 1
-    assert common(one.codes, alone.codes) == plain_common(one, alone)
+    assert descriptor_similarity(one.bit_descriptors, alone.bit_descriptors) == plain_similarity(
+        one, alone
+    )
 
 
 def test_neighbours_far_away_have_no_word() -> None:
     far = np.array([[0, 140.0, 0], [0, 0, 135.0], [1, 1, 1], [0, 0, 0]])
-    found = prepare(template_of(far)).codes
-    assert (found.around[0] == NOWHERE).all()
-    assert (found.along == MOST_ALONG).all()
+    found = prepare(template_of(far)).bit_descriptors
+    assert (found.neighbour_bits[0] == NOWHERE).all()
+    assert (found.orientation_bins == UNKNOWN_BIN).all()
 
 
 def test_more_neighbours_than_words_are_left_out() -> None:
     points = spread_points(np.random.default_rng(1), 20)
     many = prepare(template_of(points), None, NeighbourhoodParameters(size=14))
     few = prepare(template_of(points), None, NeighbourhoodParameters(size=12))
-    assert many.codes.around.tolist() == few.codes.around.tolist()
+    assert (
+        many.bit_descriptors.neighbour_bits.tolist() == few.bit_descriptors.neighbour_bits.tolist()
+    )

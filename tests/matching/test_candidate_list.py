@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matching_prints import COMPILED, jittered, moved, spread_points, template_of, templates
 
-from fpmatch.matching.bit_descriptors import common
-from fpmatch.matching.candidate_list import FEW_MINUTIAE, prefilter_scores, shortlist
+from fpmatch.matching.bit_descriptors import descriptor_similarity
+from fpmatch.matching.candidate_list import SIZE_OFFSET, candidate_list, prefilter_scores
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import prepare
 from fpmatch.minutiae import Template
@@ -21,8 +21,10 @@ EXAMPLES = 6 if COMPILED else 3
 @settings(max_examples=EXAMPLES)
 def test_weights_are_those_of_each_alone(probe: Template, references: list[Template]) -> None:
     prints = [prepare(template) for template in [*references, probe]]
-    weights = prefilter_scores(prints[-1], PackedTemplates.of(prints))
-    assert weights.tolist() == [common(prints[-1].codes, one.codes) for one in prints]
+    weights = prefilter_scores(prints[-1], PackedTemplates.pack(prints))
+    assert weights.tolist() == [
+        descriptor_similarity(prints[-1].bit_descriptors, one.bit_descriptors) for one in prints
+    ]
 
 
 def test_the_mate_is_first_and_parts_are_as_the_whole() -> None:
@@ -30,7 +32,7 @@ def test_the_mate_is_first_and_parts_are_as_the_whole() -> None:
     finger = spread_points(rng, 30)
     others = [template_of(spread_points(rng, 30)) for _ in range(40)]
     mate = template_of(jittered(rng, moved(finger[:, 4:], 1.0, 20 - 9j), 2.0, 0.08))
-    many = PackedTemplates.of(map(prepare, [*others, mate]))
+    many = PackedTemplates.pack(map(prepare, [*others, mate]))
     probe = prepare(template_of(finger))
     whole = prefilter_scores(probe, many)
     assert np.argmax(whole) == 40
@@ -38,12 +40,12 @@ def test_the_mate_is_first_and_parts_are_as_the_whole() -> None:
     parts = [prefilter_scores(probe, many, 0, 13), prefilter_scores(probe, many, 13)]
     assert np.concatenate(parts).tolist() == whole.tolist()
     assert prefilter_scores(probe, many, 30, 20).size == 0
-    assert shortlist(probe, many, 1).tolist() == [40]
-    rank = whole / (np.diff(many.minutiae_start) + FEW_MINUTIAE)
-    ten = shortlist(probe, many, 10)
+    assert candidate_list(probe, many, 1).tolist() == [40]
+    rank = whole / (np.diff(many.minutiae_start) + SIZE_OFFSET)
+    ten = candidate_list(probe, many, 10)
     assert ten.tolist() == sorted(np.argsort(-rank, kind="stable")[:10].tolist())
-    assert shortlist(probe, many, 99).tolist() == list(range(41))
-    assert shortlist(probe, many, 0).size == 0
+    assert candidate_list(probe, many, 99).tolist() == list(range(41))
+    assert candidate_list(probe, many, 0).size == 0
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 65, 200, 255])
@@ -51,7 +53,7 @@ def test_prints_of_any_size(n: int) -> None:
     rng = np.random.default_rng(n)
     sizes = [n, 30, 0] if COMPILED else [min(n, 70), 12, 0]
     prints = [prepare(template_of(spread_points(rng, k, 9.0, 400.0), size=500)) for k in sizes]
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     weights = [prefilter_scores(print_, many) for print_ in prints]
     assert all(found.shape == (3,) for found in weights)
     if n >= 65:
@@ -61,7 +63,7 @@ def test_prints_of_any_size(n: int) -> None:
 
 
 def test_no_prints() -> None:
-    many = PackedTemplates.of([])
+    many = PackedTemplates.pack([])
     probe = prepare(template_of(spread_points(np.random.default_rng(1), 9)))
     assert prefilter_scores(probe, many).size == 0
-    assert shortlist(probe, many, 5).size == 0
+    assert candidate_list(probe, many, 5).size == 0

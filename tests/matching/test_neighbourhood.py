@@ -15,9 +15,9 @@ from matching_prints import Points, any_points, moved, on_pixels, seeds, spread_
 
 from fpmatch.matching import neighbourhood as described
 from fpmatch.matching.neighbourhood import (
+    AnchoredRings,
     NeighbourhoodParameters,
     Neighbourhoods,
-    OneRings,
     anchored_rings,
     neighbourhoods,
 )
@@ -44,11 +44,11 @@ def mesh_of(points: Points) -> Triangulation:
     return triangulate(np.ascontiguousarray(points[:2].T))
 
 
-def rings_of(points: Points) -> OneRings:
+def rings_of(points: Points) -> AnchoredRings:
     return anchored_rings(points, mesh_of(points))
 
 
-def ring_of(found: OneRings, i: int) -> dict[int, tuple[complex, float]]:
+def ring_of(found: AnchoredRings, i: int) -> dict[int, tuple[complex, float]]:
     """Return, for each minutia of the one-ring of i, its place on the circle and its weight."""
     entries = slice(found.start[i], found.start[i + 1])
     x, y, weight = found.circle[:, entries]

@@ -131,7 +131,7 @@ def test_similarities_are_those_of_compare_to_the_last_bit(
 ) -> None:
     """Whichever model scores; some rejected, some refined alone, some of weak local matches."""
     prints = impressions(seed, kinds)
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     with scored_by(some_weights(refine, 0.4, prefilter, confident, relaxation, apart=3.0)):
         for probe in prints:
             assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
@@ -151,7 +151,7 @@ def test_in_a_mixed_gallery_each_comparison_has_its_own_model(k: int) -> None:
     with scored_by(weights):
         expected = one_by_one(probe, gallery)
         for order in itertools.permutations(range(3)):
-            many = PackedTemplates.of([gallery[place] for place in order])
+            many = PackedTemplates.pack([gallery[place] for place in order])
             found = MATCHER.similarities(probe, many)
             assert found.tolist() == [expected[place] for place in order]
     with scored_by(some_weights(apart=0.0)):
@@ -165,7 +165,7 @@ def test_in_a_mixed_gallery_each_comparison_has_its_own_model(k: int) -> None:
 def test_probes_come_before_and_after_and_their_ridges_count() -> None:
     """Otherwise that they are the same to the last bit would show little."""
     prints = impressions(3)
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     order = np.array([canonical_order(probe, many, 0, 4) for probe in prints[:4]])
     assert np.count_nonzero(order == REFERENCE_FIRST) == 6
     assert np.count_nonzero(order == PROBE_FIRST) == 6
@@ -188,7 +188,7 @@ def test_probes_come_before_and_after_and_their_ridges_count() -> None:
 
 def test_the_weights_of_the_package_give_the_same() -> None:
     prints = impressions(5)
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     with scored_by(ScoreWeights.from_json(WEIGHTS_FILE.read_text(encoding="utf-8"))):
         for probe in prints:
             assert MATCHER.similarities(probe, many).tolist() == one_by_one(probe, prints)
@@ -200,7 +200,7 @@ def test_any_templates_compare_as_one_by_one(
     probe: Template, references: list[Template], refine: float
 ) -> None:
     prints = [prepare(template) for template in [*references, probe]]
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     with scored_by(some_weights(refine)):
         assert MATCHER.similarities(prints[-1], many).tolist() == one_by_one(prints[-1], prints)
 
@@ -211,7 +211,7 @@ def test_either_side_may_be_the_probe(
     seed: int, refine: float, prefilter: tuple[float, float, float]
 ) -> None:
     prints = impressions(seed)[:4]
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     with scored_by(some_weights(refine, prefilter=prefilter)):
         table = np.array([MATCHER.similarities(probe, many) for probe in prints])
     assert table.tolist() == table.T.tolist()
@@ -223,7 +223,7 @@ def test_the_prefilter_rejects_some_whose_similarity_is_next_to_nothing(
 ) -> None:
     """Otherwise that both ways of comparing reject the same would show little."""
     prints = impressions(3)[:6]
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     with scored_by(some_weights(refine)):
         aligned = np.array([MATCHER.similarities(probe, many) for probe in prints])
     with scored_by(some_weights(refine, prefilter=REJECTING)):
@@ -238,7 +238,7 @@ def test_the_prefilter_rejects_some_whose_similarity_is_next_to_nothing(
 
 def test_a_part_of_them_is_that_part_of_the_whole() -> None:
     prints = impressions(3)
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     whole = MATCHER.similarities(prints[0], many).tolist()
     for first in range(len(prints) + 1):
         for last in range(first, len(prints) + 1):
@@ -250,12 +250,12 @@ def test_a_part_of_them_is_that_part_of_the_whole() -> None:
 
 
 def test_with_none_there_is_nothing_to_compare() -> None:
-    assert MATCHER.similarities(impressions(1)[0], PackedTemplates.of([])).tolist() == []
+    assert MATCHER.similarities(impressions(1)[0], PackedTemplates.pack([])).tolist() == []
 
 
 def test_a_mapped_file_gives_the_same(tmp_path) -> None:
     prints = impressions(5)
-    PackedTemplates.of(prints).save(tmp_path / "prints")
+    PackedTemplates.pack(prints).save(tmp_path / "prints")
     mapped = PackedTemplates.load(tmp_path / "prints")
     assert not mapped.xy.flags.writeable
     assert MATCHER.similarities(prints[1], mapped).tolist() == one_by_one(prints[1], prints)
@@ -266,10 +266,10 @@ def test_a_crowd_is_compared_by_its_best() -> None:
     rng = np.random.default_rng(4)
     crowd = template_of(spread_points(rng, n, 0.0, 900.0), quality=rng.integers(1, 100, n))
     prints = [prepare(crowd), *impressions(4)[:2]]
-    assert MATCHER.similarities(prints[0], PackedTemplates.of(prints)).tolist() == one_by_one(
+    assert MATCHER.similarities(prints[0], PackedTemplates.pack(prints)).tolist() == one_by_one(
         prints[0], prints
     )
-    assert MATCHER.similarities(prints[1], PackedTemplates.of(prints)).tolist() == one_by_one(
+    assert MATCHER.similarities(prints[1], PackedTemplates.pack(prints)).tolist() == one_by_one(
         prints[1], prints
     )
 
@@ -283,7 +283,7 @@ def same_x(seed: int, n: int = 9) -> NDArray[np.float64]:
 
 def test_prints_that_begin_alike_are_told_apart_by_the_rest() -> None:
     prints = [prepare(template_of(same_x(seed))) for seed in range(4)]
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     assert (canonical_order(prints[0], many, 0, 4) == NEITHER_FIRST).all()
     similarity, left = similarities(prints[0], many, 1, 4)
     assert left.tolist() == [1, 2, 3]
@@ -298,7 +298,7 @@ def test_order_is_that_of_the_keys(x: list[int]) -> None:
     y = np.array([0.0, -9.0, -4.0])
     sides = [np.array([side, y, np.ones(3), np.zeros(3)], float) for side in (x[:3], x[3:])]
     a, b = (prepare(template_of(side)) for side in sides)
-    (order,) = canonical_order(a, PackedTemplates.of([b]), 0, 1)
+    (order,) = canonical_order(a, PackedTemplates.pack([b]), 0, 1)
     assert order == NEITHER_FIRST if x[:3] == x[3:] else order == (-1 if b.key < a.key else 1)
 
 
@@ -306,7 +306,7 @@ def test_order_is_that_of_the_keys(x: list[int]) -> None:
 def test_few_minutiae_are_like_next_to_nothing(size: int) -> None:
     few = prepare(template_of(spread_points(np.random.default_rng(1), size)))
     prints = [few, impressions(2)[0]]
-    many = PackedTemplates.of(prints)
+    many = PackedTemplates.pack(prints)
     for probe in prints:
         found = MATCHER.similarities(probe, many)
         assert found.tolist() == one_by_one(probe, prints)
@@ -326,7 +326,7 @@ def test_compiled_and_interpreted_agree(
     points.append(jittered(rng, points[0], 1.0, 0.1))
     shown = [prepare(template_of(side, field=striped_field(side=8))) for side in points]
     prints = [*shown, prepare(template_of(points[3]))]
-    many = PackedTemplates.of(prints[1:])
+    many = PackedTemplates.pack(prints[1:])
     similarity = np.zeros(len(many))
     order = canonical_order(prints[0], many, 0, len(many))
     plainly(interpreted, prints[0], many, order, similarity, weights)
@@ -360,8 +360,8 @@ def plainly(
         ScoreParameters(), weights, room, RidgeSearchParameters()
     )
     tables = plain.code.Prefilter(16, 12.0, 0.1, 11)
-    own = probe.codes
-    tables.enter(own.xy, own.turn, own.around, own.along, own.has_flow)
+    own = probe.bit_descriptors
+    tables.load(own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow)
     sides = (print_for(plain.print, side) for side in (probe, largest))
     packed = plain.print.PackedView(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
     tools = (tables, *sides, index, before, after, room, p, scorer, 3)

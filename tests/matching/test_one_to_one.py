@@ -22,7 +22,7 @@ from matching_weights import (
 
 from fpmatch.matching import _one_to_one_kernel
 from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.bit_descriptors import BitDescriptorParameters, common
+from fpmatch.matching.bit_descriptors import BitDescriptorParameters, descriptor_similarity
 from fpmatch.matching.local import LocalParameters
 from fpmatch.matching.matchers.unit_circle import MATCHER, align
 from fpmatch.matching.one_to_one import LEAST_CAPACITY, Workspace, workspace_for
@@ -74,7 +74,9 @@ def test_the_prefilter_of_a_workspace_used_before_gives_the_same() -> None:
             total = used.prefilter(probe, reference, reference_first=first)
             assert total == fresh.prefilter(probe, reference, reference_first=first)
             a, b = (reference, probe) if first else (probe, reference)
-            shortfall = min(9.0 + min(len(a), len(b)), 33.0) - common(a.codes, b.codes)
+            shortfall = min(9.0 + min(len(a), len(b)), 33.0) - descriptor_similarity(
+                a.bit_descriptors, b.bit_descriptors
+            )
             assert total == (-5.0 - 0.25 * shortfall if shortfall > 0 else None)
             found.append(total)
     assert 0 < found.count(None) < len(found)

@@ -47,7 +47,7 @@ def some_prints(sizes: tuple[int, ...] = (12, 0, 3, 25, 2)) -> list[PreparedTemp
 def assert_same(found: PreparedTemplate, expected: PreparedTemplate) -> None:
     """Hold two prepared prints to being equal to the last bit."""
     assert found.key == expected.key
-    assert found.zoom == expected.zoom
+    assert found.to_500dpi == expected.to_500dpi
     for name in ("points", "quality", "index"):
         one, other = getattr(found, name), getattr(expected, name)
         assert one.dtype == other.dtype
@@ -61,11 +61,11 @@ def assert_same(found: PreparedTemplate, expected: PreparedTemplate) -> None:
         assert getattr(found.region, name) == getattr(expected.region, name)
     n, m = found.neighbourhoods, expected.neighbourhoods
     assert n.count.tolist() == m.count.tolist()
-    for name in ("xy", "turn", "around", "along"):
-        one, other = getattr(found.codes, name), getattr(expected.codes, name)
+    for name in ("xy", "direction_bin", "neighbour_bits", "orientation_bins"):
+        one, other = getattr(found.bit_descriptors, name), getattr(expected.bit_descriptors, name)
         assert one.dtype == other.dtype
         assert one.tolist() == other.tolist()
-    assert found.codes.has_flow == expected.codes.has_flow
+    assert found.bit_descriptors.has_flow == expected.bit_descriptors.has_flow
     listed = np.arange(n.frame.shape[2]) < n.count[:, None]
     assert n.neighbour[listed].tolist() == m.neighbour[listed].tolist()
     columns = np.broadcast_to(listed[:, None], n.frame.shape)
@@ -82,21 +82,25 @@ def assert_all_same(found: PackedTemplates, expected: list[PreparedTemplate]) ->
 @settings(max_examples=EXAMPLES)
 def test_any_prints_come_back_as_they_were(given_: list[Template]) -> None:
     prints = [prepare(template) for template in given_]
-    assert_all_same(PackedTemplates.of(prints), prints)
+    assert_all_same(PackedTemplates.pack(prints), prints)
 
 
 def test_joined_parts_are_one_after_the_other() -> None:
     prints = some_prints()
-    parts = [PackedTemplates.of(prints[:2]), PackedTemplates.of([]), PackedTemplates.of(prints[2:])]
-    assert_all_same(PackedTemplates.joined(parts), prints)
-    assert len(PackedTemplates.joined([])) == 0
+    parts = [
+        PackedTemplates.pack(prints[:2]),
+        PackedTemplates.pack([]),
+        PackedTemplates.pack(prints[2:]),
+    ]
+    assert_all_same(PackedTemplates.concatenate(parts), prints)
+    assert len(PackedTemplates.concatenate([])) == 0
 
 
 @given(st.lists(st.integers(0, 4), max_size=8))
 @settings(max_examples=EXAMPLES)
 def test_some_are_taken_in_any_order(which: list[int]) -> None:
     prints = some_prints()
-    taken = PackedTemplates.of(prints).taken(np.array(which, np.intp))
+    taken = PackedTemplates.pack(prints).take(np.array(which, np.intp))
     assert len(taken) == len(which)
     for k, place in enumerate(which):
         assert_same(taken[k], prints[place])
@@ -104,7 +108,7 @@ def test_some_are_taken_in_any_order(which: list[int]) -> None:
 
 def test_more_prints_than_are_packed_at_once() -> None:
     print_ = some_prints((3,))[0]
-    many = PackedTemplates.of(print_ for _ in range(PRINTS_AT_ONCE + 2))
+    many = PackedTemplates.pack(print_ for _ in range(PRINTS_AT_ONCE + 2))
     assert len(many) == PRINTS_AT_ONCE + 2
     assert_same(many[PRINTS_AT_ONCE + 1], print_)
 
@@ -113,13 +117,13 @@ def test_of_a_crowd_the_best_come_back_with_their_places() -> None:
     points = spread_points(np.random.default_rng(3), 12)
     quality = np.array([10, 90] * 6)
     print_ = prepare(template_of(points, quality=quality), PreparationParameters(max_minutiae=6))
-    assert PackedTemplates.of([print_])[0].index.tolist() == [1, 3, 5, 7, 9, 11]
+    assert PackedTemplates.pack([print_])[0].index.tolist() == [1, 3, 5, 7, 9, 11]
 
 
 def test_a_print_of_forty_minutiae_takes_less_than_eight_kilobytes() -> None:
     n = 40 if COMPILED else 20
     points = spread_points(np.random.default_rng(2), n)
-    many = PackedTemplates.of([prepare(template_of(points, field=striped_field(side=22)))] * 10)
+    many = PackedTemplates.pack([prepare(template_of(points, field=striped_field(side=22)))] * 10)
     assert many.nbytes / len(many) <= 8000
     assert many.nbytes == sum(getattr(many, f.name).nbytes for f in dataclasses.fields(many))
 
@@ -130,13 +134,13 @@ def test_more_minutiae_than_a_byte_can_number_are_refused() -> None:
     points[2] = 1
     crowd = prepare(template_of(points), PreparationParameters(max_minutiae=300))
     with pytest.raises(MatcherError, match="300 minutiae"):
-        PackedTemplates.of([crowd])
+        PackedTemplates.pack([crowd])
 
 
 @pytest.mark.parametrize("k", [-1, 5, 99])
 def test_there_is_no_print_beyond_the_last(k: int) -> None:
     with pytest.raises(IndexError, match="of 5"):
-        PackedTemplates.of(some_prints())[k]
+        PackedTemplates.pack(some_prints())[k]
 
 
 @pytest.mark.parametrize("mmap", [True, False])
@@ -145,22 +149,22 @@ def test_a_file_gives_back_what_was_saved(
     tmp_path: Path, sizes: tuple[int, ...], mmap: bool
 ) -> None:
     prints = some_prints(sizes)
-    PackedTemplates.of(prints).save(tmp_path / "prints")
+    PackedTemplates.pack(prints).save(tmp_path / "prints")
     assert_all_same(PackedTemplates.load(tmp_path / "prints", mmap=mmap), prints)
     assert [p.name for p in tmp_path.iterdir()] == ["prints"]
 
 
 def test_saving_replaces_the_file_and_leaves_what_was_mapped(tmp_path: Path) -> None:
     file, prints = tmp_path / "prints", some_prints()
-    PackedTemplates.of(prints).save(file)
+    PackedTemplates.pack(prints).save(file)
     mapped = PackedTemplates.load(file)
-    PackedTemplates.of(prints[:1]).save(file)
+    PackedTemplates.pack(prints[:1]).save(file)
     assert_all_same(mapped, prints)
     assert len(PackedTemplates.load(file)) == 1
 
 
 def saved(folder: Path) -> bytes:
-    PackedTemplates.of(some_prints()).save(folder / "prints")
+    PackedTemplates.pack(some_prints()).save(folder / "prints")
     return (folder / "prints").read_bytes()
 
 
@@ -187,7 +191,7 @@ def test_another_file_is_refused_by_name(tmp_path: Path, change, reason: str) ->
 
 def harmed(folder: Path, name: str, at: int, value: float) -> Path:
     """Return a file in which one number of one array is another; `save` does not look at it."""
-    many = PackedTemplates.of(some_prints((12, 9)))
+    many = PackedTemplates.pack(some_prints((12, 9)))
     array = getattr(many, name).copy()
     array.ravel()[at] = value
     dataclasses.replace(many, **{name: array}).save(folder / "prints")
@@ -205,7 +209,7 @@ def harmed(folder: Path, name: str, at: int, value: float) -> Path:
         ("direction", 0, np.inf),
         ("count", 0, 13),
         ("neighbour", 4, 12),
-        ("along", 7, 32),
+        ("orientation_bins", 7, 32),
         ("shape", 0, 100),
         ("shape", 0, -9),
     ],
@@ -219,7 +223,7 @@ def test_numbers_that_would_lead_astray_are_refused(
 
 @pytest.mark.parametrize("by", [-1, 1])
 def test_ridges_that_are_not_one_a_cell_are_refused(tmp_path: Path, by: int) -> None:
-    many = PackedTemplates.of(some_prints())
+    many = PackedTemplates.pack(some_prints())
     ridges = np.resize(many.ridges, len(many.ridges) + by)
     dataclasses.replace(many, ridges=ridges).save(tmp_path / "prints")
     with pytest.raises(MatcherError, match="damaged"):
@@ -228,7 +232,7 @@ def test_ridges_that_are_not_one_a_cell_are_refused(tmp_path: Path, by: int) -> 
 
 def test_a_file_from_before_there_were_codes_is_refused(tmp_path: Path) -> None:
     content = saved(tmp_path)
-    assert content.startswith(b"fpmatch prepared prints 3\n")
+    assert content.startswith(b"fpmatch prepared prints 4\n")
     (tmp_path / "prints").write_bytes(content.replace(b"prints 3", b"prints 2", 1))
     with pytest.raises(MatcherError, match="not prepared by this version"):
         PackedTemplates.load(tmp_path / "prints")
@@ -238,7 +242,7 @@ def test_a_file_from_before_there_were_codes_is_refused(tmp_path: Path) -> None:
 def test_ridges_are_compared_from_a_file_as_from_memory(tmp_path: Path, mmap: bool) -> None:
     """A mapped file cannot be written, which the kernels must not mind."""
     prints = some_prints((5, 5, 5, 6, 6, 6))
-    PackedTemplates.of(prints).save(tmp_path / "prints")
+    PackedTemplates.pack(prints).save(tmp_path / "prints")
     loaded = PackedTemplates.load(tmp_path / "prints", mmap=mmap)
     cells = []
     for k, print_ in enumerate(prints):
@@ -256,9 +260,9 @@ def test_no_file_and_no_folder_are_named(tmp_path: Path) -> None:
     with pytest.raises(MatcherError, match="is a directory"):
         PackedTemplates.load(tmp_path)
     with pytest.raises(OutputError, match="cannot be written"):
-        PackedTemplates.of([]).save(tmp_path / "nowhere" / "prints")
+        PackedTemplates.pack([]).save(tmp_path / "nowhere" / "prints")
 
 
 def test_a_template_without_minutiae_has_a_place() -> None:
     empty = prepare(Template(Minutiae.empty(), 9, 9))
-    assert_all_same(PackedTemplates.of([empty, empty]), [empty, empty])
+    assert_all_same(PackedTemplates.pack([empty, empty]), [empty, empty])

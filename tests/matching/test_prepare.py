@@ -26,7 +26,7 @@ def test_points_are_at_500_dpi_with_y_pointing_up(dpi: float) -> None:
     minutiae = Minutiae(x=[10, 30], y=[20, 40], angle=[0, np.pi / 2], quality=[100, 25])
     prepared = prepare(Template(minutiae, 100, 100, dpi))
     zoom = 500 / dpi
-    assert prepared.zoom == zoom
+    assert prepared.to_500dpi == zoom
     assert prepared.points[:2].T.tolist() == [[10 * zoom, -20 * zoom], [30 * zoom, -40 * zoom]]
     assert pytest.approx(np.array([[1, 0], [0, 1]]), abs=1e-7) == prepared.points[2:].T
     assert prepared.quality.tolist() == [1.0, 0.25]
@@ -72,7 +72,7 @@ def test_region_of_a_field_is_its_mask_and_flow() -> None:
     assert pytest.approx(np.array([[1, 0], [0, 1], [-1, 0]]), abs=0.02) == region.cells[2:].T
     assert region.area == 300.0
     x, y = np.array([5.0, 15, 15, -1, 35, 5]), np.array([-5.0, -15, -5, -5, -5, -25])
-    assert region.holds(x, y).tolist() == [True, True, False, False, False, False]
+    assert region.contains(x, y).tolist() == [True, True, False, False, False, False]
 
 
 def test_ridges_are_those_of_the_cells_in_the_box_around_the_mask() -> None:
@@ -111,8 +111,8 @@ def test_region_without_a_field_is_the_hull_of_the_minutiae() -> None:
     assert not region.cells[2:].any()
     inside = np.array([25.0, 100, 175]), np.array([-25.0, -100, -175])
     outside = np.array([2.0, 100, 250]), np.array([-100.0, -250, -100])
-    assert region.holds(*inside).all()
-    assert not region.holds(*outside).any()
+    assert region.contains(*inside).all()
+    assert not region.contains(*outside).any()
     assert region.area == pytest.approx(160**2, rel=0.25)
 
 
@@ -120,7 +120,7 @@ def test_region_without_a_field_is_the_hull_of_the_minutiae() -> None:
 def test_the_hull_holds_its_minutiae(seed: int) -> None:
     rng = np.random.default_rng(seed)
     prepared = prepare(template_of(spread_points(rng, int(rng.integers(1, 20)))))
-    assert prepared.region.holds(*prepared.points[:2]).all()
+    assert prepared.region.contains(*prepared.points[:2]).all()
 
 
 def test_minutiae_outside_the_image_have_no_region() -> None:
@@ -129,7 +129,7 @@ def test_minutiae_outside_the_image_have_no_region() -> None:
     )
     assert not prepared.region.inside
     assert prepared.region.area == 0
-    assert not prepared.region.holds(*prepared.points[:2]).any()
+    assert not prepared.region.contains(*prepared.points[:2]).any()
 
 
 @pytest.mark.parametrize("reach", [2e4, 1e9])
@@ -138,7 +138,7 @@ def test_far_minutiae_take_no_more_memory(reach: float) -> None:
     p = PreparationParameters(max_hull_cells=64)
     prepared = prepare(Template(minutiae, 100, 100), p)
     assert max(prepared.region.code.shape) <= p.max_hull_cells + 1
-    assert prepared.region.holds(*prepared.points[:2]).all()
+    assert prepared.region.contains(*prepared.points[:2]).all()
 
 
 def test_key_tells_whatever_is_compared_apart() -> None:

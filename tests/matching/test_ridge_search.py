@@ -76,7 +76,7 @@ def twin(
     for i, j in offered:
         turn, shift = pair_transform(small, i, large, j)
         lies = turn * place + shift
-        inside = large.region.holds(lies.real, lies.imag)
+        inside = large.region.contains(lies.real, lies.imag)
         if not inside.any() or inside.sum() < p.least_common * len(place):
             continue
         column = np.floor(lies.real / large.region.step).astype(int) - large.region.first_column
@@ -86,14 +86,14 @@ def twin(
         if agreement >= p.least_flow:
             kept.append((agreement, i, j))
     kept = sorted(kept, key=lambda row: -round(row[0], 9))[: p.compared]
-    lens = RidgeCorrelator(ROOM)
+    correlator = RidgeCorrelator(ROOM)
     sides = small.for_kernels(), large.for_kernels()
     found: list[tuple[float, int, int, complex, complex]] = []
     for _, i, j in kept:
         turn, shift = pair_transform(small, i, large, j)
-        if not lens.compare_rigid(*sides, turn.real, turn.imag, shift.real, shift.imag):
+        if not correlator.compare_rigid(*sides, turn.real, turn.imag, shift.real, shift.imag):
             continue
-        value = (lens.correlation - p.usual_correlation) * np.sqrt(lens.cells)
+        value = (correlator.correlation - p.usual_correlation) * np.sqrt(correlator.cells)
         if value <= 0:
             continue
         alike = [
@@ -149,9 +149,9 @@ def test_interpreted_is_compiled(interpreted: Callable[[str], ModuleType], seed:
     a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
     kernels = interpreted_kernels(interpreted)
     search = kernels.ridge_search.RidgeSearch(RidgeSearchParameters())
-    lens = kernels.ridge.RidgeCorrelator(ROOM)
+    correlator = kernels.ridge.RidgeCorrelator(ROOM)
     sides = (print_for(kernels.print, side) for side in (a, b))
-    count = search.search(*sides, lens)
+    count = search.search(*sides, correlator)
     found = [(search.first[k], search.second[k], search.value[k]) for k in range(count)]
     assert found == searched(a, b)
 

@@ -102,7 +102,7 @@ def twin(
         bent = mapped_by(mesh, among)
         drift = 0.0 if bent is None else bent - (linear * among + shift)
         lies = linear * (middle - (0.5 - 0.5j)) + shift + drift
-        if not b.region.holds(np.array([lies.real]), np.array([lies.imag]))[0]:
+        if not b.region.contains(np.array([lies.real]), np.array([lies.imag]))[0]:
             continue
         counts = np.zeros((5, 5), np.int64)
         for v, u in SAMPLES:
@@ -152,11 +152,11 @@ def compared_interpreted(
 ) -> tuple[float, int]:
     """Return correlation and cells as the interpreted kernel finds them."""
     prints = interpreted("_template_view_kernel")
-    lens = interpreted("_ridge_kernel").RidgeCorrelator(ROOM)
+    correlator = interpreted("_ridge_kernel").RidgeCorrelator(ROOM)
     mesh = mesh_of(a, b, partner, transform)
-    cells = lens.compare(print_for(prints, a), print_for(prints, b), mesh, *transform)
-    assert cells == lens.cells
-    return float(lens.correlation), cells
+    cells = correlator.compare(print_for(prints, a), print_for(prints, b), mesh, *transform)
+    assert cells == correlator.cells
+    return float(correlator.correlation), cells
 
 
 def some_field(rng: np.random.Generator, most: int = 6) -> RidgeField:
@@ -322,9 +322,9 @@ def test_more_pairs_than_there_is_room_for_do_not_bend_the_skin() -> None:
     a, b, _, transform = some_case(2)
     assert len(a) > 1
     mesh = mesh_of(a, b, np.arange(len(a), dtype=np.int32), transform)
-    lens = _ridge_kernel.RidgeCorrelator(1)
-    cells = lens.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
-    assert (lens.correlation, cells) == compared(a, b, transform)
+    correlator = _ridge_kernel.RidgeCorrelator(1)
+    cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
+    assert (correlator.correlation, cells) == compared(a, b, transform)
 
 
 def test_without_ridges_there_is_nothing_to_compare() -> None:
@@ -443,12 +443,12 @@ def test_too_large_a_region_is_not_compared(rows: int, columns: int) -> None:
 @given(seeds)
 @settings(max_examples=10)
 def test_a_lens_remembers_nothing(seed: int) -> None:
-    lens = _ridge_kernel.RidgeCorrelator(ROOM)
+    correlator = _ridge_kernel.RidgeCorrelator(ROOM)
     for a, b, partner, transform in map(some_case, (seed, seed + 1, seed)):
         mesh = mesh_of(a, b, partner, transform)
-        cells = lens.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
-        assert (lens.correlation, cells) == compared(a, b, transform, partner)
-        assert cells == lens.cells
+        cells = correlator.compare(a.for_kernels(), b.for_kernels(), mesh, *transform)
+        assert (correlator.correlation, cells) == compared(a, b, transform, partner)
+        assert cells == correlator.cells
 
 
 def test_prints_unpacked_of_many_are_compared_as_they_were(
@@ -457,7 +457,7 @@ def test_prints_unpacked_of_many_are_compared_as_they_were(
     """In place: their cells begin somewhere among those of all."""
     cases = [some_case(seed)[0] for seed in range(6)]
     cases.insert(2, prepare(template_of(spread_points(np.random.default_rng(1), 4))))
-    many = PackedTemplates.of(cases)
+    many = PackedTemplates.pack(cases)
     prints, ridges = interpreted("_template_view_kernel"), interpreted("_ridge_kernel")
     hundredths = np.arange(256) / 100.0
     packed = prints.PackedView(many, hundredths, hundredths, (1.0, 1.0))
@@ -466,10 +466,10 @@ def test_prints_unpacked_of_many_are_compared_as_they_were(
     room.points, room.quality = np.zeros((4, 9)), np.zeros(9)
     room.count = np.zeros(9, np.int32)
     room.frame = np.zeros((9, 6, many.neighbour.shape[1]), np.float32)
-    lens = ridges.RidgeCorrelator(ROOM)
+    correlator = ridges.RidgeCorrelator(ROOM)
     for k, case in enumerate(cases):
         packed.unpack(k, room)
         nobody = mesh_of(case, case, np.full(len(case), -1, np.int32), IDENTITY)
-        cells = lens.compare(room, room, nobody, *IDENTITY)
-        assert (lens.correlation, cells) == compared(case, case)
+        cells = correlator.compare(room, room, nobody, *IDENTITY)
+        assert (correlator.correlation, cells) == compared(case, case)
         assert room.has_ridges == (case.region.ridges is not None)

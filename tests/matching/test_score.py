@@ -265,7 +265,7 @@ def twin(a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Flo
         (b, a, back.real, back.imag, j),
     ):
         single = np.setdiff1d(np.arange(len(one)), paired)
-        u, v, holds = x[single], y[single], other.region.holds
+        u, v, holds = x[single], y[single], other.region.contains
         inside = holds(u, v)
         deep = inside.copy()
         margin = P.margin_px if other.region.has_flow else P.hull_margin_px
@@ -278,7 +278,7 @@ def twin(a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Flo
         unpaired += poor * float(square[single][deep].sum())
     x, y, *_ = a.region.cells
     mapped = shift + linear * (x + 1j * y)
-    shared = np.count_nonzero(b.region.holds(mapped.real, mapped.imag)) * a.region.step**2
+    shared = np.count_nonzero(b.region.contains(mapped.real, mapped.imag)) * a.region.step**2
     smaller = min(a.region.area, b.region.area)
     overlap = min(shared / smaller, 1.0) if smaller else 0.0
     relaxation = aligner.relaxation
@@ -557,9 +557,9 @@ def test_the_margin_is_another_where_the_hull_stands_for_the_print(margin: float
     x, y = points[:2]
 
     def inside(region: Any, px: float) -> int:
-        found = region.holds(x, y)
+        found = region.contains(x, y)
         for across, along in ((px, 0), (-px, 0), (0, px), (0, -px)):
-            found &= region.holds(x + across, y + along)
+            found &= region.contains(x + across, y + along)
         return int(np.count_nonzero(found))
 
     of_hull, of_field = inside(bare.region, margin), inside(whole.region, 20.0)
@@ -990,12 +990,12 @@ def alignment_twin(
     best = max((total for _, total in rows), default=-math.inf)
     shown = a.region.ridges is not None and b.region.ridges is not None
     if shown and not sure and not best > model.confident_threshold:
-        search, lens = RidgeSearch(RidgeSearchParameters()), RidgeCorrelator(len(b))
+        search, correlator = RidgeSearch(RidgeSearchParameters()), RidgeCorrelator(len(b))
         sides = a.for_kernels(), b.for_kernels()
         if model is weights.models[3]:
-            found_by_ridges = search.search(*sides, lens)
+            found_by_ridges = search.search(*sides, correlator)
         else:
-            found_by_ridges = search.search_candidates(*sides, aligner.relaxation, lens)
+            found_by_ridges = search.search_candidates(*sides, aligner.relaxation, correlator)
         for k in range(found_by_ridges):
             if aligner.start_from(search.first[k], search.second[k]):
                 aligner.save_best()

@@ -596,7 +596,7 @@ def test_any_degenerate_print_has_an_answer_or_a_reason(
                 assert 0 <= result.overlap <= 1
                 assert result.reason
             found.append(forth.similarity)
-        assert MATCHER.similarities(one, PackedTemplates.of(others)).tolist() == found
+        assert MATCHER.similarities(one, PackedTemplates.pack(others)).tolist() == found
     if len(one) == 0:
         assert not any(found)
     elif len(one) >= 3:

@@ -167,4 +167,4 @@ def test_a_calibration_of_ones_own_decides() -> None:
     found = verify(PROBE, PROBE, calibration=worthless)
     assert not found.match
     assert found.score == pytest.approx(1.0, abs=0.01)
-    assert found.fmr_reach == score_to_fmr(1.0)
+    assert found.smallest_measured_fmr == score_to_fmr(1.0)

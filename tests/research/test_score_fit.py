@@ -11,7 +11,7 @@ import pytest
 from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.bit_descriptors import common
+from fpmatch.matching.bit_descriptors import descriptor_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER, align
 from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.score import (
@@ -391,7 +391,9 @@ def test_descriptors_and_strength_are_those_of_the_prints(tmp_path: Path) -> Non
     for i, probe in enumerate(prints):
         for other in prints[i + 1 :]:
             a, b = sorted((probe, other), key=lambda side: side.key)
-            expected.append([common(a.codes, b.codes), min(len(a), len(b))])
+            expected.append(
+                [descriptor_similarity(a.bit_descriptors, b.bit_descriptors), min(len(a), len(b))]
+            )
     assert sum(found.nothing) == 0
     assert sorted(found.descriptors.tolist()) == sorted(expected)
     assert (found.strength >= 0).all()

@@ -53,7 +53,7 @@ class Bench:
         if self._packed[0] != templates:
             from fpmatch.matching.packed_templates import PackedTemplates  # noqa: PLC0415
 
-            self._packed = templates, PackedTemplates.of(map(self.prepare, templates))
+            self._packed = templates, PackedTemplates.pack(map(self.prepare, templates))
         return self._packed[1]
 
 

@@ -44,12 +44,12 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-MIN_MINUTIAE: Final = 4
+MIN_POINTS: Final = 4
 """The fewest points among which one can have a closed one-ring."""
 
 
 @dataclass(frozen=True, slots=True)
-class PreparedTemplate:
+class PreparedPositions:
     """Hold the positions of a template's minutiae at 500 dpi, and the template's own resolution."""
 
     at_500_dpi: PreparedPoints
@@ -97,17 +97,17 @@ class PaperMatcher:
     def __post_init__(self) -> None:
         check_rho(self.rho)
 
-    def prepare(self, template: Template) -> PreparedTemplate:
+    def prepare(self, template: Template) -> PreparedPositions:
         """Triangulate the minutiae of `template` and map their one-rings to the unit circle."""
         xy = template.minutiae.xy.astype(np.float64) * (STANDARD_DPI / template.dpi)
-        return PreparedTemplate(prepare_points(xy), template.dpi)
+        return PreparedPositions(prepare_points(xy), template.dpi)
 
-    def compare(self, probe: PreparedTemplate, reference: PreparedTemplate) -> Comparison:
+    def compare(self, probe: PreparedPositions, reference: PreparedPositions) -> Comparison:
         """Compare two prepared templates.
 
         Parameters
         ----------
-        probe, reference : PreparedTemplate
+        probe, reference : PreparedPositions
             What `prepare` returned.
 
         Returns
@@ -178,7 +178,7 @@ def matcher_with(
 def _why_nothing(alike: int, probe: PreparedPoints, reference: PreparedPoints) -> str:
     """Say in words at which step of the method the two prints had nothing in common."""
     for side, points in (("probe", probe), ("reference", reference)):
-        if len(points) < MIN_MINUTIAE:
+        if len(points) < MIN_POINTS:
             return f"too few minutiae: {len(points)} in the {side}"
         if not len(points.rings):
             return f"no minutia of the {side} has others all round it"

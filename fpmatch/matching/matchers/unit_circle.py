@@ -192,7 +192,7 @@ class UnitCircleMatcher:
         >>> from fpmatch.matching.packed_templates import PackedTemplates
         >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
         >>> print_ = MATCHER.prepare(Template(minutiae, 100, 100))
-        >>> many = PackedTemplates.of([print_, print_])
+        >>> many = PackedTemplates.pack([print_, print_])
         >>> found = MATCHER.similarities(print_, many)
         >>> found[1] == MATCHER.compare(print_, print_).similarity
         True
@@ -281,8 +281,8 @@ def _comparison(
     fit_pairs(
         a.points,
         b.points,
-        a.zoom,
-        b.zoom,
+        a.to_500dpi,
+        b.to_500dpi,
         a.index,
         b.index,
         partner,

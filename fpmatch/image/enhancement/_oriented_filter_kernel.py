@@ -1,9 +1,8 @@
-"""Kernel: at each listed pixel, the inner product of its neighbourhood with one filter of a bank.
+"""Kernel: the inner product of the neighbourhood of each listed pixel with one filter of a bank.
 
-``out[y, x] = Σ_r Σ_c bank[k, r, c] · padded[y + r, x + c]`` for every listed (y, x, k): an
-oriented filter chosen pixel by pixel, so that no filter runs where it is not wanted.
-The rows of the bank are padded with zeros to `ROW` values: a fixed number that the compiler
-turns into vector instructions. Its oracle is `fpmatch.image.enhancement.gabor.filter_with_numpy`.
+``out[y, x] = Σ_r Σ_c bank[k, r, c] · padded[y + r, x + c]`` for every listed (y, x, k). The rows of
+the bank are padded with zeros to `ROW` values, a constant that the compiler can vectorize. Its
+oracle is `fpmatch.image.enhancement.gabor.filter_with_numpy`.
 """
 
 import cython
@@ -11,11 +10,8 @@ import cython
 COMPILED = cython.compiled
 
 ROW = 28
-_ROW = cython.declare(cython.int, 28)
 
 
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def filter_pixels(
     padded: cython.float[:, ::1],
     y: cython.int[::1],
@@ -24,14 +20,10 @@ def filter_pixels(
     bank: cython.float[:, :, ::1],
     out: cython.float[:, ::1],
 ) -> None:
-    """Filter the listed pixels; `out` is changed in place, at the listed pixels only."""
-    i: cython.Py_ssize_t
-    r: cython.Py_ssize_t
-    c: cython.Py_ssize_t
-    top: cython.Py_ssize_t
-    left: cython.Py_ssize_t
+    """Write the filtered values of the listed pixels to `out`."""
+    cython.declare(i=cython.Py_ssize_t, r=cython.Py_ssize_t, c=cython.Py_ssize_t)
+    cython.declare(top=cython.Py_ssize_t, left=cython.Py_ssize_t, total=cython.float)
     rows: cython.Py_ssize_t = bank.shape[1]
-    total: cython.float
     sums = cython.declare(cython.float[28])
     weights: cython.pointer(cython.float)
     source: cython.pointer(cython.float)

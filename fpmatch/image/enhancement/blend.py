@@ -1,4 +1,4 @@
-"""Blending: the image and its enhancement together, from which orientation is measured again."""
+"""Blend of the image and its enhancement, on which orientation is measured again."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class BlendParameters:
-    """Set the blend; lengths in pixels at 500 dpi, amplitudes in those of the normalised image.
+    """Set the blend; lengths in pixels at 500 dpi, amplitudes of the normalized image.
 
     Parameters
     ----------
@@ -23,11 +23,11 @@ class BlendParameters:
     enhanced_share : float
         Share of the enhanced image, 0 to 1.
     window_sigma_px : float
-        Window over which the enhanced image is brought to unit amplitude.
+        Window over which the enhanced image is scaled to unit amplitude.
     min_amplitude : float
-        Amplitude that is added to the local one, so that next to nothing is not blown up.
+        Added to the local amplitude, so that noise is not amplified.
     clip : float
-        Greatest amplitude after that.
+        Largest amplitude of the scaled image.
     """
 
     rounds: int = 1
@@ -43,33 +43,10 @@ def blend(
     mask: NDArray[np.bool_],
     parameters: BlendParameters | None = None,
 ) -> NDArray[np.float32]:
-    """Blend a normalised image with its enhancement, locally brought to the same amplitude.
+    """Blend a normalized image (H, W) with its enhancement, scaled to the same local amplitude.
 
-    Where scars, dry or faint skin leave gaps, the enhanced image carries the neighbourhood's
-    ridges into them; measured on the blend, the orientation there follows the flow around.
-
-    Parameters
-    ----------
-    pixels : ndarray of float32, shape (H, W)
-        Normalised image, ridges positive.
-    enhanced : ndarray of float32, shape (H, W)
-        Its enhancement.
-    mask : ndarray of bool, shape (H, W)
-        Segmentation mask; the blend is 0 outside.
-    parameters : BlendParameters, optional
-        Share and window.
-
-    Returns
-    -------
-    ndarray of float32, shape (H, W)
-        The blend.
-
-    Examples
-    --------
-    >>> waves = np.tile(np.cos(np.arange(64, dtype=np.float32) * 0.7), (64, 1))
-    >>> both = blend(waves, 0.1 * waves, np.ones((64, 64), bool))
-    >>> bool(np.corrcoef(both.ravel(), waves.ravel())[0, 1] > 0.99)
-    True
+    In gaps by scars, dry or faint skin, the enhanced image continues the ridges around, so that the
+    orientation of the blend follows them. The blend is 0 outside the mask.
     """
     p = parameters or BlendParameters()
     power = cv2.GaussianBlur(enhanced * enhanced, (0, 0), p.window_sigma_px)

@@ -1,4 +1,4 @@
-"""Enhancement: filter every pixel along its ridge, so that ridges stand out and noise does not."""
+"""Gabor filters: every pixel is filtered along its ridge, which suppresses noise."""
 
 from __future__ import annotations
 
@@ -32,45 +32,15 @@ def gabor_filter(
     period: NDArray[np.float32],
     parameters: EnhancementParameters | None = None,
 ) -> NDArray[np.float32]:
-    """Filter each pixel inside the mask with the Gabor filter of its orientation and period.
+    """Filter each pixel of the mask with the Gabor filter of its orientation and period.
 
-    Parameters
-    ----------
-    pixels : ndarray of float32, shape (H, W)
-        Normalised image, ridges positive.
-    mask : ndarray of bool, shape (H, W)
-        Where to filter.
-    orientation : ndarray of float32, shape (H, W)
-        Local ridge orientation in radians, counter-clockwise on screen from +x.
-    period : ndarray of float32, shape (H, W)
-        Local ridge period in pixels.
-    parameters : EnhancementParameters, optional
-        The filter bank.
-
-    Returns
-    -------
-    ndarray of float32, shape (H, W)
-        Enhanced image, ridges positive, 0 outside the mask.
-
-    Raises
-    ------
-    ValueError
-        If the four arrays differ in shape.
+    All arrays are (H, W): normalized image with positive ridges, mask, ridge orientation (radians,
+    counter-clockwise from +x) and ridge period (pixels). The result is 0 outside the mask.
 
     References
     ----------
     Hong, Wan, Jain, "Fingerprint image enhancement: algorithm and performance evaluation",
     PAMI 20 (1998).
-
-    Examples
-    --------
-    >>> x = np.arange(64, dtype=np.float32)
-    >>> waves = np.tile(np.cos(2 * np.pi * x / 8), (64, 1)).astype(np.float32)
-    >>> whole = np.ones((64, 64), bool)
-    >>> out = gabor_filter(waves, whole, np.full((64, 64), np.pi / 2, np.float32),
-    ...               np.full((64, 64), 8, np.float32))
-    >>> bool(np.corrcoef(out[16:48, 16:48].ravel(), waves[16:48, 16:48].ravel())[0, 1] > 0.99)
-    True
     """
     p = parameters or EnhancementParameters()
     if not pixels.shape == mask.shape == orientation.shape == period.shape:
@@ -99,7 +69,7 @@ def filter_with_numpy(
     bank: NDArray[np.float32],
     out: NDArray[np.float32],
 ) -> None:
-    """Do what the kernel does in numpy: the uncompiled path, and the kernel's oracle."""
+    """Filter as the kernel does: the uncompiled path, and the kernel's oracle."""
     side = bank.shape[1]
     windows = np.lib.stride_tricks.sliding_window_view(padded, (side, bank.shape[2]))
     if not len(which):
@@ -113,9 +83,9 @@ def filter_with_numpy(
 
 @lru_cache(maxsize=4)
 def filter_bank(p: EnhancementParameters) -> NDArray[np.float32]:
-    """Return the Gabor filters, shape (angles·periods, side, kernel.ROW), each of zero mean.
+    """Return the Gabor filters, shape (angles·periods, side, kernel.ROW), of zero mean.
 
-    A filter's gain for its own wave is one.
+    The gain of a filter for its own wave is one.
     """
     r = np.arange(-p.radius_px, p.radius_px + 1, dtype=np.float64)
     x, y = np.meshgrid(r, r)

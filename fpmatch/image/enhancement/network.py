@@ -1,7 +1,6 @@
-"""Enhancement by a small network: it was shown synthetic prints, and the ridges they were made of.
+"""Enhancement by a small network, trained on synthetic prints and their ideal ridges.
 
-``scripts/train_enhancer`` trains it; OpenCV runs it. What it hands out is the same as what a bank
-of oriented filters does: an image whose ridges are positive, near 0 where it cannot tell.
+``scripts/train_enhancer`` trains it; OpenCV runs it.
 """
 
 from __future__ import annotations
@@ -29,36 +28,16 @@ _own = threading.local()  # a network of OpenCV serves one thread
 
 
 def enhance_by_network(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Find the ridges of a normalised image.
+    """Enhance the ridges of a normalized image (H, W) at 500 dpi, ridges positive.
 
-    Parameters
-    ----------
-    pixels : ndarray of float32, shape (H, W)
-        Normalised image at 500 dpi, ridges positive, 0 where invalid.
-
-    Returns
-    -------
-    ndarray of float32, shape (H, W)
-        Twice the probability of a ridge less one: 1 for a ridge, -1 for a valley, about 0 where
-        there is no print or nothing can be told.
-
-    Raises
-    ------
-    FpmatchError
-        If the file of the network is missing, damaged or another, or OpenCV cannot use it.
+    Returns twice the probability of a ridge less one: 1 for a ridge, -1 for a valley, about 0 where
+    there is no print or nothing is certain. Raises FpmatchError if the file of the network is
+    missing, damaged or of another version, or OpenCV cannot use it.
 
     References
     ----------
     Ronneberger, Fischer, Brox, "U-Net: convolutional networks for biomedical image segmentation",
     MICCAI 2015.
-
-    Examples
-    --------
-    >>> x = np.arange(96, dtype=np.float32)
-    >>> waves = np.tile(1.4 * np.cos(2 * np.pi * x / 9), (96, 1)).astype(np.float32)
-    >>> ridges = enhance_by_network(waves)
-    >>> bool(np.corrcoef(ridges.ravel(), waves.ravel())[0, 1] > 0.9)
-    True
     """
     height, width = pixels.shape
     rows, columns = (-(-side // SIDE_STEP_PX) * SIDE_STEP_PX for side in (height, width))
@@ -72,7 +51,7 @@ def enhance_by_network(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _to_channels(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return pixels (H, W) as channels (1, 16, H/4, W/4), one for each place in 4 by 4 of them."""
+    """Return pixels (H, W) as channels (1, 16, H/4, W/4), one for each position in a patch."""
     rows, columns = (side // PATCH_PX for side in pixels.shape)
     patches = pixels.reshape(rows, PATCH_PX, columns, PATCH_PX).transpose(1, 3, 0, 2)
     return np.ascontiguousarray(patches.reshape(1, PATCH_PX**2, rows, columns))
@@ -94,7 +73,7 @@ def _network() -> cv2.dnn.Net:
 
 
 def _read_network(path: Path) -> cv2.dnn.Net:
-    """Read a network that is whole: OpenCV may end the process over one that is not."""
+    """Read a network after checking its file, because OpenCV may crash on a damaged one."""
     try:
         content = path.read_bytes()
     except OSError as error:

@@ -29,7 +29,7 @@ class OrientationParameters:
 
 @dataclass(frozen=True, slots=True)
 class OrientationField:
-    """Hold the local ridge orientation on the blocks of a spectrum.
+    """Hold the local ridge orientation on blocks.
 
     Parameters
     ----------
@@ -51,33 +51,11 @@ def ridge_orientation(
     """Estimate the local ridge orientation from the local spectrum.
 
     Energies are averaged in the double angle, over a narrow neighbourhood where they agree and a
-    wider one where they do not.
-
-    Parameters
-    ----------
-    spectrum : RidgeSpectrum
-        Local ridge spectrum.
-    mask : ndarray of bool, shape (rows, columns)
-        Segmentation mask on the same blocks; what lies outside does not influence what is inside.
-    parameters : OrientationParameters, optional
-        Smoothing.
-
-    Returns
-    -------
-    OrientationField
-        Orientation and coherence of every block.
+    wider one where they do not. Blocks outside the mask do not influence those inside.
 
     References
     ----------
     Kass, Witkin, "Analyzing oriented patterns", CVGIP 37 (1987), for the double angle.
-
-    Examples
-    --------
-    >>> from fpmatch.image.enhancement.spectrum import ridge_spectrum
-    >>> waves = np.tile(np.cos(np.arange(64, dtype=np.float32) * 0.75), (64, 1))
-    >>> field = ridge_orientation(ridge_spectrum(waves), np.ones((8, 8), bool))
-    >>> round(float(np.degrees(field.orientation[4, 4])))
-    90
     """
     p = parameters or OrientationParameters()
     weight = (mask / (spectrum.total + 1e-3)).astype(np.float32)
@@ -96,35 +74,9 @@ def enhanced_orientation(
     grid: BlockGrid,
     parameters: OrientationParameters | None = None,
 ) -> OrientationField:
-    """Measure the local ridge orientation on an enhanced image, by its gradient.
+    """Measure the local ridge orientation of an enhanced image (H, W) by its gradient.
 
-    Parameters
-    ----------
-    enhanced : ndarray of float32, shape (H, W)
-        Ridges without noise, weak where they are uncertain.
-    mask : ndarray of bool, shape (rows, columns)
-        Segmentation mask on the blocks; what lies outside does not influence what is inside.
-    grid : BlockGrid
-        The blocks.
-    parameters : OrientationParameters, optional
-        Smoothing, as in `ridge_orientation`.
-
-    Returns
-    -------
-    OrientationField
-        Orientation and coherence of every block.
-
-    References
-    ----------
-    Kass, Witkin, "Analyzing oriented patterns", CVGIP 37 (1987).
-
-    Examples
-    --------
-    >>> from fpmatch.image.preprocess.blocks import Blocks
-    >>> waves = np.tile(np.cos(np.arange(64, dtype=np.float32) * 0.75), (64, 1))
-    >>> field = enhanced_orientation(waves, np.ones((8, 8), bool), Blocks(8, (64, 64)))
-    >>> round(float(np.degrees(field.orientation[4, 4])))
-    90
+    Smoothing and mask are as in `ridge_orientation`.
     """
     p = parameters or OrientationParameters()
     gx = np.asarray(cv2.Sobel(enhanced, cv2.CV_32F, 1, 0), np.float32)
@@ -154,7 +106,7 @@ def orientation_at_pixels(orientation: NDArray[np.float32], grid: BlockGrid) -> 
 
 
 def _unit(stacked: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the unit vectors, shape (2, rows, columns), and the length for the weight of each."""
+    """Return the unit vectors, (2, rows, columns), and their length relative to the weight."""
     least = np.float32(1e-9)
     cosine, sine, weight = np.ascontiguousarray(stacked.transpose(2, 0, 1))
     length = np.sqrt(cosine * cosine + sine * sine)

@@ -33,37 +33,11 @@ def ridge_period(
     mask: NDArray[np.bool_],
     parameters: PeriodParameters | None = None,
 ) -> NDArray[np.float32]:
-    """Estimate the local ridge period from the local spectrum.
+    """Estimate the local ridge period, in pixels, of each block (rows, columns).
 
-    The energies of the waves that run along the local orientation, averaged over the
-    neighbourhood, are read as a distribution over log-period whose peak is the period.
-
-    Parameters
-    ----------
-    spectrum : RidgeSpectrum
-        Local ridge spectrum.
-    field : OrientationField
-        Local ridge orientation on the same blocks.
-    mask : ndarray of bool, shape (rows, columns)
-        Segmentation mask on the same blocks.
-    parameters : PeriodParameters, optional
-        Smoothing.
-
-    Returns
-    -------
-    ndarray of float32, shape (rows, columns)
-        Period in pixels, within the range that the spectrum samples.
-
-    Examples
-    --------
-    >>> from fpmatch.image.enhancement.orientation import ridge_orientation
-    >>> from fpmatch.image.enhancement.spectrum import ridge_spectrum
-    >>> x = np.arange(96, dtype=np.float32)
-    >>> spectrum = ridge_spectrum(np.tile(np.cos(2 * np.pi * x / 9), (96, 1)))
-    >>> mask = np.ones((12, 12), bool)
-    >>> field = ridge_orientation(spectrum, mask)
-    >>> bool(abs(ridge_period(spectrum, field, mask)[6, 6] - 9) < 0.5)
-    True
+    The energies of the waves along the local orientation, averaged over the neighbourhood, are
+    taken as a distribution over log-period, whose peak is the period. It lies within the range of
+    periods that the spectrum samples.
     """
     p = parameters or PeriodParameters()
     turn = 2.0 * (spectrum.angles - field.orientation[..., None])

@@ -1,7 +1,7 @@
-"""The local ridge spectrum: how much of each neighbourhood is a wave of which angle and period.
+"""The local ridge spectrum: the energy of each neighbourhood by wave angle and period.
 
-A windowed Fourier transform on a coarse grid, sampled in polar coordinates: the one measurement
-from which segmentation, ridge orientation and ridge period are all read.
+A windowed Fourier transform on a coarse grid, sampled in polar coordinates; segmentation, ridge
+orientation and ridge period are derived from it.
 """
 
 from __future__ import annotations
@@ -60,33 +60,12 @@ class RidgeSpectrum:
 def ridge_spectrum(
     pixels: NDArray[np.float32], parameters: SpectrumParameters | None = None
 ) -> RidgeSpectrum:
-    """Measure the local ridge spectrum of a normalised image.
-
-    Parameters
-    ----------
-    pixels : ndarray of float32, shape (H, W)
-        Normalised image (see `fpmatch.image.preprocess.normalize`), zero where invalid.
-    parameters : SpectrumParameters, optional
-        Grid, window, and the orientations and periods that are sampled.
-
-    Returns
-    -------
-    RidgeSpectrum
-        Energies on blocks of ``step_px`` pixels.
+    """Measure the local ridge spectrum of a normalized image (H, W), 0 where invalid.
 
     References
     ----------
     Chikkerur, Cartwright, Govindaraju, "Fingerprint enhancement using STFT analysis", Pattern
     Recognition 40 (2007), with the spectrum sampled on a polar grid.
-
-    Examples
-    --------
-    >>> x = np.arange(64, dtype=np.float32)
-    >>> waves = np.tile(np.cos(2 * np.pi * x / 8), (64, 1))
-    >>> spectrum = ridge_spectrum(waves)
-    >>> a, f = np.unravel_index(spectrum.energy[4, 4].argmax(), spectrum.energy.shape[2:])
-    >>> float(np.degrees(spectrum.angles[a])), float(spectrum.periods[f])
-    (90.0, 8.0)
     """
     p = parameters or SpectrumParameters()
     height, width = pixels.shape

@@ -65,10 +65,6 @@ def check_decoder_limits(decoder: str, data: bytes) -> None:
     Such a file takes far more time or memory to decode than its size in pixels suggests: a JPEG of
     hundreds of scans, a TIFF of hundreds of thousands of strips, a PNM with a header or digits of
     tens of megabytes. No ordinary program writes one.
-
-    Examples
-    --------
-    >>> check_decoder_limits("PPM", b"P5 64 64 255 ")
     """
     if (check := _CHECKS.get(decoder)) is not None:
         check(data)

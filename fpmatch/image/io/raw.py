@@ -22,11 +22,6 @@ class RawSize:
     """Hold the size of an image whose file is its pixels, row by row, 8 bits each.
 
     Raises ImageError unless both sides are at least 1.
-
-    Examples
-    --------
-    >>> RawSize.parse("388x374").bytes
-    145112
     """
 
     width: int

@@ -55,12 +55,6 @@ def block_mean_product(
 
     Blocks that reach beyond the image repeat its last row and column. Sums are taken row by row,
     then column by column, so that they do not depend on the machine's vector instructions.
-
-    Examples
-    --------
-    >>> waves = np.tile(np.float32([1, -1]), (8, 8))
-    >>> block_mean_product(waves, waves, Blocks(8, (8, 16)))
-    array([[1., 1.]], dtype=float32)
     """
     step, (height, width) = grid.step_px, grid.shape
     rows, columns = -(-height // step), -(-width // step)

@@ -1,7 +1,6 @@
-"""Foreground: the box of an image in which there is anything to see, found cheaply and first.
+"""Foreground: the box of an image that contains whatever varies in grey level.
 
-What comes after works on that box alone. It is no segmentation: it may hold much besides the print,
-but leaves nothing of it out.
+Later stages work on that box alone. It may contain much besides the print, but all of the print.
 """
 
 from __future__ import annotations
@@ -45,30 +44,15 @@ class Box:
 
     @property
     def slices(self) -> tuple[slice, slice]:
-        """What cuts the box out of an array (H, W)."""
+        """The slices that cut the box out of an array (H, W)."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
     def uncrop(
         self, array: NDArray[Any], shape: tuple[int, int], step_px: int = 1, around: float = 0
     ) -> NDArray[Any]:
-        """Return what belongs to the box as what belongs to its image.
+        """Pad an array (h, w) of the box to the whole image (H, W), with the value `around`.
 
-        Parameters
-        ----------
-        array : ndarray, shape (h, w)
-            A value for each square of `step_px` pixels' side in the box; `top` and `left` are
-            multiples of that.
-        shape : tuple of int
-            Height and width of the image.
-        step_px : int
-            Side of the squares.
-        around : float
-            The value outside the box.
-
-        Returns
-        -------
-        ndarray, shape (H, W)
-            A value for each square in the image.
+        Each value is that of a square of `step_px` pixels a side, which divides `top` and `left`.
         """
         whole = np.full([-(-side // step_px) for side in shape], around, array.dtype)
         top, left = self.top // step_px, self.left // step_px
@@ -77,27 +61,10 @@ class Box:
 
 
 def foreground_box(grey: NDArray[np.uint8], parameters: ForegroundParameters | None = None) -> Box:
-    """Find the box that holds whatever varies in grey level.
+    """Find the box of all that varies in grey level, in an image at 500 dpi.
 
-    Parameters
-    ----------
-    grey : ndarray of uint8, shape (H, W)
-        Grey image at 500 dpi.
-    parameters : ForegroundParameters, optional
-        Windows and limits.
-
-    Returns
-    -------
-    Box
-        The box, its first row and column multiples of `ALIGNMENT_PX`, its last ones too or those
-        of the image; the whole image where nothing stands out.
-
-    Examples
-    --------
-    >>> page = np.full((400, 400), 255, np.uint8)
-    >>> page[100:200, 150:300:9] = 0
-    >>> foreground_box(page)
-    Box(top=64, bottom=224, left=128, right=336)
+    Its sides are multiples of `ALIGNMENT_PX`, or those of the image; it is the whole image where
+    nothing stands out.
     """
     p = parameters or ForegroundParameters()
     height, width = grey.shape
@@ -114,13 +81,13 @@ def foreground_box(grey: NDArray[np.uint8], parameters: ForegroundParameters | N
 
 
 def local_range(grey: NDArray[np.uint8], window_px: int) -> NDArray[np.uint8]:
-    """Return by how much the grey levels in a square window around each pixel differ, (H, W)."""
+    """Return the range of the grey levels in a square window around each pixel, (H, W)."""
     window = np.ones((window_px, window_px), np.uint8)
     return np.asarray(cv2.subtract(cv2.dilate(grey, window), cv2.erode(grey, window)), np.uint8)
 
 
 def _side(lively: NDArray[np.bool_], size: int, p: ForegroundParameters) -> tuple[int, int]:
-    """Return where the box begins and ends on one side of the image, which has `size` pixels."""
+    """Return where the box begins and ends along a side of the image of `size` pixels."""
     where = np.flatnonzero(lively)
     if not len(where):
         return 0, size

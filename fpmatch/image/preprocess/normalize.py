@@ -1,4 +1,4 @@
-"""Local normalisation: every neighbourhood to zero mean and unit contrast, ridges positive."""
+"""Local normalization: zero mean and unit contrast in every neighbourhood, ridges positive."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class NormalizedImage:
     contrast : ndarray of float32, shape (H, W)
         Local standard deviation of the grey levels.
     valid : ndarray of bool, shape (H, W)
-        False where the sensor delivered nothing: flat areas that reach the border of the image.
+        False in flat areas that touch the border of the image.
     """
 
     pixels: NDArray[np.float32]
@@ -51,29 +51,10 @@ class NormalizedImage:
 def normalize(
     grey: NDArray[np.uint8], parameters: NormalizationParameters | None = None
 ) -> NormalizedImage:
-    """Normalise brightness and contrast locally.
+    """Normalize brightness and contrast of an image (H, W) at 500 dpi, ridges dark.
 
-    Flat areas that touch the border (a sensor's frame, white paper) are found first and kept out
-    of the local statistics, so that ridges beside them keep their contrast.
-
-    Parameters
-    ----------
-    grey : ndarray of uint8, shape (H, W)
-        Grey image at 500 dpi, ridges dark.
-    parameters : NormalizationParameters, optional
-        Window and limits.
-
-    Returns
-    -------
-    NormalizedImage
-        Normalised pixels, local contrast, and where the image is valid.
-
-    Examples
-    --------
-    >>> stripes = np.tile(np.uint8([60, 200]), (64, 32)).repeat(4, axis=1)
-    >>> image = normalize(stripes)
-    >>> bool(image.pixels[32, 0:4].mean() > 0.5), bool(image.pixels[32, 4:8].mean() < -0.5)
-    (True, True)
+    Flat areas that touch the border (a sensor's frame, white paper) are excluded from the local
+    statistics, so that ridges beside them keep their contrast.
     """
     p = parameters or NormalizationParameters()
     flat = _flat_border(grey, p)
@@ -90,9 +71,9 @@ def normalize(
 
 
 def _flat_border(grey: NDArray[np.uint8], p: NormalizationParameters) -> NDArray[np.bool_]:
-    """Return the large areas without any grey-level variation that touch the image's border.
+    """Return the large areas without grey-level variation that touch the image's border.
 
-    One pixel of sixteen tells which of the flat ones these are.
+    They are found on every fourth pixel of every fourth row.
     """
     box = np.ones((p.flat_window_px, p.flat_window_px), np.uint8)
     spread = local_range(grey, p.flat_window_px)
@@ -110,10 +91,7 @@ def _flat_border(grey: NDArray[np.uint8], p: NormalizationParameters) -> NDArray
 
 
 class _Blur:
-    """The means around each pixel, weighed by a Gaussian and by `weight`.
-
-    They are taken on a smaller image, and those of the pixels interpolated.
-    """
+    """Means around each pixel, weighted by a Gaussian and by `weight`, on a smaller image."""
 
     def __init__(self, weight: NDArray[np.float32], sigma: float) -> None:
         height, width = weight.shape
@@ -125,7 +103,7 @@ class _Blur:
         self.share = self._blurred(weight) + np.float32(1e-6)
 
     def mean(self, weighed: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the means around each pixel of an image that is multiplied by the weight."""
+        """Return the means around each pixel of an image that was multiplied by the weight."""
         height, width = weighed.shape
         mean = self._blurred(weighed) / self.share
         mean = cv2.resize(mean, self.large, interpolation=cv2.INTER_LINEAR)[:height, :width]

@@ -1,8 +1,4 @@
-"""Percentiles of pixels, for what reads one image and is gone.
-
-`np.percentile` and `np.median` say the same, and import numpy.ma first, which takes longer than the
-image.
-"""
+"""Percentiles without `np.percentile`, which imports numpy.ma and so costs more than one image."""
 
 from __future__ import annotations
 
@@ -15,19 +11,9 @@ if TYPE_CHECKING:
 
 
 def percentiles(values: NDArray[np.floating[Any]], *percents: float) -> NDArray[np.float64]:
-    """Return percentiles along the last axis, as `np.percentile` does by default.
+    """Return percentiles of finite values (..., N) along the last axis, shape (P, ...).
 
-    Parameters
-    ----------
-    values : ndarray of float, shape (..., N)
-        Finite values, N at least 1.
-    *percents : float
-        Which, 0 to 100; 50 is the median.
-
-    Returns
-    -------
-    ndarray of float64, shape (len(percents), ...)
-        The percentiles, between two values where they fall between.
+    Same as `np.percentile` by default: linear interpolation between two values.
 
     Examples
     --------

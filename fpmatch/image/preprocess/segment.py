@@ -1,4 +1,4 @@
-"""Segmentation: where the print is, that is, where the image has ridges."""
+"""Segmentation: the area of the image that contains ridges."""
 
 from __future__ import annotations
 
@@ -41,25 +41,11 @@ def segment(
     spectrum: RidgeSpectrum,
     parameters: SegmentationParameters | None = None,
 ) -> NDArray[np.bool_]:
-    """Find the blocks that hold ridges.
+    """Find the blocks that contain ridges, (rows, columns), on the grid of the spectrum.
 
     A block belongs to the print where one wave carries enough of the local energy and the local
-    contrast is no small fraction of the print's own; ragged edges are smoothed, holes filled and
+    contrast is not small compared with that of the print; then edges are smoothed, holes filled and
     small parts dropped.
-
-    Parameters
-    ----------
-    image : NormalizedImage
-        Normalised image with its local contrast.
-    spectrum : RidgeSpectrum
-        Local ridge spectrum of the normalised image.
-    parameters : SegmentationParameters, optional
-        Thresholds and smoothing.
-
-    Returns
-    -------
-    ndarray of bool, shape (rows, columns)
-        The segmentation mask on the blocks of the spectrum; all False where there is no print.
     """
     p = parameters or SegmentationParameters()
     strength = ridge_strength(spectrum, p.smoothing_blocks)
@@ -74,23 +60,10 @@ def segment_enhanced(
     grid: BlockGrid,
     parameters: SegmentationParameters | None = None,
 ) -> NDArray[np.bool_]:
-    """Find the blocks whose ridges are certain, in an image that tells how certain they are.
+    """Find the blocks, (rows, columns), whose ridges the network is certain of.
 
-    Parameters
-    ----------
-    image : NormalizedImage
-        Normalised image with its local contrast.
-    enhanced : ndarray of float32, shape (H, W)
-        From `fpmatch.image.enhancement.network`: -1 to 1, about 0 where nothing can be told.
-    grid : BlockGrid
-        The blocks.
-    parameters : SegmentationParameters, optional
-        Thresholds and smoothing.
-
-    Returns
-    -------
-    ndarray of bool, shape (rows, columns)
-        The segmentation mask; all False where there is no print.
+    `enhanced` (H, W) comes from `fpmatch.image.enhancement.network`: -1 to 1, about 0 where nothing
+    is certain.
     """
     p = parameters or SegmentationParameters()
     certainty = blur_blocks(block_mean_product(enhanced, enhanced, grid), p.smoothing_blocks)
@@ -108,7 +81,7 @@ def _of_contrast(
     min_relative_contrast: float,
     p: SegmentationParameters,
 ) -> NDArray[np.bool_]:
-    """Return those of the blocks `ridges` whose contrast is like that of the strong ones."""
+    """Return those of the blocks `ridges` whose contrast is similar to that of strong ones."""
     valid = image.valid.astype(np.float32)
     contrast = block_mean_product(image.contrast, valid, grid)
     ridges = ridges & (block_mean_product(valid, valid, grid) > 0.5)

@@ -1,4 +1,4 @@
-"""Polarity of folders: one sensor has one polarity, so that the images of a folder share theirs."""
+"""Polarity of folders: one sensor has one polarity, so all images of a folder share it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class PolarityReader(Generic[Read]):
     Parameters
     ----------
     reader : callable
-        Reads a file; it takes ``polarity`` and ``dpi`` as `fpmatch.image.io.read.read_image` does.
+        Reads a file; takes ``polarity`` and ``dpi`` as `fpmatch.image.io.read.read_image`.
     folders : mapping of Path to str
         Polarity by folder, from `find_polarities`; "auto" for others.
     dpi : float, optional
@@ -58,24 +58,24 @@ def find_polarities(
     dpi: float | None = None,
     reader: Callable[..., object] = read_image,
 ) -> dict[Path, Polarity]:
-    """Find the polarity of the folders in which some images lie.
+    """Find the polarity of the folders of some images.
 
     Parameters
     ----------
     paths : iterable of path-like
-        The images; files that cannot be read as images are passed over.
+        The images; files that cannot be read are skipped.
     polarity : str
-        That of them all; "auto": what the ``dataset.toml`` beside them says, else what the sum of
-        their evidence says. Folders whose own images leave doubt are decided together.
+        That of them all; "auto": the one in ``dataset.toml`` beside them, else that of the sum of
+        their evidence. Folders whose own images leave doubt are decided together.
     dpi : float, optional
-        Resolution of them all; by default what ``dataset.toml`` says, else each file's own.
+        Resolution of them all; by default that of ``dataset.toml``, else each file's own.
     reader : callable
-        Reads an image; takes ``polarity`` and ``dpi`` as `fpmatch.image.io.read.read_image`.
+        Reads an image, as for `PolarityReader`.
 
     Returns
     -------
     dict of Path to str
-        By folder: "dark", "white", or "auto" where it is for each image to decide.
+        By folder: "dark", "white", or "auto" where each image decides for itself.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def find_polarities(
 
 
 def _sample(paths: Sequence[Path], most: int, reader: Callable[..., object]) -> Iterable[GreyImage]:
-    """Yield some images of a folder, as they are."""
+    """Yield some images of a folder, evenly chosen, without inverting any."""
     count = min(most, len(paths))
     for number in np.linspace(0, len(paths) - 1, count).round().astype(int).tolist():
         try:

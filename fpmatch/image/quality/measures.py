@@ -84,19 +84,7 @@ class QualityMeasures:
 
 
 def measure_quality(stages: Mapping[str, NDArray[np.generic]]) -> QualityMeasures:
-    """Measure a print on the recorded stages `MEASURED_STAGES` of its extraction.
-
-    Examples
-    --------
-    >>> from fpmatch.image.extract import extract
-    >>> from fpmatch.image.recorder import StageRecorder
-    >>> stages = StageRecorder()
-    >>> waves = np.tile(128 + 90 * np.sin(np.arange(200) * 2 * np.pi / 9), (200, 1))
-    >>> _ = extract(waves.astype(np.uint8), dpi=500, recorder=stages)
-    >>> measures = measure_quality(stages.stages)
-    >>> round(measures.period_px), round(measures.image_mm2)
-    (9, 103)
-    """
+    """Measure a print on the recorded stages `MEASURED_STAGES` of its extraction."""
     grey = stages["input"].astype(np.float32)
     mask = stages["mask"].astype(bool)
     quality = stages["minutiae"][:, 4].astype(np.float64)

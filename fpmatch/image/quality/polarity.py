@@ -69,11 +69,6 @@ def polarity_evidence(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> flo
     """Return the log-odds that the ridges of an image (H, W) are dark, by its lines.
 
     Negative for white ridges, 0 without evidence. The negative image has the opposite value.
-
-    Examples
-    --------
-    >>> polarity_evidence(np.full((200, 200), 255, np.uint8))
-    0.0
     """
     at_500_dpi = _resampled(grey, dpi)
     cues = None if at_500_dpi is None else line_cues(at_500_dpi)
@@ -85,11 +80,6 @@ def is_inverted(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> bool:
 
     A clearly bright background, which most sensors with dark ridges have, settles the question
     without the cues of the lines.
-
-    Examples
-    --------
-    >>> is_inverted(np.full((200, 200), 255, np.uint8))
-    False
     """
     background = background_level(grey)
     if background > CLEAR_LEVEL:
@@ -102,11 +92,6 @@ def common_polarity(evidence: Sequence[float]) -> Polarity:
 
     The sum is divided by the root of their number, because images are not independent; "auto" where
     it is not certain.
-
-    Examples
-    --------
-    >>> common_polarity([-3.0, -5.0, 1.0]), common_polarity([3.0, -3.0]), common_polarity([])
-    ('white', 'auto', 'auto')
     """
     total = math.fsum(evidence) / math.sqrt(max(len(evidence), 1))
     return "white" if total <= -MIN_EVIDENCE else "dark" if total >= MIN_EVIDENCE else "auto"
@@ -124,14 +109,6 @@ def background_level(grey: NDArray[np.uint8]) -> float:
     """Return the brightness of a print's background, -1 of its dark lines to 1 of its bright lines.
 
     It is 0 where there is no background in the image (H, W), or it is of both kinds.
-
-    Examples
-    --------
-    >>> waves = 128 + 100 * np.cos(np.arange(96) * 0.7)
-    >>> image = np.full((160, 160), 250, np.uint8)
-    >>> image[32:128, 32:128] = waves
-    >>> background_level(image), background_level(255 - image)
-    (1.0, -1.0)
     """
     blocks = _blocks(grey[::_STEP_PX, ::_STEP_PX], _BLOCK_PX)
     if not len(blocks):

@@ -122,15 +122,7 @@ def quality_score(features: NDArray[np.float64], weights: LinearWeights) -> NDAr
 
 
 def grade(measures: QualityMeasures, dpi: float) -> PrintQuality:
-    """Grade a print, whose resolution was taken to be `dpi`, by its measures.
-
-    Examples
-    --------
-    >>> from fpmatch.image.quality.measures import QualityMeasures
-    >>> found = grade(QualityMeasures(200, 40, 9, 0.45, 0.5, 0.3, 9.0, 0.9, 0.05), dpi=500)
-    >>> [reason.code for reason in found.reasons]
-    ['partial']
-    """
+    """Grade a print, whose resolution was taken to be `dpi`, by its measures."""
     reasons = tuple(_reasons(measures, dpi))
     needed = (measures.ridge_spread, measures.valley_spread, measures.period_px, measures.detail)
     if measures.ridges_mm2 <= 0 or not all(map(math.isfinite, needed)):

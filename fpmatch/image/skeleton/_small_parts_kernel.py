@@ -1,7 +1,7 @@
-"""Kernel: turn over the pixels of small connected parts of a binary image.
+"""Kernel: invert the pixels of small connected parts of a binary image.
 
-Each row is taken as runs of equal pixels; runs that touch one of the row above are joined to it in
-a forest (union-find), whose roots then know the areas of the parts. Its oracle is
+Runs of equal pixels that touch a run of the row above are joined to it in a forest (union-find),
+whose roots hold the areas of the parts. Its oracle is
 `fpmatch.image.skeleton.binarize.flip_with_opencv`.
 """
 
@@ -9,7 +9,7 @@ import cython
 
 COMPILED = cython.compiled
 
-# What a run is, in the order of the columns.
+# Columns of `runs`.
 _Y = cython.declare(cython.int, 0)
 _FIRST = cython.declare(cython.int, 1)
 _BEYOND = cython.declare(cython.int, 2)
@@ -17,8 +17,6 @@ _PARENT = cython.declare(cython.int, 3)
 _AREA = cython.declare(cython.int, 4)
 
 
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def flip_small_parts(
     image: cython.uchar[:, ::1],
     colour: cython.uchar,
@@ -26,21 +24,17 @@ def flip_small_parts(
     reach: cython.int,
     runs: cython.int[:, ::1],
 ) -> None:
-    """Turn over, in place, the parts of the pixels `colour` whose area is under `min_area`.
+    """Invert, in place, the parts of value `colour` whose area is below `min_area`.
 
-    `image` is of 0 and 1; pixels hang together over edges (`reach` 0) or over corners too (1).
-    `runs` is scratch space of five columns, with a row for each run there may be.
+    `image` is of 0 and 1; pixels are connected over edges (`reach` 0) or also over corners (1).
+    `runs` is scratch space of five columns, with a row for each possible run.
     """
     width: cython.int = cython.cast(cython.int, image.shape[1])
-    y: cython.int
-    x: cython.int
-    first: cython.int
-    above: cython.int = 0  # the first run of the row above that may touch what follows
-    here: cython.int = 0  # the first run of this row
+    cython.declare(y=cython.int, x=cython.int, first=cython.int)
+    cython.declare(near=cython.int, i=cython.int, root=cython.int)
+    above: cython.int = 0  # first run of the row above that may touch the next run
+    here: cython.int = 0  # first run of this row
     count: cython.int = 0
-    near: cython.int
-    i: cython.int
-    root: cython.int
     with cython.nogil:
         for y in range(cython.cast(cython.int, image.shape[0])):
             above = here
@@ -78,11 +72,9 @@ def flip_small_parts(
 @cython.cfunc
 @cython.inline
 @cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
 @cython.exceptval(check=False)
 def _root(runs: cython.int[:, ::1], i: cython.int) -> cython.int:
-    """Return the root of a run's tree, and shorten the way to it."""
+    """Return the root of a run's tree, and shorten the path to it."""
     while runs[i, _PARENT] != i:
         runs[i, _PARENT] = runs[runs[i, _PARENT], _PARENT]
         i = runs[i, _PARENT]
@@ -92,8 +84,6 @@ def _root(runs: cython.int[:, ::1], i: cython.int) -> cython.int:
 @cython.cfunc
 @cython.inline
 @cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
 @cython.exceptval(check=False)
 def _join(runs: cython.int[:, ::1], i: cython.int, j: cython.int) -> cython.void:
     """Make one tree of two; its root is the earlier run."""

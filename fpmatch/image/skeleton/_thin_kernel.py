@@ -1,10 +1,9 @@
 """Kernel: thin a binary image to a skeleton after Guo and Hall, 64 pixels at a time.
 
-A row of pixels is a row of words, bit k of a word for its pixel k from the left, so that each
-condition on the eight neighbours of a pixel is some operations on the words around it. A row is
-looked at again only where it or a row beside it changed. What is left then loses, pixel by pixel
-in raster order, what is not needed for connection. The oracle of both together is
-`fpmatch.image.skeleton.thin.thin_with_numpy`.
+Bit k of a word is its pixel k from the left, so that a condition on the eight neighbours of each
+pixel is a few operations on words. A row is processed again only if it or a row beside it changed.
+Then pixels that connection does not need are deleted one by one in raster order. The oracle of both
+steps together is `fpmatch.image.skeleton.thin.thin_with_numpy`.
 """
 
 import cython
@@ -12,8 +11,6 @@ import cython
 COMPILED = cython.compiled
 
 
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def thin_words(
     words: cython.ulonglong[:, ::1], to_delete: cython.ulonglong[:, ::1], changed: cython.int[::1]
 ) -> None:
@@ -24,19 +21,14 @@ def thin_words(
     """
     rows: cython.Py_ssize_t = words.shape[0]
     columns: cython.Py_ssize_t = words.shape[1]
-    r: cython.Py_ssize_t
-    c: cython.Py_ssize_t
+    cython.declare(r=cython.Py_ssize_t, c=cython.Py_ssize_t)
     turn: cython.int = 1
     last: cython.int = 0  # the turn in which a pixel was last deleted
     with cython.nogil:
         while turn - last <= 2:
             for r in range(1, rows - 1):
-                # the same sub-iteration looked at this row two turns ago
-                if (
-                    changed[r - 1] >= turn - 2
-                    or changed[r] >= turn - 2
-                    or changed[r + 1] >= turn - 2
-                ):
+                # the same sub-iteration processed this row two turns ago
+                if max(changed[r - 1], changed[r], changed[r + 1]) >= turn - 2:
                     _find_deletable(words, to_delete, r, turn % 2 == 1)
             for r in range(1, rows - 1):
                 for c in range(1, columns - 1):
@@ -50,8 +42,6 @@ def thin_words(
 
 @cython.cfunc
 @cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
 @cython.exceptval(check=False)
 def _find_deletable(
     words: cython.ulonglong[:, ::1],
@@ -60,8 +50,7 @@ def _find_deletable(
     first: cython.bint,
 ) -> cython.void:
     """Write which pixels of row r the first, or the second, sub-iteration deletes."""
-    c: cython.Py_ssize_t
-    side: cython.ulonglong
+    cython.declare(c=cython.Py_ssize_t, side=cython.ulonglong)
     for c in range(1, words.shape[1] - 1):
         north: cython.ulonglong = words[r - 1, c]
         south: cython.ulonglong = words[r + 1, c]
@@ -72,13 +61,13 @@ def _find_deletable(
         north_west: cython.ulonglong = (north << 1) | (words[r - 1, c - 1] >> 63)
         south_east: cython.ulonglong = (south >> 1) | (words[r + 1, c + 1] << 63)
         south_west: cython.ulonglong = (south << 1) | (words[r + 1, c - 1] >> 63)
-        # parts around the pixel: one of the four terms must be true
+        # connected parts around the pixel: exactly one of the four terms must be true
         a0: cython.ulonglong = ~east & (north_east | north)
         a1: cython.ulonglong = ~north & (north_west | west)
         a2: cython.ulonglong = ~west & (south_west | south)
         a3: cython.ulonglong = ~south & (south_east | east)
         one: cython.ulonglong = (a0 ^ a1 ^ a2 ^ a3) & ~((a0 & a1) | (a2 & a3))
-        # pairs of neighbours, counted in two ways: at least two, and not four of both
+        # pairs of neighbours, counted in two ways: at least two of both, and not four of both
         p0: cython.ulonglong = north_east | north
         p1: cython.ulonglong = north_west | west
         p2: cython.ulonglong = south_west | south
@@ -97,22 +86,19 @@ def _find_deletable(
         to_delete[r, c] = here & one & two & ~four & ~side
 
 
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def delete_simple_points(
     image: cython.uchar[:, ::1], pixels: cython.int[::1], removable: cython.uchar[::1]
 ) -> None:
     """Delete the pixels of `image` (0/1, with a border of zeros) that connection does not need.
 
-    `pixels` are the flat indices of ones, `removable` tells of each byte of neighbours (bit k for
-    neighbour k, counter-clockwise from east) whether the pixel can go.
+    `pixels` are the flat indices of ones; `removable` is 1 for each byte of neighbours (bit k for
+    neighbour k, counter-clockwise from east) whose pixel may be deleted.
     """
     flat: cython.pointer(cython.uchar) = cython.address(image[0, 0])
     width: cython.Py_ssize_t = image.shape[1]
     count: cython.Py_ssize_t = pixels.shape[0]
-    kept: cython.Py_ssize_t
+    cython.declare(kept=cython.Py_ssize_t, i=cython.Py_ssize_t)
     lost: cython.Py_ssize_t = 1
-    i: cython.Py_ssize_t
     with cython.nogil:
         while lost > 0:
             kept = 0

@@ -1,8 +1,7 @@
-"""Kernel: find the nodes of a skeleton (endings, bifurcations) and follow their branches.
+"""Kernel: find the nodes of a skeleton (endings, bifurcations) and trace their branches.
 
-A walk goes from pixel to neighbouring pixel, edge neighbours before corner neighbours, never back
-beside the pixel it just left, until it meets another node, runs out of ridge, or has made as many
-steps as `paths` has room for. Interpreted, it runs as it stands and gives the same paths.
+A trace goes from pixel to neighbouring pixel, edge neighbours before corner neighbours, never to a
+neighbour of the pixel before, until it meets another node, ends, or fills its row of `paths`.
 """
 
 import cython
@@ -10,8 +9,6 @@ import cython
 COMPILED = cython.compiled
 
 
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def list_nodes(
     skeleton: cython.uchar[:, ::1],
     pixels: cython.int[::1],
@@ -28,10 +25,7 @@ def list_nodes(
     """
     width: cython.int = cython.cast(cython.int, skeleton.shape[1])
     count: cython.int = 0
-    i: cython.Py_ssize_t
-    y: cython.int
-    x: cython.int
-    number: cython.uchar
+    cython.declare(i=cython.Py_ssize_t, y=cython.int, x=cython.int, number=cython.uchar)
     for i in range(pixels.shape[0]):
         y = cython.cast(cython.int, pixels[i]) // width
         x = cython.cast(cython.int, pixels[i]) - y * width
@@ -53,8 +47,6 @@ def list_nodes(
     return count
 
 
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def trace_branches(
     skeleton: cython.uchar[:, ::1],
     nodes: cython.int[:, ::1],
@@ -63,24 +55,18 @@ def trace_branches(
     made: cython.int[:, ::1],
     target: cython.int[:, ::1],
 ) -> None:
-    """Follow up to ``paths.shape[1]`` branches of each node.
+    """Trace up to ``paths.shape[1]`` branches of each node.
 
     `skeleton` (0, 1, and 2 at nodes) has a border of one pixel without ridge; `nodes` holds the
     nodes' (y, x) in raster order; `step` the eight (dy, dx), the four edge neighbours first, then
     the corners in the order NE, NW, SW, SE of E, N, W, S. For node i and branch b,
-    ``paths[i, b, :made[i, b]]`` receives the (y, x) walked, as they are without the border, and
+    ``paths[i, b, :made[i, b]]`` receives the traced (y, x), without the border, and
     ``target[i, b]`` the node that was met, or -1.
     """
     limit: cython.Py_ssize_t = paths.shape[2]
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    branch: cython.Py_ssize_t
-    walked: cython.Py_ssize_t
-    y: cython.int
-    x: cython.int
-    from_y: cython.int
-    from_x: cython.int
-    way: cython.Py_ssize_t
+    cython.declare(i=cython.Py_ssize_t, k=cython.Py_ssize_t, next_step=cython.Py_ssize_t)
+    cython.declare(branch=cython.Py_ssize_t, walked=cython.Py_ssize_t)
+    cython.declare(y=cython.int, x=cython.int, from_y=cython.int, from_x=cython.int)
     for i in range(nodes.shape[0]):
         branch = 0
         for k in range(8):
@@ -103,22 +89,20 @@ def trace_branches(
                     break
                 if walked == limit:
                     break
-                way = _way_on(skeleton, step, y, x, from_y, from_x)
-                if way < 0:
+                next_step = _next_step(skeleton, step, y, x, from_y, from_x)
+                if next_step < 0:
                     break
                 from_y = y
                 from_x = x
-                y += step[way, 0]
-                x += step[way, 1]
+                y += step[next_step, 0]
+                x += step[next_step, 1]
             made[i, branch] = walked
             branch += 1
 
 
 @cython.cfunc
-@cython.boundscheck(False)
-@cython.wraparound(False)
 @cython.exceptval(check=False)
-def _way_on(
+def _next_step(
     skeleton: cython.uchar[:, ::1],
     step: cython.int[:, ::1],
     y: cython.int,
@@ -126,10 +110,8 @@ def _way_on(
     from_y: cython.int,
     from_x: cython.int,
 ) -> cython.Py_ssize_t:
-    """Return which step leads on from (y, x) when one came from (from_y, from_x), or -1."""
-    k: cython.Py_ssize_t
-    dy: cython.int
-    dx: cython.int
+    """Return the index of the step that continues a trace from one pixel over (y, x), or -1."""
+    cython.declare(k=cython.Py_ssize_t, dy=cython.int, dx=cython.int)
     for k in range(8):
         dy = y + step[k, 0] - from_y
         dx = x + step[k, 1] - from_x
@@ -139,11 +121,9 @@ def _way_on(
 
 
 @cython.cfunc
-@cython.boundscheck(False)
-@cython.wraparound(False)
 @cython.exceptval(check=False)
 def _node_at(nodes: cython.int[:, ::1], y: cython.int, x: cython.int) -> cython.int:
-    """Return the index of the node at (y, x), by halving."""
+    """Return the index of the node at (y, x) by binary search."""
     low: cython.int = 0
     high: cython.int = cython.cast(cython.int, nodes.shape[0])
     middle: cython.int

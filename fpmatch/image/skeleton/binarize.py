@@ -1,4 +1,4 @@
-"""Binarisation: which pixels are ridge."""
+"""Binarization: the decision which pixels are ridge."""
 
 from __future__ import annotations
 
@@ -27,29 +27,9 @@ def binarize(
     mask: NDArray[np.bool_],
     parameters: BinarizationParameters | None = None,
 ) -> NDArray[np.bool_]:
-    """Take the positive pixels of the enhanced image as ridge, without specks and pores.
+    """Return the positive pixels of the enhanced image in the mask, (H, W), as ridge.
 
-    Parameters
-    ----------
-    enhanced : ndarray of float32, shape (H, W)
-        Enhanced image, ridges positive.
-    mask : ndarray of bool, shape (H, W)
-        Segmentation mask; nothing outside is ridge.
-    parameters : BinarizationParameters, optional
-        Areas under which specks are dropped and holes are filled.
-
-    Returns
-    -------
-    ndarray of bool, shape (H, W)
-        True on ridges.
-
-    Examples
-    --------
-    >>> ridge = np.full((20, 20), -1, np.float32)
-    >>> ridge[:, 5:10] = 1
-    >>> ridge[9:11, 7] = -1
-    >>> int(binarize(ridge, np.ones((20, 20), bool)).sum())
-    100
+    Small specks are dropped and small holes filled.
     """
     p = parameters or BinarizationParameters()
     ridges = np.ascontiguousarray((enhanced > 0) & mask).view(np.uint8)
@@ -62,18 +42,10 @@ def binarize(
 def flip_with_kernel(
     image: NDArray[np.uint8], colour: int, min_area: int, *, corners: bool
 ) -> None:
-    """Turn over, in place, the parts of the pixels `colour` whose area is under `min_area`.
+    """Invert, in place, the parts of value `colour` in a 0/1 image whose area is small.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (H, W)
-        0 or 1.
-    colour : int
-        Of which pixels the parts are.
-    min_area : int
-        Smallest area that stays as it is.
-    corners : bool
-        Whether pixels hang together over corners, or over edges only.
+    Parts of at least `min_area` pixels stay. Pixels are connected over edges, and with `corners`
+    also over corners.
     """
     height, width = image.shape
     runs = np.empty((height * ((width + 1) // 2), 5), np.int32)
@@ -83,7 +55,7 @@ def flip_with_kernel(
 def flip_with_opencv(
     image: NDArray[np.uint8], colour: int, min_area: int, *, corners: bool
 ) -> None:
-    """Do as `flip_with_kernel`: the uncompiled path, and the kernel's oracle."""
+    """Invert as `flip_with_kernel` does: the uncompiled path, and the kernel's oracle."""
     _, labels, stats, _ = cv2.connectedComponentsWithStats(
         (image == colour).view(np.uint8), connectivity=8 if corners else 4
     )

@@ -1,4 +1,4 @@
-"""Crossing number: the endings and bifurcations of a skeleton, and the branches that leave them."""
+"""Crossing number: endings and bifurcations of a skeleton, and the branches from them."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class SkeletonNodes:
     crossing_number : ndarray of uint8, shape (N,)
         1 for an ending, 3 for a bifurcation, 4 for a crossing.
     paths : ndarray of int32, shape (N, 4, L, 2)
-        Pixels (y, x) of up to four branches, walking away from the node.
+        Pixels (y, x) of up to four branches, from the node outwards.
     steps : ndarray of int32, shape (N, 4)
-        Number of pixels of each branch that were walked, at most L.
+        Number of traced pixels of each branch, at most L.
     target : ndarray of int32, shape (N, 4)
-        The node that ends the branch, or -1 where the walk met none.
+        The node that ends the branch, or -1 where the trace met none.
     """
 
     y: NDArray[np.int32]
@@ -47,29 +47,14 @@ class SkeletonNodes:
 
 
 def crossing_number(skeleton: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Compute the crossing number of every skeleton pixel.
+    """Compute the crossing number of every pixel of a skeleton (H, W), 0 off the skeleton.
 
-    Parameters
-    ----------
-    skeleton : ndarray of bool, shape (H, W)
-        Skeleton one pixel wide.
-
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        Half the number of changes between neighbours on the way around the pixel: 0 isolated,
-        1 ending, 2 ridge, 3 bifurcation, 4 crossing; 0 off the skeleton.
+    Half the number of changes between neighbours around the pixel: 0 isolated, 1 ending, 2 ridge,
+    3 bifurcation, 4 crossing.
 
     References
     ----------
     Rutovitz, "Pattern recognition", J. Royal Statistical Society A 129 (1966).
-
-    Examples
-    --------
-    >>> line = np.zeros((3, 5), bool)
-    >>> line[1, 1:4] = True
-    >>> crossing_number(line)[1].tolist()
-    [0, 1, 2, 1, 0]
     """
     image = np.asarray(skeleton, bool).astype(np.uint8)
     return np.asarray(crossing_number_table()[neighbour_code(image)] * image)
@@ -78,25 +63,7 @@ def crossing_number(skeleton: NDArray[np.bool_]) -> NDArray[np.uint8]:
 def find_nodes(skeleton: NDArray[np.bool_], branch_px: int) -> SkeletonNodes:
     """Find the endings, bifurcations and crossings of a skeleton and trace their branches.
 
-    Parameters
-    ----------
-    skeleton : ndarray of bool, shape (H, W)
-        Skeleton one pixel wide.
-    branch_px : int
-        How many pixels of each branch are walked, at most.
-
-    Returns
-    -------
-    SkeletonNodes
-        Nodes in raster order.
-
-    Examples
-    --------
-    >>> line = np.zeros((3, 9), bool)
-    >>> line[1, 1:8] = True
-    >>> nodes = find_nodes(line, 20)
-    >>> nodes.x.tolist(), nodes.steps[:, 0].tolist(), nodes.target[:, 0].tolist()
-    ([1, 7], [6, 6], [1, 0])
+    Each branch is traced for at most `branch_px` pixels. Nodes are in raster order.
     """
     padded = bordered(skeleton)
     pixels = np.flatnonzero(padded.view(np.bool_)).astype(np.int32)

@@ -30,12 +30,6 @@ def minutia_quality(
 
     It is 100 times the correlation of the normalised and the enhanced image, both (H, W), in a
     Gaussian neighbourhood; 0 where the correlation is negative.
-
-    Examples
-    --------
-    >>> waves = np.tile(np.cos(np.arange(64, dtype=np.float32) * 0.7), (64, 1))
-    >>> minutia_quality(waves, 2 * waves, np.array([30]), np.array([30])).tolist()
-    [100]
     """
     p = parameters or QualityParameters()
     offsets = np.arange(-p.radius_px, p.radius_px + 1)

@@ -1,4 +1,4 @@
-"""Spurious minutiae: what the skeleton shows and the finger does not have."""
+"""Spurious minutiae: structures of the skeleton that the finger does not have."""
 
 from __future__ import annotations
 
@@ -33,35 +33,14 @@ class SpuriousParameters:
 
     @property
     def branch_px(self) -> int:
-        """How much of each branch the directions and the search for bridges need."""
+        """Length of the branches that directions and the search for bridges need."""
         return max(self.direction_px, self.max_bridge_px)
 
 
 def remove_spurs_and_islands(
     skeleton: NDArray[np.bool_], parameters: SpuriousParameters | None = None
 ) -> NDArray[np.bool_]:
-    """Erase short side branches and short ridges of no company from a skeleton.
-
-    Parameters
-    ----------
-    skeleton : ndarray of bool, shape (H, W)
-        Skeleton one pixel wide.
-    parameters : SpuriousParameters, optional
-        ``max_spur_px`` and ``max_island_px``.
-
-    Returns
-    -------
-    ndarray of bool, shape (H, W)
-        The skeleton without them.
-
-    Examples
-    --------
-    >>> line = np.zeros((20, 60), bool)
-    >>> line[10, 5:55] = True
-    >>> line[6:10, 30] = True
-    >>> int(remove_spurs_and_islands(line)[:10].sum())
-    0
-    """
+    """Erase short side branches and short isolated ridges from a skeleton (H, W)."""
     p = parameters or SpuriousParameters()
     nodes = find_nodes(skeleton, max(p.max_island_px, p.max_spur_px))
     steps, target = nodes.steps[:, 0], nodes.target[:, 0]
@@ -77,20 +56,10 @@ def remove_spurs_and_islands(
 
 
 def directions(nodes: SkeletonNodes, length_px: int) -> NDArray[np.float32]:
-    """Compute the direction of each minutia from the first `length_px` pixels of its branches.
+    """Compute the direction of each node from the first `length_px` pixels of its branches.
 
-    Parameters
-    ----------
-    nodes : SkeletonNodes
-        Nodes with their traced branches.
-    length_px : int
-        How far along a branch its direction is taken.
-
-    Returns
-    -------
-    ndarray of float32, shape (N,)
-        Radians in [0, 2π), ISO/IEC 19794-2: for an ending along its ridge; for a bifurcation
-        along the valley between its two closest branches.
+    Radians in [0, 2π), ISO/IEC 19794-2: for an ending along its ridge; for a bifurcation along the
+    valley between its two closest branches.
     """
     last = np.clip(np.minimum(nodes.steps, length_px) - 1, 0, None)
     ends = np.take_along_axis(nodes.paths, last[..., None, None], axis=2)[:, :, 0]
@@ -115,26 +84,10 @@ def filter_spurious(
     mask: NDArray[np.bool_],
     parameters: SpuriousParameters | None = None,
 ) -> NDArray[np.bool_]:
-    """Tell the minutiae that may be genuine from those that have a known innocent cause.
+    """Return, for each node of the cleaned skeleton, whether it may be a genuine minutia.
 
-    Refused are nodes near the mask's or the image's border, both ends of a bridge or lake, the
-    two ends of a broken ridge, and minutiae that crowd each other.
-
-    Parameters
-    ----------
-    nodes : SkeletonNodes
-        Nodes of the cleaned skeleton.
-    angle : ndarray of float32, shape (N,)
-        Their directions.
-    mask : ndarray of bool, shape (H, W)
-        Segmentation mask.
-    parameters : SpuriousParameters, optional
-        Limits.
-
-    Returns
-    -------
-    ndarray of bool, shape (N,)
-        True where the node is kept.
+    Rejected are nodes near the border of the mask (H, W) or of the image, both ends of a bridge or
+    lake, both ends of a broken ridge, and minutiae closer together than those of fingers.
     """
     p = parameters or SpuriousParameters()
     known = (nodes.crossing_number == 1) | (nodes.crossing_number == 3)
@@ -149,7 +102,7 @@ def filter_spurious(
 def _inside(
     x: NDArray[np.int32], y: NDArray[np.int32], mask: NDArray[np.bool_], p: SpuriousParameters
 ) -> NDArray[np.bool_]:
-    """Tell which pixels keep their distance from the mask's border and from the image's."""
+    """Return which pixels are far enough from the borders of the mask and of the image."""
     height, width = mask.shape
     edge = np.minimum.reduce([x, y, width - 1 - x, height - 1 - y])
     dy, dx = _nearer(p.min_mask_distance_px)
@@ -161,7 +114,7 @@ def _inside(
 
 @cache
 def _nearer(distance_px: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the offsets (dy, dx) of all pixels nearer than a distance, as OpenCV measures it."""
+    """Return the offsets (dy, dx) of all pixels nearer than a distance, measured by OpenCV."""
     reach = int(np.ceil(distance_px))
     others = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     others[reach, reach] = 0
@@ -170,7 +123,7 @@ def _nearer(distance_px: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _bridged(nodes: SkeletonNodes, p: SpuriousParameters) -> NDArray[np.bool_]:
-    """Tell which bifurcations are joined to another by a short branch: a bridge or a lake."""
+    """Return which bifurcations are joined to another by a short branch: a bridge or a lake."""
     forked = nodes.crossing_number >= 3
     near = (nodes.target >= 0) & (nodes.steps <= p.max_bridge_px)
     both = forked[:, None] & forked[np.maximum(nodes.target, 0)]
@@ -183,7 +136,7 @@ def _crowded(
     index: NDArray[np.intp],
     p: SpuriousParameters,
 ) -> NDArray[np.bool_]:
-    """Tell which of the minutiae `index` crowd another, or face another across a broken ridge."""
+    """Return which of the minutiae `index` are too near another, or face it across a break."""
     i, j = _near_pairs(nodes.x[index], nodes.y[index], max(p.crowded_px, p.broken_px))
     z = nodes.x[index] - 1j * nodes.y[index]
     away = z[i] - z[j]

@@ -17,17 +17,7 @@ WORD_BITS: Final = 64
 
 
 def thin(binary: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Thin a binary image to its skeleton, eight-connected and one pixel wide.
-
-    Parameters
-    ----------
-    binary : ndarray of bool, shape (H, W)
-        True on ridges.
-
-    Returns
-    -------
-    ndarray of bool, shape (H, W)
-        True on the skeleton, a subset of `binary` with the same connected parts.
+    """Thin a binary image (H, W) to its skeleton, eight-connected and one pixel wide.
 
     References
     ----------
@@ -93,17 +83,10 @@ def thin_with_numpy(image: NDArray[np.uint8]) -> None:
 
 
 def neighbour_code(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return each pixel's eight neighbours as a byte, bit k for neighbour k from east.
+    """Return the eight neighbours of each pixel of a 0/1 image as a byte.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (H, W)
-        0 or 1; what lies outside counts as 0.
-
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        Bits 0..7: east, north-east, north, north-west, west, south-west, south, south-east.
+    Bits 0..7: east, north-east, north, north-west, west, south-west, south, south-east; pixels
+    outside count as 0.
     """
     weights = np.array([[8, 4, 2], [16, 0, 1], [32, 64, 128]], np.float32)
     code = cv2.filter2D(image, cv2.CV_8U, weights, borderType=cv2.BORDER_CONSTANT)
@@ -128,7 +111,7 @@ def guo_hall_table() -> NDArray[np.uint8]:
 
 @cache
 def simple_table() -> NDArray[np.uint8]:
-    """Return, for each neighbour byte, whether the pixel can go: no end, and not needed to connect.
+    """Return, for each neighbour byte, whether the pixel is no end and not needed to connect.
 
     That is: at least two neighbours, all in one eight-connected part, and a background neighbour
     to the east, north, west or south (so that no hole is made).

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, Final
 from fpmatch.evaluation.points.matchers import Claim
 from fpmatch.evaluation.points.places import make_pair, places
 from fpmatch.evaluation.points.trials import is_recognised
-from fpmatch.pointset.random_sets import share_of
+from fpmatch.pointset.point_match import share_of
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
 from fpmatch.pointset.unit_circle.matcher import (
     UnitCircleParameters,
     match_prepared,
-    rings_alike,
+    similar_rings,
 )
 from fpmatch.pointset.unit_circle.prepared_points import prepare_points
 
@@ -80,7 +80,7 @@ def measure_paper(
             match = match_prepared(p, q, given)
             seconds[genuine].append(time.process_time() - start)
             alike += match.local_matches
-            equal += len(rings_alike(p.rings, q.rings, _ANY_AREA))
+            equal += len(similar_rings(p.rings, q.rings, _ANY_AREA))
             found = "right" if genuine else "false"
             holds = not genuine or _is_true(match, pair)
             counts[found] += holds and match.matched_share > rho

@@ -2,7 +2,7 @@
 
 Of all pairings within a distance t, the one with the least Σ(d² - t²) over its pairs: many pairs,
 and near ones; leaving a pair out costs t². Points are assigned one after the other along shortest
-augmenting paths. Interpreted, the functions run as they stand.
+augmenting paths.
 """
 
 import cython
@@ -16,8 +16,6 @@ COMPILED = cython.compiled
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def find_candidates(
     p: cython.double[:, ::1],
     grid: CellGrid,
@@ -30,13 +28,10 @@ def find_candidates(
 ) -> cython.int:
     """Write the points of Q within t of each moved point of P, nearest first, at most `most`.
 
-    Those of point i are the entries ``start[i]`` to ``start[i + 1]`` of ``near``; their cost, less
-    than 0, is d² - t².
+    Those of point i are the entries ``start[i]`` to ``start[i + 1]`` of ``near``; their cost is
+    d² - t², at most 0.
     """
-    i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    x: cython.double
-    y: cython.double
+    cython.declare(i=cython.Py_ssize_t, e=cython.Py_ssize_t)
     start[0] = 0
     for i in range(p.shape[1]):
         x = move[2] + move[0] * p[0, i] - move[1] * p[1, i]
@@ -48,8 +43,6 @@ def find_candidates(
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def assign(
     start: cython.int[::1],
     near: cython.int[::1],
@@ -62,29 +55,22 @@ def assign(
 ) -> cython.int:
     """Assign candidates to points at the least cost in all; return how many have one.
 
-    ``edge[i]``, while at work the entry of ``near`` that point i is given, receives the candidate
-    itself, or -1; ``owner`` the way back. Improvements under `least_gain` are rounding. ``path``
-    and the five rows of ``work`` are work space, of P's length.
+    ``edge[i]`` receives the candidate of point i, or -1 (during the search, its entry in ``near``);
+    ``owner`` receives the point of each candidate. Improvements under `least_gain` are rounding.
+    ``path`` (N,) and ``work`` (5, N) are work space.
     """
-    size: cython.Py_ssize_t = edge.shape[0]
+    cython.declare(
+        size=cython.Py_ssize_t, s=cython.Py_ssize_t, e=cython.Py_ssize_t, head=cython.Py_ssize_t,
+        waiting=cython.Py_ssize_t, tail=cython.Py_ssize_t, i=cython.int, j=cython.int,
+        k=cython.int, end=cython.int, end_edge=cython.int, assigned=cython.int,
+    )  # fmt: skip
     came_from: cython.int[::1] = work[0]
     came_by: cython.int[::1] = work[1]
     stamp: cython.int[::1] = work[2]
-    queue: cython.int[::1] = work[3]  # a ring
+    queue: cython.int[::1] = work[3]  # a ring buffer
     waits: cython.int[::1] = work[4]
-    i: cython.int
-    j: cython.int
-    k: cython.int
-    s: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    head: cython.Py_ssize_t
-    waiting: cython.Py_ssize_t
-    tail: cython.Py_ssize_t
-    end: cython.int
-    end_edge: cython.int
-    assigned: cython.int = 0
-    best: cython.double
-    length: cython.double
+    size = edge.shape[0]
+    assigned = 0
     for s in range(size):
         edge[s] = -1
         stamp[s] = -1
@@ -92,7 +78,7 @@ def assign(
     for s in range(owner.shape[0]):
         owner[s] = -1
     for s in range(size):
-        # cheapest way to give s a candidate, or to leave it or one it displaces without
+        # cheapest way to give s a candidate, or to leave s or a point that it displaces without one
         i = cython.cast(cython.int, s)
         end = i
         end_edge = -1
@@ -140,7 +126,7 @@ def assign(
                     waiting += 1
         if end == s and end_edge < 0:
             continue
-        # walk back: each on the way takes the candidate by which the next was displaced
+        # back along the path: each point takes the candidate of the one it displaces
         i = end
         k = end_edge
         while i >= 0:

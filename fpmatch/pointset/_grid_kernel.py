@@ -1,11 +1,10 @@
-"""Kernel: points sorted into the cells of a square grid, and the one nearest to a place.
+"""Kernel: the bounding box of points, and points sorted into the cells of a square grid.
 
-Cell k, counted along the rows, holds the points ``start[k]`` to ``start[k + 1]`` of the arrays `x`
-and `y`, which are in the order of the cells; ``order`` says which of the points as given they are.
-Points outside the grid belong to its nearest cell. Interpreted, the class runs as it stands.
+Interpreted, the functions run as they stand.
 """
 
 import cython
+import numpy as np
 
 if cython.compiled:
     from cython.cimports.libc.math import sqrt
@@ -15,59 +14,75 @@ else:
 COMPILED = cython.compiled
 
 
+@cython.ccall
+def bounding_box(points: cython.double[:, ::1], box: cython.double[::1]) -> cython.bint:
+    """Write least and largest x, least and largest y of points (N, 2), N > 0.
+
+    Returned is whether all coordinates are finite; only then is the box of any use.
+    """
+    cython.declare(i=cython.Py_ssize_t, finite=cython.bint)
+    most = 1.7976931348623157e308
+    left = right = points[0, 0]
+    top = bottom = points[0, 1]
+    finite = True
+    for i in range(points.shape[0]):
+        x = points[i, 0]
+        y = points[i, 1]
+        if not (-most <= x <= most and -most <= y <= most):
+            finite = False
+        left = min(left, x)
+        right = max(right, x)
+        top = min(top, y)
+        bottom = max(bottom, y)
+    box[0] = left
+    box[1] = right
+    box[2] = top
+    box[3] = bottom
+    return finite
+
+
 @cython.final
 @cython.cclass
 class CellGrid:
-    """A set of points sorted into cells; its arrays are the caller's, to be filled here.
+    """Points sorted into cells.
 
-    `given`, shape (2, N), begins with the `count` points; `x`, `y` and `order` have that number,
-    `start` one entry more than there are cells; `x0`, `y0` is the corner of the first cell, `side`
-    the side of each.
+    Cell k, counted along the rows, holds the points ``start[k]`` to ``start[k + 1]`` of the arrays
+    `x` and `y`, which are in the order of the cells; ``order`` holds their indices in `points`.
+    Points outside the grid belong to its nearest cell.
+
+    The first `count` of `points` (2, N) are sorted; `x0`, `y0` is the corner of the first cell and
+    `side` the side of each.
     """
 
     @cython.locals(
-        given=cython.double[:, ::1],
-        x=cython.double[::1],
-        y=cython.double[::1],
-        order=cython.int[::1],
+        points=cython.double[:, ::1], count=cython.Py_ssize_t, x0=cython.double,
+        y0=cython.double, side=cython.double, columns=cython.int, rows=cython.int,
+        i=cython.Py_ssize_t, k=cython.Py_ssize_t, cells=cython.Py_ssize_t,
         start=cython.int[::1],
-        x0=cython.double,
-        y0=cython.double,
-        side=cython.double,
-        columns=cython.int,
-        rows=cython.int,
-        i=cython.Py_ssize_t,
-        k=cython.Py_ssize_t,
-        count=cython.Py_ssize_t,
-        cells=cython.Py_ssize_t,
-    )
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    def __init__(self, given, count, x, y, order, start, x0, y0, side, columns, rows):
-        self.x = x
-        self.y = y
-        self.order = order
-        self.start = start
+    )  # fmt: skip
+    def __init__(self, points, count, x0, y0, side, columns, rows):
+        cells = columns * rows
+        self.x = np.empty(count)
+        self.y = np.empty(count)
+        self.order = np.empty(count, np.intc)
+        self.start = start = np.zeros(cells + 1, np.intc)
         self.x0 = x0
         self.y0 = y0
+        self.x1 = x0 + side * columns
+        self.y1 = y0 + side * rows
         self.per_unit = 1.0 / side
         self.columns = columns
         self.rows = rows
-        self.x1 = x0 + side * columns
-        self.y1 = y0 + side * rows
-        cells = columns * rows
-        for k in range(cells + 1):
-            start[k] = 0
         for i in range(count):
-            start[self._cell(given[0, i], given[1, i]) + 1] += 1
+            start[self._cell(points[0, i], points[1, i]) + 1] += 1
         for k in range(cells):
             start[k + 1] += start[k]
         # from here on start[k] runs ahead to the end of cell k, which is the start of the next
         for i in range(count):
-            k = self._cell(given[0, i], given[1, i])
-            x[start[k]] = given[0, i]
-            y[start[k]] = given[1, i]
-            order[start[k]] = cython.cast(cython.int, i)
+            k = self._cell(points[0, i], points[1, i])
+            self.x[start[k]] = points[0, i]
+            self.y[start[k]] = points[1, i]
+            self.order[start[k]] = cython.cast(cython.int, i)
             start[k] += 1
         for k in range(cells, 0, -1):
             start[k] = start[k - 1]
@@ -83,7 +98,7 @@ class CellGrid:
     @cython.exceptval(check=False)
     def column(self, x: cython.double) -> cython.int:
         """Return the column of x, the first or the last where x is outside."""
-        place: cython.double = (x - self.x0) * self.per_unit
+        place = (x - self.x0) * self.per_unit
         if not place > 0.0:
             return 0
         if place >= self.columns:
@@ -94,7 +109,7 @@ class CellGrid:
     @cython.exceptval(check=False)
     def row(self, y: cython.double) -> cython.int:
         """Return the row of y, the first or the last where y is outside."""
-        place: cython.double = (y - self.y0) * self.per_unit
+        place = (y - self.y0) * self.per_unit
         if not place > 0.0:
             return 0
         if place >= self.rows:
@@ -103,40 +118,31 @@ class CellGrid:
 
     @cython.ccall
     @cython.exceptval(check=False)
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
     def nearest(self, x: cython.double, y: cython.double, reach2: cython.double) -> cython.int:
         """Return the nearest point, in the order of the cells, nearer than √reach2, or -1."""
-        reach: cython.double = sqrt(reach2)
-        low_column: cython.Py_ssize_t = self.column(x - reach)
-        high_column: cython.Py_ssize_t = self.column(x + reach)
-        low_row: cython.int = self.row(y - reach)
-        high_row: cython.int = self.row(y + reach)
-        row: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        best: cython.Py_ssize_t = -1
-        closest: cython.double = reach2
-        dx: cython.double
-        dy: cython.double
-        for row in range(low_row, high_row + 1):
+        cython.declare(
+            low_column=cython.Py_ssize_t, end_column=cython.Py_ssize_t, row=cython.Py_ssize_t,
+            k=cython.Py_ssize_t, best=cython.Py_ssize_t,
+        )  # fmt: skip
+        reach = sqrt(reach2)
+        low_column = self.column(x - reach)
+        end_column = self.column(x + reach) + 1
+        best = -1
+        for row in range(self.row(y - reach), self.row(y + reach) + 1):
             for k in range(
                 self.start[row * self.columns + low_column],
-                self.start[row * self.columns + high_column + 1],
+                self.start[row * self.columns + end_column],
             ):
                 dx = self.x[k] - x
                 dy = self.y[k] - y
-                dx = dx * dx + dy * dy
-                if dx < closest:
-                    closest = dx
+                distance2 = dx * dx + dy * dy
+                if distance2 < reach2:
+                    reach2 = distance2
                     best = k
         return cython.cast(cython.int, best)
 
     @cython.ccall
     @cython.exceptval(check=False)
-    @cython.boundscheck(False)
-    @cython.wraparound(False)
-    @cython.cdivision(True)
     def within(
         self,
         x: cython.double,
@@ -151,34 +157,31 @@ class CellGrid:
 
         Of more than `most`, the nearest are written.
         """
-        reach: cython.double = sqrt(reach2)
-        low_column: cython.Py_ssize_t = self.column(x - reach)
-        high_column: cython.Py_ssize_t = self.column(x + reach)
-        low_row: cython.int = self.row(y - reach)
-        high_row: cython.int = self.row(y + reach)
-        found: cython.Py_ssize_t = 0
-        row: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        dx: cython.double
-        dy: cython.double
-        for row in range(low_row, high_row + 1):
+        cython.declare(
+            low_column=cython.Py_ssize_t, end_column=cython.Py_ssize_t, row=cython.Py_ssize_t,
+            k=cython.Py_ssize_t, e=cython.Py_ssize_t, found=cython.Py_ssize_t,
+        )  # fmt: skip
+        reach = sqrt(reach2)
+        low_column = self.column(x - reach)
+        end_column = self.column(x + reach) + 1
+        found = 0
+        for row in range(self.row(y - reach), self.row(y + reach) + 1):
             for k in range(
                 self.start[row * self.columns + low_column],
-                self.start[row * self.columns + high_column + 1],
+                self.start[row * self.columns + end_column],
             ):
                 dx = self.x[k] - x
                 dy = self.y[k] - y
-                dx = dx * dx + dy * dy
-                if dx > reach2 or (found == most and dx >= distance2[at + found - 1]):
+                d2 = dx * dx + dy * dy
+                if d2 > reach2 or (found == most and d2 >= distance2[at + found - 1]):
                     continue
                 if found < most:
                     found += 1
                 e = at + found - 1
-                while e > at and distance2[e - 1] > dx:
+                while e > at and distance2[e - 1] > d2:
                     distance2[e] = distance2[e - 1]
                     near[e] = near[e - 1]
                     e -= 1
-                distance2[e] = dx
+                distance2[e] = d2
                 near[e] = cython.cast(cython.int, k)
         return cython.cast(cython.int, found)

@@ -1,16 +1,17 @@
-"""Ways into a set's unit frame and out again, for matchers that work there."""
+"""The unit frame of a point set, in which matchers work: shift and scale into [0, 1]²."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.points import IDENTITY, UnitFrame
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from fpmatch.pointset.points import Box
@@ -22,6 +23,65 @@ MODERATE_EXPONENT: Final = 60
 """Coordinates and extents within 2**±60 need no frame."""
 
 
+@dataclass(frozen=True, slots=True)
+class UnitFrame:
+    """Shift points to the origin and scale them by a power of two, so that they span [0, 1]².
+
+    The coordinates of a point x in the frame are ``(x·2**-magnitude - (x0, y0))·2**-span``: exact
+    for whole pixels, and within float64 whatever the magnitude of the points.
+
+    Examples
+    --------
+    >>> points = np.array([[10.0, 20.0], [16.0, 20.0]])
+    >>> frame = UnitFrame.of(points)
+    >>> frame.apply(points).tolist()
+    [[0.0, 0.0], [0.75, 0.0]]
+    """
+
+    magnitude: int = 0
+    span: int = 0
+    x0: float = 0.0
+    y0: float = 0.0
+
+    @classmethod
+    def of(cls, points: NDArray[np.float64]) -> UnitFrame:
+        """Return the frame in which the larger side of `points` (N, 2) lies in [0.5, 1)."""
+        if not len(points):
+            return cls()
+        magnitude = _exponent(points)
+        scaled = np.ldexp(points, -magnitude)  # so that the span of huge points is finite
+        corner = scaled.min(axis=0)
+        x0, y0 = corner.tolist()
+        return cls(magnitude, _exponent(scaled - corner), x0, y0)
+
+    @property
+    def exponent(self) -> int:
+        """Power of two by which the frame is smaller than the points."""
+        return self.magnitude + self.span
+
+    def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return `points` (N, 2) in the frame; the same array for `IDENTITY`."""
+        if self is IDENTITY:
+            return points
+        shifted = np.ldexp(points, -self.magnitude) - (self.x0, self.y0)
+        return np.asarray(np.ldexp(shifted, -self.span))
+
+    def as_similarity(self) -> Similarity:
+        """Return the transform from points as given into the frame."""
+        if self is IDENTITY:
+            return Similarity()
+        x0, y0 = math.ldexp(self.x0, -self.span), math.ldexp(self.y0, -self.span)
+        return Similarity(math.ldexp(1.0, -self.exponent), 0.0, -x0, -y0)
+
+
+def _exponent(values: NDArray[np.float64]) -> int:
+    return int(np.frexp(np.abs(values).max())[1])
+
+
+IDENTITY: Final = UnitFrame()
+"""The frame of points that keep their coordinates."""
+
+
 def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
     """Return the unit frame of a set, or refuse it where transforms would leave float64.
 
@@ -30,7 +90,7 @@ def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
     points : ndarray of float64, shape (N, 2)
         The points.
     name : str
-        What to call them in an error.
+        Name of the set in errors.
 
     Returns
     -------
@@ -41,12 +101,6 @@ def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
     ------
     PointSetError
         If coordinates or extent are beyond 2**±300.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> frame_of(np.array([[10.0, 20.0], [16.0, 20.0]])).exponent
-    3
     """
     frame = UnitFrame.of(points)
     if len(points) and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT:
@@ -55,9 +109,9 @@ def frame_of(points: NDArray[np.float64], name: str = "points") -> UnitFrame:
 
 
 def frame_if_needed(points: NDArray[np.float64], box: Box, name: str = "points") -> UnitFrame:
-    """Return the frame of a set, the identity where the set is in reach of float64 as it stands.
+    """Return `IDENTITY` where fourth powers of lengths stay within float64, else `frame_of`.
 
-    See `frame_of`; `box` is the set's `box_of`. Squares of squares of lengths stay in reach then.
+    `box` is the set's `box_of`.
     """
     least, most = 2.0**-MODERATE_EXPONENT, 2.0**MODERATE_EXPONENT
     left, right, top, bottom = box
@@ -66,16 +120,8 @@ def frame_if_needed(points: NDArray[np.float64], box: Box, name: str = "points")
     return frame_of(points, name)
 
 
-def to_unit_frame(frame: UnitFrame) -> Similarity:
-    """Return the transform from points as given into their unit frame."""
-    if frame is IDENTITY:
-        return Similarity()
-    x0, y0 = math.ldexp(frame.x0, -frame.span), math.ldexp(frame.y0, -frame.span)
-    return Similarity(math.ldexp(1.0, -frame.exponent), 0.0, -x0, -y0)
-
-
 def between_sets(move: Similarity, frame_p: UnitFrame, frame_q: UnitFrame) -> Similarity:
-    """Return the transform between two sets as given, of a move between their unit frames."""
+    """Return the transform between two sets as given, of one between their unit frames."""
     if frame_p is frame_q is IDENTITY:
         return move
-    return to_unit_frame(frame_q).inverse().after(move).after(to_unit_frame(frame_p))
+    return frame_q.as_similarity().inverse().after(move).after(frame_p.as_similarity())

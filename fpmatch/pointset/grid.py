@@ -1,18 +1,17 @@
-"""Sort points into the cells of a grid, so that kernels find what is near a place."""
+"""Sort points into the cells of a grid, in which kernels find what is near a place."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from fpmatch.pointset._grid_kernel import CellGrid
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
-MOST_CELLS_A_POINT: Final = 4
-"""Cells grow where the grid would have far more of them than there are points."""
+MAX_CELLS_PER_POINT: Final = 4
+"""Cells are enlarged where the grid would have far more of them than points."""
 
 
 def sort_into_cells(
@@ -43,25 +42,14 @@ def sort_into_cells(
 
     Examples
     --------
+    >>> import numpy as np
     >>> grid = sort_into_cells(np.array([[5.0, 1.0], [5.0, 1.0]]), 2.0, low=(0, 0), high=(6, 6))
     >>> grid.order[grid.nearest(4.0, 4.0, 3.0)]
     0
     """
     n = points.shape[1] if count is None else count
     width, height = high[0] - low[0], high[1] - low[1]
-    most = MOST_CELLS_A_POINT * max(n, 4)
+    most = MAX_CELLS_PER_POINT * max(n, 4)
     side = max(side, (width * height / most) ** 0.5, max(width, height) / most)
-    columns, rows = int(width / side) + 1, int(height / side) + 1
-    grid: CellGrid = CellGrid(
-        points,
-        n,
-        np.empty(n),
-        np.empty(n),
-        np.empty(n, np.int32),
-        np.empty(columns * rows + 1, np.int32),
-        *low,
-        side,
-        columns,
-        rows,
-    )
+    grid: CellGrid = CellGrid(points, n, *low, side, int(width / side) + 1, int(height / side) + 1)
     return grid

@@ -1,4 +1,4 @@
-"""Match two point sets by any of the room's matchers, under one name."""
+"""Match two point sets by any of the room's matchers."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ import math
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.point_match import PointMatch, check_rho
 from fpmatch.pointset.triangles.matcher import check_spread, match_by_triangles
 from fpmatch.pointset.unit_circle.matcher import (
     DEFAULT_AREA_TOLERANCE,
     DEFAULT_RHO,
     UnitCircleParameters,
-    check_rho,
     match_by_unit_circle,
 )
 from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen
@@ -24,7 +23,7 @@ PointMatcher = Literal["triangles", "paper", "van-wamelen"]
 POINT_MATCHERS: Final[tuple[PointMatcher, ...]] = get_args(PointMatcher)
 
 DEFAULT_LAMBDA: Final = 0.61
-"""λ of that part of the paper's experiments, in mean nearest-neighbour distances of Q."""
+"""λ of the paper's experiments with the least ρ, in mean nearest-neighbour distances of Q."""
 
 
 def match_points(
@@ -36,27 +35,30 @@ def match_points(
     rho: float | None = None,
     area_tolerance: float | None = None,
 ) -> PointMatch:
-    """Find the similarity transform that lays points of P on points of Q, if there is one.
+    """Find the similarity transform that maps points of P onto points of Q, if there is one.
 
     Parameters
     ----------
     p, q : array_like of float, shape (N, 2) and (M, 2)
         The point sets; a part of one has partners in the other.
     tolerance : float, optional
-        How far a partner may lie from its place, in the units of Q; by default a share of the mean
-        spacing of Q that suits the matcher.
+        Largest distance of a pair after the transform, in the units of Q; by default a share of
+        the mean spacing of Q that suits the matcher.
     matcher : {"triangles", "paper", "van-wamelen"}
-        "triangles" is fast and right where points are missing, jittered and strewn among others,
-        and says "no match" where nothing better than chance was found; "paper" is the
-        paper's method as printed, which returns the best transform however little it matches;
-        "van-wamelen" is the baseline that the paper measures itself against. Their modules have
-        functions with more parameters.
+        "triangles" is fast, robust to missing points, jitter and outliers, and finds no match where
+        nothing is better than chance; "paper" is the paper's method; "van-wamelen" is the paper's
+        baseline. Their modules have functions with more parameters.
+    rho : float, optional
+        ρ, for "paper" (0.6 by default; more than this share of the smaller set must be paired) and
+        "van-wamelen" (this share of P).
+    area_tolerance : float, optional
+        Largest difference of the areas of similar rings on the unit circle, for "paper".
 
     Returns
     -------
     PointMatch
-        Transform, pairs, matched share, rms distance, and how many matches as good are to be
-        expected by chance; no transform where there is no match.
+        Transform, pairs, matched share, rms distance, and the expected number of matches as good
+        by chance; no transform where there is no match.
 
     Raises
     ------
@@ -101,20 +103,7 @@ def match_points(
 
 
 def decided(match: PointMatch, rho: float) -> PointMatch:
-    """Decide as the paper does: keep a match of more than a share ρ of the smaller set.
-
-    Parameters
-    ----------
-    match : PointMatch
-        The best transform that `match_by_unit_circle` found.
-    rho : float
-        ρ, 0 to 1.
-
-    Returns
-    -------
-    PointMatch
-        `match` itself, or no match and the reason.
-    """
+    """Return a match of more than a share ρ of the smaller set, else no match and the reason."""
     if match.matched_share > rho:
         return match
     if match.transform is not None:
@@ -123,7 +112,7 @@ def decided(match: PointMatch, rho: float) -> PointMatch:
             f"more than {rho:.4g}"
         )
     elif match.local_matches:
-        reason = "no transform lays points of one set on points of the other"
+        reason = "no transform maps points of one set onto points of the other"
     else:
-        reason = "no one-ring of one set is like one of the other"
+        reason = "no one-ring of one set is similar to one of the other"
     return PointMatch.none(match.local_matches, reason)

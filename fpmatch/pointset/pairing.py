@@ -1,23 +1,34 @@
-"""Pair the points of two sets that lie near one another, one to one."""
+"""Pair the points of two sets that lie near one another, one to one: greedily, or at least cost."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset import _assignment_kernel as kernel
 from fpmatch.pointset.points import as_points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fpmatch.pointset._grid_kernel import CellGrid
 
-def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> NDArray[np.int32]:
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int32]
+
+MAX_CANDIDATES: Final = 12
+"""Nearest points within the tolerance that `optimal_pairs` considers for a point, at most."""
+
+_ROUNDING: Final = 1e-12
+
+
+def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> Ints:
     """Pair the points of `p` and `q` that lie within `tolerance`, nearest pairs first.
 
-    Greedy by distance; equal distances are taken in the order of the pairs' midpoints (x, then
-    y), then of their indices. Exchanging the two sides exchanges the columns and no more.
+    Equal distances are taken in the order of the pairs' midpoints (x, then y), then of their
+    indices, so that exchanging the sets only exchanges the columns.
 
     Parameters
     ----------
@@ -56,13 +67,11 @@ def greedy_pairs(p: ArrayLike, q: ArrayLike, tolerance: float) -> NDArray[np.int
     return np.array(sorted(pairs), dtype=np.int32).reshape(-1, 2)
 
 
-def _within(
-    a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _within(a: Floats, b: Floats, tolerance: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return all index pairs within the tolerance, found among neighbours in x."""
     by_x = b[:, 0].argsort(kind="stable")
     x = b[by_x, 0]
-    # a hair wider than the test below, so that rounding of the bounds loses nobody
+    # a little wider than the test below, so that rounding of the bounds excludes no pair
     reach = tolerance * (1 + 1e-9)
     first = x.searchsorted(np.nextafter(a[:, 0] - reach, -np.inf), "left")
     last = x.searchsorted(np.nextafter(a[:, 0] + reach, np.inf), "right")
@@ -73,9 +82,40 @@ def _within(
     return i[near], j[near]
 
 
-def _nearest_first(a: NDArray[np.float64], b: NDArray[np.float64]) -> list[int]:
+def _nearest_first(a: Floats, b: Floats) -> list[int]:
     """Return the order in which the pairs a[k], b[k] are taken; the same for b, a."""
     distance = np.hypot(*(a - b).T)
     middle = a / 2 + b / 2
     order: list[int] = np.lexsort((middle[:, 1], middle[:, 0], distance)).tolist()
     return order
+
+
+def optimal_pairs(p: Floats, grid: CellGrid, move: Floats, tolerance: float) -> Ints:
+    """Pair moved points with points in a grid so that Σ(d² - t²) over the pairs is least.
+
+    Where two points compete for one partner, both get partners if that costs less in all.
+
+    Parameters
+    ----------
+    p : ndarray of float64, shape (2, N)
+        The points to be moved.
+    grid : CellGrid
+        The other set.
+    move : ndarray of float64, shape (4,)
+        s·cos θ, s·sin θ, tx, ty.
+    tolerance : float
+        t, the largest distance of a pair.
+
+    Returns
+    -------
+    ndarray of int32, shape (N,)
+        Partner of each point, in the order of the grid's cells; -1 for none.
+    """
+    n, t2 = p.shape[1], tolerance * tolerance
+    start = np.empty(n + 1, np.int32)
+    near, cost = np.empty(n * MAX_CANDIDATES, np.int32), np.empty(n * MAX_CANDIDATES)
+    kernel.find_candidates(p, grid, move, t2, MAX_CANDIDATES, start, near, cost)
+    edge, owner = np.empty(n, np.int32), np.empty(len(grid.order), np.int32)
+    work = np.empty((5, n), np.int32)
+    kernel.assign(start, near, cost, _ROUNDING * t2, edge, owner, np.empty(n), work)
+    return edge

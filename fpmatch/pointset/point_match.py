@@ -1,11 +1,14 @@
-"""What matching two point sets yields, whichever matcher did it."""
+"""The result of matching two point sets, whatever the matcher, and the shares ρ that decide it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from fpmatch.errors import PointSetError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,13 +31,13 @@ class PointMatch:
     rms : float
         Root mean square distance of the pairs after the transform, in the units of Q.
     local_matches : int
-        How many local matches the search followed: pairs of alike rings, pairs of alike triangles
-        that passed their test, or pairs of alike neighbourhoods.
+        Number of local matches that were followed: pairs of similar rings, pairs of similar
+        triangles that passed their test, or pairs of similar neighbourhoods.
     chance : float or None
         Expected number of matches as good between independent sets; None where the matcher does
         not estimate it.
     reason : str
-        Where there is no match: why, in words, where the matcher can tell; else "".
+        Why there is no match, where the matcher knows; else "".
     """
 
     transform: Similarity | None
@@ -47,6 +50,52 @@ class PointMatch:
 
     @classmethod
     def none(cls, local_matches: int = 0, reason: str = "") -> PointMatch:
-        """Return the result of a search that found nothing."""
-        nothing = np.empty((0, 2), np.int32)
-        return cls(None, nothing, 0.0, 0.0, local_matches, reason=reason)
+        """Return the result of a search that found no match."""
+        empty = np.empty((0, 2), np.int32)
+        return cls(None, empty, 0.0, 0.0, local_matches, reason=reason)
+
+    def inverse(self) -> PointMatch:
+        """Return the match of Q with P."""
+        if self.transform is None:
+            return self
+        pairs = np.ascontiguousarray(self.pairs[self.pairs[:, 1].argsort(), ::-1])
+        transform = self.transform.inverse()
+        return replace(self, transform=transform, pairs=pairs, rms=self.rms * transform.scale)
+
+
+def rms_distance(p: NDArray[np.float64], q: NDArray[np.float64]) -> float:
+    """Return the root mean square distance of paired points, shape (K, 2) each; 0 for none."""
+    residual = p - q
+    return math.sqrt(float((residual * residual).sum(axis=1).mean())) if len(residual) else 0.0
+
+
+def check_rho(rho: float) -> None:
+    """Refuse a matching factor ρ outside 0..1 with a `PointSetError`."""
+    if not 0 <= rho <= 1:
+        raise PointSetError(f"rho must lie in 0..1, not {rho:g}")
+
+
+def fewest_above(rho: float, count: int) -> int:
+    """Return the fewest of `count` points that are more than a share ρ of them.
+
+    Examples
+    --------
+    >>> fewest_above(0.6, 50), fewest_above(0.29, 100), fewest_above(1.0, 50)
+    (31, 30, 51)
+    """
+    fewest = math.floor(rho * count)
+    while count and fewest / count <= rho:  # as the reported share is compared with ρ
+        fewest += 1
+    return fewest
+
+
+def share_of(rho: float, count: int) -> int:
+    """Return ⌈ρ·count⌉: the fewest of `count` points that are a share ρ in [0, 1] of them.
+
+    Examples
+    --------
+    >>> share_of(0.95, 50), share_of(0.6, 50)
+    (48, 30)
+    """
+    rounding = 1e-9  # 0.55·100 is 55.000000000000007 in floating point
+    return math.ceil(rho * count - rounding)

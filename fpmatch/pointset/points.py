@@ -1,37 +1,35 @@
-"""Bare 2-D points: the check that every function of this room begins with, and their frame."""
+"""Bare 2-D points: the check of every function of this room, and coincident points."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset._bounding_box_kernel import bounding_box
+from fpmatch.pointset._grid_kernel import bounding_box
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
 
 Box = tuple[float, float, float, float]
 """Least and largest x, least and largest y."""
 
 
 def as_points(points: ArrayLike, name: str = "points") -> NDArray[np.float64]:
-    """Return `points` as float64 of shape (N, 2), or refuse them.
+    """Return a copy of `points` as float64 of shape (N, 2), or refuse them.
 
     Parameters
     ----------
     points : array_like of float, shape (N, 2)
         The points; an empty array of any shape stands for no points.
     name : str
-        What to call them in an error.
+        Name of the set in errors.
 
     Returns
     -------
     ndarray of float64, shape (N, 2)
-        The points; a copy.
+        The points.
 
     Raises
     ------
@@ -71,53 +69,54 @@ def box_of(points: NDArray[np.float64]) -> Box:
     return left, right, top, bottom
 
 
-@dataclass(frozen=True, slots=True)
-class UnitFrame:
-    """Shift points to the origin and scale them by a power of two, so that they span [0, 1]².
+def unique_points(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the distinct points of a set (N, 2), and the index of each point among them."""
+    distinct, index = np.unique(points, axis=0, return_inverse=True)
+    return distinct, index.reshape(-1)
 
-    A point x stands at ``(x·2**-magnitude - (x0, y0))·2**-span`` in the frame: exact for whole
-    pixels, and within reach of float64 whatever the magnitude of the points.
+
+def pairs_of_coincident(
+    pairs: NDArray[np.int32], index_p: NDArray[np.int64], index_q: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """Return the pairs of points of two sets whose distinct points are paired.
+
+    Coincident points are paired in their order: the first with the first, the second with the
+    second.
+
+    Parameters
+    ----------
+    pairs : ndarray of int32, shape (K, 2)
+        Paired distinct points of P and of Q, one to one.
+    index_p, index_q : ndarray of int64, shape (N,) and (M,)
+        Index of each point among the distinct ones.
+
+    Returns
+    -------
+    ndarray of int32, shape (L, 2)
+        Indices of points, sorted by the first.
 
     Examples
     --------
-    >>> points = np.array([[10.0, 20.0], [16.0, 20.0]])
-    >>> frame = UnitFrame.of(points)
-    >>> frame.apply(points).tolist()
-    [[0.0, 0.0], [0.75, 0.0]]
+    >>> index_p, index_q = np.array([0, 1, 1]), np.array([1, 0, 1, 1])
+    >>> pairs_of_coincident(np.array([[1, 1]], np.int32), index_p, index_q).tolist()
+    [[1, 0], [2, 2]]
     """
-
-    magnitude: int = 0
-    span: int = 0
-    x0: float = 0.0
-    y0: float = 0.0
-
-    @classmethod
-    def of(cls, points: NDArray[np.float64]) -> UnitFrame:
-        """Return the frame in which the larger side of `points` (N, 2) lies in [0.5, 1)."""
-        if not len(points):
-            return cls()
-        magnitude = _exponent(points)
-        tamed = np.ldexp(points, -magnitude)  # so that the span of huge points is finite
-        corner = tamed.min(axis=0)
-        x0, y0 = corner.tolist()
-        return cls(magnitude, _exponent(tamed - corner), x0, y0)
-
-    @property
-    def exponent(self) -> int:
-        """Power of two by which the frame is smaller than the points."""
-        return self.magnitude + self.span
-
-    def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return `points` (N, 2) in the frame; themselves where that is as they stand."""
-        if self is IDENTITY:
-            return points
-        shifted = np.ldexp(points, -self.magnitude) - (self.x0, self.y0)
-        return np.asarray(np.ldexp(shifted, -self.span))
+    to_q = np.full(index_p.max() + 1, -1, np.int64)
+    to_q[pairs[:, 0]] = pairs[:, 1]
+    most = max(np.bincount(index_p).max(), np.bincount(index_q).max()) + 1
+    # key of a point: the distinct point of Q it belongs to, and its number among those there
+    partner = to_q[index_p]
+    key_p = np.where(partner >= 0, partner * most + _number_of_repeat(index_p), -1)
+    key_q = index_q * most + _number_of_repeat(index_q)
+    _, in_p, in_q = np.intersect1d(key_p, key_q, return_indices=True)
+    found = np.column_stack([in_p, in_q]).astype(np.int32)
+    return found[found[:, 0].argsort()]
 
 
-def _exponent(values: NDArray[np.float64]) -> int:
-    return int(np.frexp(np.abs(values).max())[1])
-
-
-IDENTITY: Final = UnitFrame()
-"""The frame of points that stay as they stand."""
+def _number_of_repeat(index: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return how many earlier points coincide with each point."""
+    order = index.argsort(kind="stable")
+    in_order = index[order]
+    number = np.empty(len(index), np.int64)
+    number[order] = np.arange(len(index)) - in_order.searchsorted(in_order, "left")
+    return number

@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 import numpy as np
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset.point_match import share_of
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -187,30 +188,6 @@ def independent_pair(
     """
     _check(m, n, 0.0, lambda_, reading)
     return _make(m, n, 0, 0.0, lambda_, reading, np.random.default_rng(rng))
-
-
-def share_of(rho: float, count: int) -> int:
-    """Return ⌈ρ·count⌉: the fewest points that make up a share ρ of `count`.
-
-    Parameters
-    ----------
-    rho : float
-        The share, in [0, 1].
-    count : int
-        Number of points.
-
-    Returns
-    -------
-    int
-        Number of points in the share.
-
-    Examples
-    --------
-    >>> share_of(0.95, 50), share_of(0.6, 50)
-    (48, 30)
-    """
-    rounding = 1e-9  # 0.55·100 is 55.000000000000007 in floating point
-    return math.ceil(rho * count - rounding)
 
 
 def _check(m: int, n: int, eta: float, lambda_: float, reading: str) -> None:

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class Similarity:
     """Map points by rotation, uniform scale and shift: ``q = t + s·R(θ)·p`` (eq. 1).
 
-    ``R(θ)`` is the matrix ``[[cos θ, -sin θ], [sin θ, cos θ]]`` applied to (x, y) as they stand;
-    with y pointing down, a positive angle turns clockwise on screen.
+    ``R(θ)`` is the matrix ``[[cos θ, -sin θ], [sin θ, cos θ]]``; with y pointing down, a positive
+    angle is clockwise on screen.
 
     Parameters
     ----------
@@ -67,11 +67,11 @@ class Similarity:
         Parameters
         ----------
         source, target : array_like of float, shape (N, 2)
-            Paired points, N at least 1 (2 where the rotation shall mean anything).
+            Paired points, N at least 1; one pair fixes a shift only.
         weights : array_like of float, shape (N,), optional
             Non-negative weights of the pairs (default: all 1).
         with_scale : bool
-            Whether the scale is free (default) or held at 1.
+            Whether to fit the scale (default) or hold it at 1.
 
         Returns
         -------
@@ -113,8 +113,14 @@ class Similarity:
         strength = math.hypot(cosine, sine)
         rotation = math.atan2(sine, cosine) if strength > 0 else 0.0
         scale = strength / spread if with_scale and spread > 0 and strength > 0 else 1.0
-        turned = scale * (_rotation_matrix(rotation) @ p_mean)
-        return cls(scale, rotation, float(q_mean[0] - turned[0]), float(q_mean[1] - turned[1]))
+        rotated = scale * (_rotation_matrix(rotation) @ p_mean)
+        return cls(scale, rotation, float(q_mean[0] - rotated[0]), float(q_mean[1] - rotated[1]))
+
+    @classmethod
+    def of_move(cls, move: ArrayLike) -> Similarity:
+        """Return the transform of a kernel's (s·cos θ, s·sin θ, tx, ty)."""
+        a, b, tx, ty = np.asarray(move, dtype=np.float64).tolist()
+        return cls(math.hypot(a, b), math.atan2(b, a), tx, ty)
 
     @property
     def rotation_deg(self) -> float:
@@ -132,8 +138,7 @@ class Similarity:
         """Map `points` (array_like, shape (N, 2)); returns float64 of the same shape."""
         p = as_points(points)
         linear = self.scale * _rotation_matrix(self.rotation)
-        moved: NDArray[np.float64] = p @ linear.T + (self.tx, self.ty)
-        return moved
+        return np.asarray(p @ linear.T + (self.tx, self.ty))
 
     def inverse(self) -> Similarity:
         """Return the transform that undoes this one."""

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from pointset_strategies import seeds
 
 from fpmatch.pointset import _assignment_kernel as kernel
-from fpmatch.pointset import assignment
+from fpmatch.pointset import pairing
 from fpmatch.pointset._grid_kernel import CellGrid
-from fpmatch.pointset.assignment import MOST_CANDIDATES, optimal_pairs
 from fpmatch.pointset.grid import sort_into_cells
+from fpmatch.pointset.pairing import MAX_CANDIDATES, optimal_pairs
 
 STAY = np.array([1.0, 0.0, 0.0, 0.0])
 
-pixels = st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=MOST_CANDIDATES).map(
+pixels = st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=MAX_CANDIDATES).map(
     lambda points: np.array(points, dtype=np.float64).reshape(-1, 2).T.copy()
 )
 """Whole pixels (2, N), often coincident, no more than a point may have candidates."""
@@ -162,5 +162,5 @@ def test_compiled_and_interpreted_agree(
     move = np.array([0.98, 0.1, 0.01, -0.05])
     partner = optimal_pairs(p, grid, move, tolerance)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(assignment, "kernel", interpreted("_assignment_kernel"))
+        patch.setattr(pairing, "kernel", interpreted("_assignment_kernel"))
         assert optimal_pairs(p, grid, move, tolerance).tolist() == partner.tolist()

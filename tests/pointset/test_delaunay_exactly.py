@@ -19,7 +19,7 @@ from fpmatch.pointset.delaunay import triangulate as delaunay
 from fpmatch.pointset.delaunay._point_order_kernel import sort_points
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate
 from fpmatch.pointset.delaunay.triangulation import Triangulation
-from fpmatch.pointset.points import UnitFrame
+from fpmatch.pointset.frames import UnitFrame
 
 Points = np.ndarray
 Whole = tuple[int, int]

@@ -11,14 +11,15 @@ from pointset_strategies import any_finite_points, seeds
 
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.frames import (
+    IDENTITY,
     MAX_EXPONENT,
     MODERATE_EXPONENT,
+    UnitFrame,
     between_sets,
     frame_if_needed,
     frame_of,
-    to_unit_frame,
 )
-from fpmatch.pointset.points import IDENTITY, UnitFrame, box_of
+from fpmatch.pointset.points import box_of
 from fpmatch.pointset.similarity import Similarity
 
 moves = st.builds(
@@ -110,18 +111,18 @@ def test_no_points_need_no_frame() -> None:
 def test_a_single_place_is_its_own_origin() -> None:
     place = np.array([[7.0, -3.0], [7.0, -3.0]])
     assert frame_of(place).apply(place).tolist() == [[0.0, 0.0], [0.0, 0.0]]
-    assert to_unit_frame(frame_of(place)).apply(place).tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    assert frame_of(place).as_similarity().apply(place).tolist() == [[0.0, 0.0], [0.0, 0.0]]
 
 
 @given(seeds, exponents, st.sampled_from([0.0, -0.5, 1e3]))
-def test_the_way_in_is_the_frame(seed: int, exponent: int, offset: float) -> None:
+def test_the_frame_as_a_similarity(seed: int, exponent: int, offset: float) -> None:
     points = sized(seed, exponent, offset)
     frame = frame_of(points)
-    assert to_unit_frame(frame).apply(points) == pytest.approx(frame.apply(points), abs=1e-12)
+    assert frame.as_similarity().apply(points) == pytest.approx(frame.apply(points), abs=1e-12)
 
 
-def test_there_is_no_way_into_no_frame() -> None:
-    assert to_unit_frame(UnitFrame()) == Similarity()
+def test_no_frame_is_the_identity() -> None:
+    assert UnitFrame().as_similarity() == Similarity()
 
 
 @given(seeds, moves, exponents, exponents, st.sampled_from([0.0, -0.5, 1e3]))

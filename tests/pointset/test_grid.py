@@ -14,7 +14,7 @@ from pointset_strategies import crowded_pixels, seeds
 
 from fpmatch.pointset import grid as grid_module
 from fpmatch.pointset._grid_kernel import CellGrid
-from fpmatch.pointset.grid import MOST_CELLS_A_POINT, sort_into_cells
+from fpmatch.pointset.grid import MAX_CELLS_PER_POINT, sort_into_cells
 
 clouds = st.one_of(
     crowded_pixels.map(lambda points: np.ascontiguousarray(points.T)),
@@ -86,7 +86,7 @@ def test_cells_are_not_many_more_than_points_and_cover_them(
     points: np.ndarray, side: float
 ) -> None:
     grid = grid_of(points, side)
-    assert grid.columns * grid.rows <= 3 * MOST_CELLS_A_POINT * max(4, points.shape[1]) + 1
+    assert grid.columns * grid.rows <= 3 * MAX_CELLS_PER_POINT * max(4, points.shape[1]) + 1
     assert 1 / grid.per_unit >= side * (1 - 1e-12)
     if points.size:
         assert grid.x0 == points[0].min()

@@ -6,7 +6,8 @@ from hypothesis import given
 from pointset_strategies import any_finite_points
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.points import UnitFrame, as_points
+from fpmatch.pointset.frames import UnitFrame
+from fpmatch.pointset.points import as_points
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,7 @@ class PointCase:
         The matching distance t, in the units of `q`.
     rho, lambda_ : float
         ρ and λ of the experiment, for matchers that ask for them.
-    most_looks : int
+    max_steps : int
         Bound of the work for a matcher that counts what it looks at.
     limit_s : float
         Seconds after which a matcher that has no bound of its own is stopped.
@@ -62,7 +62,7 @@ class PointCase:
     tolerance: float
     rho: float
     lambda_: float
-    most_looks: int
+    max_steps: int
     limit_s: float
 
 
@@ -170,7 +170,7 @@ def _van_wamelen(case: PointCase) -> Claim | None:
         rho=case.rho,
         lambda_=case.lambda_,
         tolerance=case.tolerance,
-        most_looks=case.most_looks,
+        max_steps=case.max_steps,
     )
     return _claim(match)
 

@@ -261,7 +261,7 @@ def _case(place: Place, pair: RandomPair, plan: TrialPlan, *, genuine: bool) -> 
         tolerance=pair.tolerance,
         rho=place.parameters.rho,
         lambda_=place.parameters.lambda_,
-        most_looks=plan.genuine_looks if genuine else plan.independent_looks,
+        max_steps=plan.genuine_looks if genuine else plan.independent_looks,
         limit_s=plan.budget_s,
     )
 

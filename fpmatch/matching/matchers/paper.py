@@ -27,11 +27,11 @@ import numpy as np
 from fpmatch.errors import MatcherError
 from fpmatch.matching.result import Comparison
 from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.pointset.point_match import check_rho
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import (
     DEFAULT_RHO,
     UnitCircleParameters,
-    check_rho,
     match_prepared,
 )
 from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints, prepare_points

@@ -1,7 +1,6 @@
 """Kernel: one-rings, edges, triangles and hull of a linked triangulation as flat arrays.
 
-The links are those of `_delaunay_kernel`, so the rings need no sorting by angle. Interpreted, the
-functions run as they stand and give the same.
+The links are those of `_delaunay_kernel`, so the rings need no sorting by angle.
 """
 
 import cython
@@ -20,44 +19,47 @@ def collect_arrays(
 
     The arguments are what `sort_points` and `link_points` returned.
     """
-    y: cython.double[::1] = in_order[1]
+    cython.declare(
+        n=cython.Py_ssize_t, i=cython.Py_ssize_t, h=cython.int, hull_edge=cython.int,
+        hull_size=cython.Py_ssize_t, repeats=cython.Py_ssize_t, triangles=cython.Py_ssize_t,
+        edges=cython.Py_ssize_t, edges_at=cython.Py_ssize_t, hull_at=cython.Py_ssize_t,
+        start_at=cython.Py_ssize_t, ring_at=cython.Py_ssize_t,
+    )  # fmt: skip
     order: cython.int[::1] = index[0]
     place: cython.int[::1] = index[1]
     origin: cython.int[::1] = link[0]
     after: cython.int[::1] = link[1]
-    scratch: cython.int[:, ::1] = np.empty((2, place.shape[0]), np.intc)
+    n = place.shape[0]
+    scratch: cython.int[:, ::1] = np.empty((2, n), np.intc)
     spoke: cython.int[::1] = scratch[0]
     degree: cython.int[::1] = scratch[1]
-    n: cython.Py_ssize_t = place.shape[0]
-    i: cython.Py_ssize_t
     flags = np.empty(n, np.uint8)
     interior: cython.uchar[::1] = flags
     for i in range(n):
         interior[i] = place[i] >= 0
         degree[i] = 0
-    hull_edge: cython.int = after[1]
-    h: cython.int
+    hull_edge = after[1]
     for h in range(2, link[2, 0]):
         if origin[h] >= 0:
             spoke[origin[h]] = h
             degree[origin[h]] += 1
     # of a point on the hull, the spoke is the first after the gap
-    hull_size: cython.Py_ssize_t = 0
+    hull_size = 0
     h = hull_edge
     while hull_size == 0 or h != hull_edge:
         spoke[origin[h]] = h
         interior[order[origin[h]]] = 0
         hull_size += 1
         h = after[h ^ 1]
-    twins: cython.Py_ssize_t = n - distinct
-    triangles: cython.Py_ssize_t = 2 * distinct - 2 - hull_size
-    edges: cython.Py_ssize_t = 3 * distinct - 3 - hull_size
+    repeats = n - distinct
+    triangles = 2 * distinct - 2 - hull_size
+    edges = 3 * distinct - 3 - hull_size
     # the spare entries take what `_write_rings` writes before it knows whether it counts
-    edges_at: cython.Py_ssize_t = 3 * triangles + 3
-    hull_at: cython.Py_ssize_t = edges_at + 2 * (edges + twins) + 2
-    start_at: cython.Py_ssize_t = hull_at + hull_size
-    ring_at: cython.Py_ssize_t = start_at + n + 1
-    found = np.empty(ring_at + 2 * edges + twins, np.intc)
+    edges_at = 3 * triangles + 3
+    hull_at = edges_at + 2 * (edges + repeats) + 2
+    start_at = hull_at + hull_size
+    ring_at = start_at + n + 1
+    found = np.empty(ring_at + 2 * edges + repeats, np.intc)
     flat: cython.int[::1] = found
     for i in range(hull_at, start_at):
         flat[i] = order[origin[h]]
@@ -66,7 +68,7 @@ def collect_arrays(
     ring: cython.int[::1] = flat[ring_at:]
     _start_rings(place, degree, start, ring)
     _write_rings(
-        y, origin, after, order, spoke, interior, distinct,
+        in_order[1], origin, after, order, spoke, interior, distinct,
         flat[:edges_at], flat[edges_at:hull_at], start, ring,
     )  # fmt: skip
     edges = edges_at + 2 * edges
@@ -96,8 +98,8 @@ def _start_rings(
     ring: cython.int[::1],
 ) -> cython.void:
     """Write where each point's ring starts, and the rings of points that coincide with others."""
-    i: cython.Py_ssize_t
-    entry: cython.int = 0
+    cython.declare(i=cython.Py_ssize_t, entry=cython.int)
+    entry = 0
     for i in range(place.shape[0]):
         start[i] = entry
         if place[i] >= 0:
@@ -123,18 +125,14 @@ def _write_rings(
     start: cython.int[::1],
     ring: cython.int[::1],
 ) -> cython.void:
-    """Write one-rings, and edges and triangles, each where its first point is met."""
-    i: cython.int
-    j: cython.int
-    k: cython.int
-    h: cython.int
-    g: cython.int
-    gap: cython.int
-    point: cython.int
-    other: cython.int
-    entry: cython.int
-    t: cython.Py_ssize_t = 0
-    e: cython.Py_ssize_t = 0
+    """Write one-rings, and edges and triangles, each at its first point."""
+    cython.declare(
+        i=cython.int, j=cython.int, k=cython.int, h=cython.int, g=cython.int, gap=cython.int,
+        point=cython.int, other=cython.int, entry=cython.int, t=cython.Py_ssize_t,
+        e=cython.Py_ssize_t,
+    )  # fmt: skip
+    t = 0
+    e = 0
     for i in range(distinct):
         point = order[i]
         entry = start[point]

@@ -1,8 +1,4 @@
-"""Kernel: bring points to whole numbers and into the order by x, then y.
-
-The order is the divide and conquer's one sort. Interpreted, the functions run as they stand and
-give the same.
-"""
+"""Kernel: scale points to whole numbers and sort them by x, then y, for divide and conquer."""
 
 import math
 
@@ -16,26 +12,24 @@ _SHORT_RUN = cython.declare(cython.int, 8)  # points sorted by insertion
 
 
 def sort_points(points: cython.double[:, ::1], flatness: cython.double) -> tuple | None:
-    """Return x and y of the distinct points in order, shape (2, N), their number, order and place.
+    """Return x and y of the distinct points in order, shape (2, N), their number, and their order.
 
     ``points`` (N, 2) are finite; None where they are too few, or lie all within `flatness` of
     their extent from one line. Coordinates become whole numbers from 0 to 2**52, the smallest
     that keep their proportions. Of points that coincide the first stands for all.
     ``order`` (2, N) holds, in its first row, the index of each distinct point; in its second, for
-    each index, the place of the point in that order, or -1 - the index of the point that stands
+    each index, the rank of the point in that order, or -1 - the index of the point that stands
     for it.
     """
     n: cython.Py_ssize_t = points.shape[0]
     if n < 3:
         return None
-    given = np.empty((2, n))
     in_order = np.empty((2, n))
     index = np.empty((2, n), np.intc)
-    scratch = np.empty((2, n), np.intc)
-    given_xy: cython.double[:, ::1] = given
+    given_xy: cython.double[:, ::1] = np.empty((2, n))
     xy: cython.double[:, ::1] = in_order
     order: cython.int[:, ::1] = index
-    spare: cython.int[:, ::1] = scratch
+    spare: cython.int[:, ::1] = np.empty((2, n), np.intc)
     if not _to_whole_numbers(points, given_xy[0], given_xy[1]):
         return None
     _sort(given_xy[0], given_xy[1], order[0], spare[0], spare[1])
@@ -56,13 +50,11 @@ def _to_whole_numbers(
 
     Return whether there are two that differ.
     """
-    n: cython.Py_ssize_t = points.shape[0]
-    i: cython.Py_ssize_t
-    half: cython.double = 1.0
-    low_x: cython.double = points[0, 0]
-    high_x: cython.double = low_x
-    low_y: cython.double = points[0, 1]
-    high_y: cython.double = low_y
+    cython.declare(n=cython.Py_ssize_t, i=cython.Py_ssize_t, shift=cython.int, bits=cython.longlong)
+    n = points.shape[0]
+    half = 1.0
+    low_x = high_x = points[0, 0]
+    low_y = high_y = points[0, 1]
     for i in range(1, n):
         low_x = min(low_x, points[i, 0])
         high_x = max(high_x, points[i, 0])
@@ -72,14 +64,14 @@ def _to_whole_numbers(
         half = 0.5
     low_x *= half
     low_y *= half
-    extent: cython.double = max(high_x * half - low_x, high_y * half - low_y)
+    extent = max(high_x * half - low_x, high_y * half - low_y)
     if extent == 0.0:
         return False
     # two steps, because the power of two itself may be beyond float64
-    shift: cython.int = 52 - math.frexp(extent)[1]
+    shift = 52 - math.frexp(extent)[1]
     scale: cython.double = math.ldexp(1.0, shift // 2)
     more: cython.double = math.ldexp(1.0, shift - shift // 2)
-    bits: cython.longlong = 0
+    bits = 0
     for i in range(n):
         x[i] = (points[i, 0] * half - low_x) * scale * more + _WHOLE - _WHOLE
         y[i] = (points[i, 1] * half - low_y) * scale * more + _WHOLE - _WHOLE
@@ -102,17 +94,18 @@ def _sort(
 ) -> cython.void:
     """Write into `order` the points by x, then y, then index; `spare` and `end` are scratch.
 
-    The points are dealt out to as many strips of x, and those of a strip then merge sorted.
+    The points are distributed to as many strips of x; those of a strip are merge sorted.
     """
-    n: cython.Py_ssize_t = order.shape[0]
-    i: cython.Py_ssize_t
-    strip: cython.Py_ssize_t
-    begin: cython.Py_ssize_t = 0
-    widest: cython.double = 0.0
+    cython.declare(
+        n=cython.Py_ssize_t, i=cython.Py_ssize_t, strip=cython.Py_ssize_t, begin=cython.Py_ssize_t
+    )
+    n = order.shape[0]
+    begin = 0
+    widest = 0.0
     for i in range(n):
         widest = max(widest, x[i])
         end[i] = 0
-    scale: cython.double = (n - 1) / max(widest, 1.0)
+    scale = (n - 1) / max(widest, 1.0)
     for i in range(n):
         end[cython.cast(cython.Py_ssize_t, x[i] * scale)] += 1
     for strip in range(1, n):
@@ -140,11 +133,10 @@ def _sort_strip(
     high: cython.Py_ssize_t,
 ) -> cython.void:
     """Sort the points ``order[low:high]``; those that coincide keep their order."""
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    point: cython.int
-    other: cython.int
+    cython.declare(
+        i=cython.Py_ssize_t, j=cython.Py_ssize_t, k=cython.Py_ssize_t, middle=cython.Py_ssize_t,
+        point=cython.int, other=cython.int,
+    )  # fmt: skip
     if high - low <= _SHORT_RUN:
         for i in range(low + 1, high):
             point = order[i]
@@ -157,7 +149,7 @@ def _sort_strip(
                 j -= 1
             order[j] = point
         return
-    middle: cython.Py_ssize_t = (low + high) // 2
+    middle = (low + high) // 2
     _sort_strip(x, y, order, spare, low, middle)
     _sort_strip(x, y, order, spare, middle, high)
     for i in range(low, middle):
@@ -195,9 +187,8 @@ def _take_distinct(
 
     `place` receives the rank of each point, or -1 - the first one's index for each of the others.
     """
-    count: cython.Py_ssize_t = 0
-    i: cython.Py_ssize_t
-    point: cython.int
+    cython.declare(count=cython.Py_ssize_t, i=cython.Py_ssize_t, point=cython.int)
+    count = 0
     for i in range(order.shape[0]):
         point = order[i]
         if count > 0 and given_x[point] == x[count - 1] and given_y[point] == y[count - 1]:
@@ -219,13 +210,9 @@ def _is_flat(
     count: cython.Py_ssize_t,
     flatness: cython.double,
 ) -> cython.bint:
-    """Tell whether no point is further than `flatness` of the longest chord from its line."""
-    i: cython.Py_ssize_t
-    dx: cython.double
-    dy: cython.double
-    axis_x: cython.double = 0.0
-    axis_y: cython.double = 0.0
-    longest: cython.double = 0.0
+    """Return whether no point is further than `flatness` of the longest chord from its line."""
+    cython.declare(i=cython.Py_ssize_t)
+    axis_x = axis_y = longest = 0.0
     for i in range(1, count):
         dx = x[i] - x[0]
         dy = y[i] - y[0]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.pointset.delaunay.triangulation import Triangulation
-from fpmatch.pointset.points import UnitFrame
+from fpmatch.pointset.frames import UnitFrame
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,17 +40,17 @@ def triangulate_collinear(points: NDArray[np.float64], grid_bits: int) -> Triang
     n = len(points)
     steps = np.rint(np.ldexp(UnitFrame.of(points).apply(points), grid_bits))
     z = np.ldexp(steps, -grid_bits).view(np.complex128).ravel()
-    distinct, twins = _split_coincident(z)
+    distinct, repeats = _split_coincident(z)
     line = _order_on_line(z, distinct)
     path = np.column_stack([line[:-1], line[1:]])
-    start, end = np.vstack([path, path[:, ::-1], twins[:, ::-1]]).T
+    start, end = np.vstack([path, path[:, ::-1], repeats[:, ::-1]]).T
     if len(distinct) == 1:  # then the others are neighbours of the first as well
-        start, end = np.vstack([twins, twins[:, ::-1]]).T
+        start, end = np.vstack([repeats, repeats[:, ::-1]]).T
         line = np.arange(n)
     order = np.lexsort((np.angle(z[end] - z[start]), start))
     found = (
         np.empty((0, 3), np.int32),
-        np.sort(np.vstack([path, twins]), axis=1).astype(np.int32),
+        np.sort(np.vstack([path, repeats]), axis=1).astype(np.int32),
         line.astype(np.int32),
         np.bincount(start + 1, minlength=n + 1).cumsum().astype(np.int32),
         end[order].astype(np.int32),

@@ -1,12 +1,12 @@
 """Delaunay triangulation of any finite point set, with the one-ring of every point.
 
 The paper (section 3.1) takes its neighbourhoods from the triangulation, by Leach's divide and
-conquer (its [6]); so does this, compiled. Minutiae sit on whole pixels, so
-coincident, collinear and co-circular points are the normal case here, and each has its rule:
+conquer (its [6]), and so does this module. Minutiae have whole coordinates in pixels, so that
+coincident, collinear and co-circular points are common; each case has its rule:
 
 - *coincident points*: the first stands for the rest; each of the others is joined to it by an
-  edge and has it for its only neighbour, and takes no part in the triangulation (where all the
-  points coincide, they are the first one's neighbours too);
+  edge, has it as its only neighbour, and is not part of the triangulation (where all points
+  coincide, they are the first one's neighbours too);
 - *all points on one line* (flatter than 1e-9 of their extent): edges join consecutive points,
   there are no triangles;
 - *co-circular points*: the convex polygon that they span is fanned out from its smallest vertex
@@ -14,11 +14,10 @@ coincident, collinear and co-circular points are the normal case here, and each 
   paraboloid x² + y² would yield, each by far more than the next larger one, so the rule never
   contradicts itself.
 
-Before all this, coordinates are rounded to one part in 2^52 of the extent, which leaves whole
-pixels as they are; points nearer than that coincide. Upon these numbers every decision is exact.
-No rule asks for the place of a point in the list, except which of coincident points comes first;
-the algorithm sorts by x, then y, and sees no other order. So the triangulation does not depend on
-the order of the points.
+Coordinates are first rounded to one part in 2^52 of the extent, which leaves whole pixels
+unchanged; points nearer than that coincide. On these numbers every predicate is exact. The points
+are sorted by x, then y, so the triangulation does not depend on their order, except for which of
+coincident points stands for the rest.
 """
 
 from __future__ import annotations

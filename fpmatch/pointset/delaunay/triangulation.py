@@ -1,4 +1,4 @@
-"""What a triangulation of points yields, whatever algorithm made it."""
+"""A triangulation of points: triangles, edges, hull and one-rings."""
 
 from __future__ import annotations
 
@@ -46,6 +46,12 @@ class Triangulation:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    @property
+    def has_coincident(self) -> bool:
+        """Whether points of a mesh that has triangles coincide."""
+        distinct = (len(self.triangles) + 2 + len(self.hull)) // 2  # Euler
+        return distinct < len(self)
 
     def one_ring(self, i: int) -> NDArray[np.int32]:
         """Return the neighbours of point `i`, counter-clockwise."""

@@ -1,56 +1,51 @@
-"""Kernel: overlay two point sets by a transform, refit and re-pair, and judge what matches.
+"""Kernel: overlay two point sets by a transform, refine it, and compute its significance.
 
-A move is (s·cos θ, s·sin θ, tx, ty). Q lies in a grid of cells, and its points are named in the
-order of the cells. Interpreted, the functions run as they stand.
+A move is (s·cos θ, s·sin θ, tx, ty). Q is a grid; indices of its points are in the order of its
+cells.
 """
 
 import cython
 
 if cython.compiled:
     from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
+    from cython.cimports.fpmatch.pointset._similarity_kernel import fit_partners
     from cython.cimports.libc.math import expm1, log, log1p, sqrt
 else:
     from math import expm1, log, log1p, sqrt
 
     from fpmatch.pointset._grid_kernel import CellGrid
+    from fpmatch.pointset._similarity_kernel import fit_partners
 
 COMPILED = cython.compiled
 
-REACHES = cython.declare(cython.int, 8)  # at which the pairs are judged, each half the one before
+REACHES = cython.declare(cython.int, 8)  # at which pairs are counted, each half the one before
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def refine(
     p: cython.double[:, ::1],
     grid: CellGrid,
     t2: cython.double,
-    most_rounds: cython.int,
+    max_rounds: cython.int,
     owner: cython.int[::1],
     partner: cython.int[::1],
     distance2: cython.double[::1],
     move: cython.double[::1],
 ) -> cython.int:
-    """Pair each point with the nearest and refit, by turns, until the number of pairs stays.
+    """Pair nearest points and refit, in turn, until the number of pairs is stable.
 
-    The first round reaches twice as far, in area. ``move`` is refitted in place; ``partner``
+    The first round has twice the tolerance, in area. ``move`` is refitted in place; ``partner``
     receives the point of Q of each of P or -1, ``distance2`` its squared distance, and
-    ``owner`` the way back. Returned are the points of P that fall on the grid, or -1 where
-    fewer than three have partners or these do not fix a transform.
+    ``owner`` the inverse of ``partner``. Return the number of points of P inside the grid, or -1
+    where fewer than three have partners or these do not determine a transform.
     """
-    i: cython.Py_ssize_t
-    at: cython.int
-    held: cython.int
-    round_: cython.int
-    pairs: cython.int
-    before: cython.int = -1
-    inside: cython.int = 0
-    x: cython.double
-    y: cython.double
-    reach2: cython.double
-    for round_ in range(most_rounds):
+    cython.declare(
+        i=cython.Py_ssize_t, at=cython.int, held=cython.int, round_=cython.int,
+        pairs=cython.int, before=cython.int, inside=cython.int,
+    )  # fmt: skip
+    before = -1
+    inside = 0
+    for round_ in range(max_rounds):
         reach2 = 2.0 * t2 if round_ == 0 else t2
         inside = 0
         pairs = 0
@@ -83,73 +78,12 @@ def refine(
         if round_ > 0 and pairs == before:
             break
         before = pairs
-        if not fit(p, grid, partner, move):
+        if not fit_partners(p, grid, partner, move):
             return -1
     return inside
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-def fit(
-    p: cython.double[:, ::1],
-    grid: CellGrid,
-    partner: cython.int[::1],
-    move: cython.double[::1],
-) -> cython.bint:
-    """Fit the move to the pairs by least squares; return whether they fix one."""
-    i: cython.Py_ssize_t
-    at: cython.int
-    pairs: cython.int = 0
-    px: cython.double = 0.0
-    py: cython.double = 0.0
-    qx: cython.double = 0.0
-    qy: cython.double = 0.0
-    spread: cython.double = 0.0
-    cosine: cython.double = 0.0
-    sine: cython.double = 0.0
-    dx: cython.double
-    dy: cython.double
-    ex: cython.double
-    ey: cython.double
-    for i in range(p.shape[1]):
-        at = partner[i]
-        if at >= 0:
-            pairs += 1
-            px += p[0, i]
-            py += p[1, i]
-            qx += grid.x[at]
-            qy += grid.y[at]
-    if pairs < 2:
-        return False
-    px /= pairs
-    py /= pairs
-    qx /= pairs
-    qy /= pairs
-    for i in range(p.shape[1]):
-        at = partner[i]
-        if at >= 0:
-            dx = p[0, i] - px
-            dy = p[1, i] - py
-            ex = grid.x[at] - qx
-            ey = grid.y[at] - qy
-            spread += dx * dx + dy * dy
-            cosine += dx * ex + dy * ey
-            sine += dx * ey - dy * ex
-    if spread <= 0.0 or (cosine == 0.0 and sine == 0.0):
-        return False
-    move[0] = cosine / spread
-    move[1] = sine / spread
-    move[2] = qx - move[0] * px + move[1] * py
-    move[3] = qy - move[1] * px - move[0] * py
-    return True
-
-
-@cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def log_chance(
     partner: cython.int[::1],
     distance2: cython.double[::1],
@@ -159,19 +93,14 @@ def log_chance(
 ) -> cython.double:
     """Return the log of the probability that so many of the points inside have partners by chance.
 
-    By Chernoff's bound on the binomial tail, at reaches of t, t/2, t/4 and so on, of which the
-    most telling counts, at its share of the significance: near pairs tell more than far ones, and
-    few exact ones as much as many rough ones.
+    Chernoff's bound on the binomial tail, at reaches of t, t/2, t/4 and so on; the least counts,
+    corrected for the number of reaches. So near pairs are more significant than far ones, and a
+    few exact ones as significant as many rough ones.
     """
-    i: cython.Py_ssize_t
-    part: cython.int
-    pairs: cython.int
-    trials: cython.double = inside - 2.0
-    reach2: cython.double = t2
-    share: cython.double
-    chance: cython.double
-    value: cython.double
-    best: cython.double = 0.0
+    cython.declare(i=cython.Py_ssize_t, part=cython.int, pairs=cython.int)
+    trials = inside - 2.0
+    reach2 = t2
+    best = 0.0
     for part in range(REACHES):
         pairs = 0
         for i in range(partner.shape[0]):
@@ -179,7 +108,7 @@ def log_chance(
                 pairs += 1
         if pairs < 3:
             break
-        # two pairs are used up by the transform
+        # the transform is determined by two pairs
         share = (pairs - 2.0) / trials if trials > 0.0 else 0.0
         chance = -expm1(-3.141592653589793 * density * reach2)
         if share > chance > 0.0:
@@ -194,9 +123,6 @@ def log_chance(
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def list_pairs(
     p: cython.double[:, ::1],
     grid: CellGrid,
@@ -204,13 +130,10 @@ def list_pairs(
     move: cython.double[::1],
     pairs: cython.int[:, ::1],
 ) -> cython.double:
-    """List the pairs, with points of Q as they were given; return their rms distance."""
-    i: cython.Py_ssize_t
-    at: cython.int
-    count: cython.Py_ssize_t = 0
-    x: cython.double
-    y: cython.double
-    total: cython.double = 0.0
+    """Write the pairs, with indices of Q as given; return their rms distance."""
+    cython.declare(i=cython.Py_ssize_t, at=cython.int, count=cython.Py_ssize_t)
+    count = 0
+    total = 0.0
     for i in range(p.shape[1]):
         at = partner[i]
         if at >= 0:
@@ -224,12 +147,10 @@ def list_pairs(
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def count_pairs(partner: cython.int[::1]) -> cython.int:
     """Return how many points have a partner."""
-    i: cython.Py_ssize_t
-    count: cython.int = 0
+    cython.declare(i=cython.Py_ssize_t, count=cython.int)
+    count = 0
     for i in range(partner.shape[0]):
         count += partner[i] >= 0
     return count

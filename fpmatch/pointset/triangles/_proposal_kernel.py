@@ -1,9 +1,10 @@
-"""Kernel: propose similarity transforms from alike triangles, and test each as it grows.
+"""Kernel: propose similarity transforms from similar triangles, and test each sequentially.
 
-Every triangle of P, in a given order, meets the triangles of Q that its shape could have become;
-each such pair proposes a transform, which has to hold for one neighbour after the other in a
-sequential test, refitted as it grows, so that a false one is given up after a few. Interpreted,
-the functions run as they stand.
+Every triangle of P, in a given order, is compared with the triangles of Q of nearly its shape; each
+such pair proposes a transform. A sequential test adds one neighbour after the other and refits the
+transform, so that most false proposals are rejected after a few neighbours.
+
+A fit is: number of pairs, mean of P (x, y), mean of Q, and, centred, Σ|p|², Σp·q, Σp×q.
 """
 
 import cython
@@ -18,14 +19,11 @@ else:
 
 COMPILED = cython.compiled
 
-WIDEST = cython.declare(cython.double, 6.0)  # times reach²: a young fit is uncertain, not lost
-LEAST_CHANCE = cython.declare(cython.double, 1e-300)  # of a tolerance of next to nothing
+WIDEST = cython.declare(cython.double, 6.0)  # most by which a fit's uncertainty widens reach²
+MIN_CHANCE = cython.declare(cython.double, 1e-300)  # of a hit, where the tolerance is tiny
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def propose(
     p: cython.double[:, ::1],
     order: cython.Py_ssize_t[::1],
@@ -43,59 +41,45 @@ def propose(
     reach2: cython.double,
     gain: cython.double[::1],
     miss: cython.double,
-    give_up: cython.double,
-    pass_on: cython.double,
-    pass_small: cython.double,
+    reject: cython.double,
+    accept: cython.double,
+    accept_small: cython.double,
     test_length: cython.Py_ssize_t,
     seen: cython.int[::1],
-    company: cython.int[::1],
-    most: cython.long,
+    neighbours: cython.int[::1],
+    max_proposals: cython.long,
     fit: cython.double[::1],
     state: cython.long[::1],
 ) -> cython.bint:
-    """Go on with the search until a proposal passes its test; return whether one did.
+    """Continue the search until a proposal passes its test; return whether one did.
 
-    ``grid`` holds Q's points by place, ``shapes`` its triangles by shape. ``state`` says where the
-    search stands: place in ``order``, triangles of Q met there, pairs of triangles tested, stamp
-    of ``seen``. The test, of log-likelihood ratios, ends under `give_up` and over `pass_on`; where
-    P has no more neighbours to ask, `pass_small` is enough; ``gain`` and `miss` come from
-    `hit_log_likelihoods`. ``fit`` receives the transform, grown
-    over as many points as ``company`` holds: see `_fit_corners`.
+    ``grid`` holds Q's points, ``shapes`` the shapes of its triangles. ``state`` holds the position
+    in ``order``, the number of triangles of Q compared there, that of pairs of triangles tested,
+    and the stamp of ``seen``. The test, of log-likelihood ratios, ends under `reject` and over
+    `accept`; where P has fewer neighbours than `test_length`, `accept_small` suffices; ``gain``
+    and `miss` come from `hit_log_likelihoods`. ``fit`` receives the fit to as many points as
+    ``neighbours`` holds.
     """
-    o: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    row: cython.Py_ssize_t
-    met: cython.long
-    around: cython.Py_ssize_t
-    low_column: cython.int
-    high_column: cython.int
-    low_row: cython.int
-    high_row: cython.int
-    stamp: cython.int = cython.cast(cython.int, state[3])
-    zx: cython.double
-    zy: cython.double
-    dx: cython.double
-    dy: cython.double
-    limit: cython.double
-    ratio: cython.double
-    if test_length > company.shape[0]:
-        test_length = company.shape[0]
+    cython.declare(
+        o=cython.Py_ssize_t, k=cython.Py_ssize_t, e=cython.Py_ssize_t, j=cython.Py_ssize_t,
+        row=cython.Py_ssize_t, met=cython.long, count=cython.Py_ssize_t, low_column=cython.int,
+        end_column=cython.int, stamp=cython.int,
+    )  # fmt: skip
+    stamp = cython.cast(cython.int, state[3])
+    if test_length > neighbours.shape[0]:
+        test_length = neighbours.shape[0]
     for o in range(state[0], order.shape[0]):
         k = order[o]
         zx = shape_p[0, k]
         zy = shape_p[1, k]
-        around = -1
+        count = -1
         met = 0
         low_column = shapes.column(zx - widest)
-        high_column = shapes.column(zx + widest)
-        low_row = shapes.row(zy - widest)
-        high_row = shapes.row(zy + widest)
-        for row in range(low_row, high_row + 1):
+        end_column = shapes.column(zx + widest) + 1
+        for row in range(shapes.row(zy - widest), shapes.row(zy + widest) + 1):
             for e in range(
                 shapes.start[row * shapes.columns + low_column],
-                shapes.start[row * shapes.columns + high_column + 1],
+                shapes.start[row * shapes.columns + end_column],
             ):
                 met += 1
                 if o == state[0] and met <= state[1]:
@@ -106,24 +90,24 @@ def propose(
                 limit = shape_tolerance / side_q[j]
                 if dx * dx + dy * dy > limit * limit:
                     continue
-                if state[2] >= most:
+                if state[2] >= max_proposals:
                     return False
                 state[2] += 1
-                if around < 0:
+                if count < 0:
                     stamp += 1
-                    around = _neighbours(
-                        corner_p, k, ring_start, ring, seen, stamp, test_length, company
+                    count = _find_neighbours(
+                        corner_p, k, ring_start, ring, seen, stamp, test_length, neighbours
                     )
                 _fit_corners(p, corner_p, k, q, corner_q, j, fit)
-                ratio = _grow(p, grid, company, around, reach2, gain, miss, give_up, pass_on, fit)
-                if ratio < pass_on and (ratio < pass_small or around >= test_length):
+                ratio = _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit)
+                if ratio < accept and (ratio < accept_small or count >= test_length):
                     continue
                 stamp += 1
-                around = _neighbours(
-                    corner_p, k, ring_start, ring, seen, stamp, company.shape[0], company
+                count = _find_neighbours(
+                    corner_p, k, ring_start, ring, seen, stamp, neighbours.shape[0], neighbours
                 )
                 _fit_corners(p, corner_p, k, q, corner_q, j, fit)
-                _grow(p, grid, company, around, reach2, gain, miss, -1e300, 1e300, fit)
+                _grow(p, grid, neighbours, count, reach2, gain, miss, -1e300, 1e300, fit)
                 state[0] = o
                 state[1] = met
                 state[3] = stamp
@@ -132,10 +116,8 @@ def propose(
 
 
 @cython.cfunc
-@cython.boundscheck(False)
-@cython.wraparound(False)
 @cython.exceptval(check=False)
-def _neighbours(
+def _find_neighbours(
     corner: cython.int[:, ::1],
     k: cython.Py_ssize_t,
     ring_start: cython.const[cython.int][::1],
@@ -143,37 +125,26 @@ def _neighbours(
     seen: cython.int[::1],
     stamp: cython.int,
     limit: cython.Py_ssize_t,
-    company: cython.int[::1],
+    neighbours: cython.int[::1],
 ) -> cython.Py_ssize_t:
-    """Write the points around a triangle, nearer rings first, without its corners."""
-    n: cython.Py_ssize_t = 0
-    next_: cython.Py_ssize_t = 0
-    r: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    i: cython.int
-    for r in range(3):
-        seen[corner[k, r]] = stamp
-    for r in range(3):
-        i = corner[k, r]
+    """Write the points around a triangle breadth-first, without its corners; return how many."""
+    cython.declare(n=cython.Py_ssize_t, at=cython.Py_ssize_t, e=cython.Py_ssize_t, i=cython.int)
+    for at in range(3):
+        seen[corner[k, at]] = stamp
+    n = 0
+    at = -3  # the corners come first
+    while at < n < limit:
+        i = corner[k, at + 3] if at < 0 else neighbours[at]
+        at += 1
         for e in range(ring_start[i], ring_start[i + 1]):
             if seen[ring[e]] != stamp and n < limit:
                 seen[ring[e]] = stamp
-                company[n] = ring[e]
-                n += 1
-    while next_ < n < limit:
-        i = company[next_]
-        next_ += 1
-        for e in range(ring_start[i], ring_start[i + 1]):
-            if seen[ring[e]] != stamp and n < limit:
-                seen[ring[e]] = stamp
-                company[n] = ring[e]
+                neighbours[n] = ring[e]
                 n += 1
     return n
 
 
 @cython.cfunc
-@cython.boundscheck(False)
-@cython.wraparound(False)
 @cython.exceptval(check=False)
 def _fit_corners(
     p: cython.double[:, ::1],
@@ -184,15 +155,8 @@ def _fit_corners(
     j: cython.Py_ssize_t,
     fit: cython.double[::1],
 ) -> cython.void:
-    """Begin a least-squares fit with the corners of two triangles.
-
-    A fit is: number of pairs, mean of P (x, y), mean of Q, and, centred, Σ|p|², Σp·q, Σp×q.
-    """
-    r: cython.Py_ssize_t
-    px: cython.double
-    py: cython.double
-    qx: cython.double
-    qy: cython.double
+    """Start a fit with the corners of two triangles."""
+    cython.declare(r=cython.Py_ssize_t)
     fit[0] = 3.0
     for r in range(1, 8):
         fit[r] = 0.0
@@ -212,56 +176,43 @@ def _fit_corners(
 
 
 @cython.cfunc
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 @cython.exceptval(check=False)
 def _grow(
     p: cython.double[:, ::1],
     grid: CellGrid,
-    company: cython.int[::1],
-    around: cython.Py_ssize_t,
+    neighbours: cython.int[::1],
+    count: cython.Py_ssize_t,
     reach2: cython.double,
     gain: cython.double[::1],
     miss: cython.double,
-    give_up: cython.double,
-    pass_on: cython.double,
+    reject: cython.double,
+    accept: cython.double,
     fit: cython.double[::1],
 ) -> cython.double:
-    """Take one neighbour after the other into the fit where it has a partner; test as it grows.
+    """Add one neighbour after the other to the fit where it has a partner; return the test's ratio.
 
-    A neighbour is looked for within √reach2, and farther by the fit's own uncertainty there.
-    Returned is the log-likelihood ratio of a true transform to a false one: ``gain``, by the area
-    of that reach, for every neighbour with a partner (see `hit_log_likelihoods`), `miss` for the others.
+    The partner is sought within √reach2, and farther by the fit's own uncertainty there. The
+    log-likelihood ratio of a true transform to a false one is the sum of ``gain``, by the area of
+    that reach, for each neighbour with a partner, and of `miss` for the others.
     """
-    n: cython.Py_ssize_t
-    i: cython.int
-    at: cython.int
-    size: cython.double = fit[0]
-    pmx: cython.double = fit[1]
-    pmy: cython.double = fit[2]
-    qmx: cython.double = fit[3]
-    qmy: cython.double = fit[4]
-    spread: cython.double = fit[5]
-    cosine: cython.double = fit[6]
-    sine: cython.double = fit[7]
-    one_of: cython.double = 1.0 / size
-    one_spread: cython.double = 1.0 / spread
-    wc: cython.double = cosine * one_spread
-    ws: cython.double = sine * one_spread
-    px: cython.double
-    py: cython.double
-    qx: cython.double
-    qy: cython.double
-    x: cython.double
-    y: cython.double
-    wider: cython.double
-    shrink: cython.double
-    ratio: cython.double = 0.0
-    widest: cython.double = WIDEST - 1.0
-    steps: cython.double = (gain.shape[0] - 1) / widest
-    for n in range(around):
-        i = company[n]
+    cython.declare(n=cython.Py_ssize_t, i=cython.int, at=cython.int)
+    size = fit[0]
+    pmx = fit[1]
+    pmy = fit[2]
+    qmx = fit[3]
+    qmy = fit[4]
+    spread = fit[5]
+    cosine = fit[6]
+    sine = fit[7]
+    one_of = 1.0 / size
+    one_spread = 1.0 / spread
+    wc = cosine * one_spread
+    ws = sine * one_spread
+    ratio = 0.0
+    widest = WIDEST - 1.0
+    steps = (gain.shape[0] - 1) / widest
+    for n in range(count):
+        i = neighbours[n]
         px = p[0, i] - pmx
         py = p[1, i] - pmy
         x = qmx + wc * px - ws * py
@@ -274,7 +225,7 @@ def _grow(
         at = grid.nearest(x, y, reach2 * (1.0 + wider))
         if at < 0:
             ratio += miss
-            if ratio < give_up:
+            if ratio < reject:
                 break
             continue
         ratio += gain[cython.cast(cython.Py_ssize_t, wider * steps)]
@@ -294,7 +245,7 @@ def _grow(
         one_spread = 1.0 / spread
         wc = cosine * one_spread
         ws = sine * one_spread
-        if ratio > pass_on:
+        if ratio > accept:
             break
     fit[0] = size
     fit[1] = pmx
@@ -308,9 +259,6 @@ def _grow(
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def hit_log_likelihoods(
     expected: cython.double, share: cython.double, gain: cython.double[::1]
 ) -> cython.double:
@@ -320,12 +268,11 @@ def hit_log_likelihoods(
     chance. ``gain`` has steps for reaches of 1 to `WIDEST` times reach2 in area; `expected` points
     of Q are within reach2.
     """
-    k: cython.Py_ssize_t
-    steps: cython.double = gain.shape[0] - 1
-    chance: cython.double
+    cython.declare(k=cython.Py_ssize_t, steps=cython.double)
+    steps = gain.shape[0] - 1
     for k in range(gain.shape[0]):
         chance = -expm1(-expected * (1.0 + (WIDEST - 1.0) * k / steps))
-        if chance < LEAST_CHANCE:
-            chance = LEAST_CHANCE
+        if chance < MIN_CHANCE:
+            chance = MIN_CHANCE
         gain[k] = log((share + (1.0 - share) * chance) / chance)
     return log(1.0 - share)

@@ -1,8 +1,7 @@
-"""Kernel: the triangles of a mesh with the shape of each, and the triangles of gappy one-rings.
+"""Kernel: the triangles of a mesh with their shapes, and the triangles of one-rings with gaps.
 
-A triangle's shape is the complex number z of its third corner once its longest side lies from 0
-to 1; turning, scaling and shifting the points leaves it as it is. Interpreted, the functions run
-as they stand.
+A triangle's shape is the complex number z of its third corner where its longest side is mapped to
+0..1: invariant under similarity transforms.
 """
 
 import cython
@@ -16,45 +15,32 @@ COMPILED = cython.compiled
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
-def label_triangles(
+def describe_triangles(
     point: cython.double[:, ::1],
     triangle: cython.const[cython.int][:, ::1],
     near_tie: cython.double,
     shortest: cython.double,
-    strangers: cython.double,
+    outliers: cython.double,
     corner: cython.int[:, ::1],
     shape: cython.double[:, ::1],
     side: cython.double[::1],
-    telling: cython.double[::1],
+    negative_information: cython.double[::1],
 ) -> cython.Py_ssize_t:
-    """Write each triangle from each side that is longest to within `near_tie`; return how many.
+    """Describe each triangle by each side that is longest to within `near_tie`; return how many.
 
     ``corner[k]`` receives the ends of that side and the apex, counter-clockwise, ``shape[:, k]``
     the real and imaginary part of z, ``side[k]`` the side's length. Sides under `shortest` are
-    left out. ``-telling[k]`` weighs what a match of the triangle would tell by the chance that it
-    exists: a large one tells its shape well, but strangers, of whom there are so many to a unit
-    of area, fall into its circle; it survives them with probability exp(-strangers·circle). Where
-    ``telling`` has no entries, it is not asked for.
+    left out. ``-negative_information[k]`` is the value of a match of the triangle, which grows
+    with its size, times the probability exp(-outliers·circle) that no outlier, of which there are
+    `outliers` to a unit of area, lies in its circumcircle and splits it. Where
+    ``negative_information`` has no entries, it is not computed.
     """
-    k: cython.Py_ssize_t = 0
-    i: cython.Py_ssize_t
-    r: cython.Py_ssize_t
-    a: cython.int
-    b: cython.int
-    c: cython.int
-    dx: cython.double
-    dy: cython.double
-    ex: cython.double
-    ey: cython.double
-    zx: cython.double
-    zy: cython.double
-    side2: cython.double
-    longest2: cython.double
-    radius2: cython.double
-    pi: cython.double = 3.141592653589793
+    cython.declare(
+        k=cython.Py_ssize_t, i=cython.Py_ssize_t, r=cython.Py_ssize_t, a=cython.int,
+        b=cython.int, c=cython.int,
+    )  # fmt: skip
+    pi = 3.141592653589793
+    k = 0
     for i in range(triangle.shape[0]):
         longest2 = 0.0
         for r in range(3):
@@ -88,17 +74,14 @@ def label_triangles(
             shape[0, k] = zx
             shape[1, k] = zy
             side[k] = sqrt(side2)
-            if telling.shape[0] > 0:
+            if negative_information.shape[0] > 0:
                 radius2 = side2 * (zx * zx + zy * zy) * ((zx - 1.0) * (zx - 1.0) + zy * zy)
-                telling[k] = -side2 * exp(-strangers * pi * radius2 / (4.0 * zy * zy))
+                negative_information[k] = -side2 * exp(-outliers * pi * radius2 / (4.0 * zy * zy))
             k += 1
     return k
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def ring_triangles(
     point: cython.double[:, ::1],
     ring_start: cython.const[cython.int][::1],
@@ -108,17 +91,15 @@ def ring_triangles(
 ) -> cython.Py_ssize_t:
     """Write every triangle of a point and two near neighbours of its ring once; return how many.
 
-    They are what remains of one-rings from which points have gone; `reach` is how many places in
-    the ring the two may be apart. Corners are counter-clockwise; flat triangles are left out.
+    They are Delaunay triangles of the set without some of its points; `reach` is how many
+    positions in the ring the two may be apart. Corners are counter-clockwise; flat triangles are
+    left out.
     """
-    count: cython.Py_ssize_t = 0
-    i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    apart: cython.Py_ssize_t
-    degree: cython.Py_ssize_t
-    j: cython.int
-    k: cython.int
-    area: cython.double
+    cython.declare(
+        count=cython.Py_ssize_t, i=cython.Py_ssize_t, e=cython.Py_ssize_t,
+        apart=cython.Py_ssize_t, degree=cython.Py_ssize_t, j=cython.int, k=cython.int,
+    )  # fmt: skip
+    count = 0
     for i in range(ring_start.shape[0] - 1):
         degree = ring_start[i + 1] - ring_start[i]
         for apart in range(1, (reach if reach < degree // 2 else degree // 2) + 1):
@@ -140,8 +121,6 @@ def ring_triangles(
 
 
 @cython.cfunc
-@cython.boundscheck(False)
-@cython.wraparound(False)
 @cython.exceptval(check=False)
 def _joined(
     ring_start: cython.const[cython.int][::1],
@@ -149,31 +128,26 @@ def _joined(
     j: cython.int,
     k: cython.int,
 ) -> cython.bint:
-    """Tell whether two points are neighbours, from the ring of the one that has fewer."""
-    d: cython.Py_ssize_t
+    """Return whether two points are neighbours, from the ring of the one that has fewer."""
+    cython.declare(d=cython.Py_ssize_t, joined=cython.bint)
     if ring_start[k + 1] - ring_start[k] < ring_start[j + 1] - ring_start[j]:
         j, k = k, j
-    joined: cython.bint = False
+    joined = False
     for d in range(ring_start[j], ring_start[j + 1]):
         joined = joined or ring[d] == k
     return joined
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def polygon_area(
     point: cython.double[:, ::1], corner: cython.const[cython.int][::1]
 ) -> cython.double:
     """Return the area of a polygon, its corners counter-clockwise."""
-    e: cython.Py_ssize_t
-    a: cython.int
-    b: cython.int
-    count: cython.Py_ssize_t = corner.shape[0]
-    x0: cython.double = point[0, corner[0]]
-    y0: cython.double = point[1, corner[0]]
-    area: cython.double = 0.0
-    for e in range(1, count - 1):
+    cython.declare(e=cython.Py_ssize_t, a=cython.int, b=cython.int)
+    x0 = point[0, corner[0]]
+    y0 = point[1, corner[0]]
+    area = 0.0
+    for e in range(1, corner.shape[0] - 1):
         a = corner[e]
         b = corner[e + 1]
         area += (point[0, a] - x0) * (point[1, b] - y0) - (point[1, a] - y0) * (point[0, b] - x0)
@@ -181,18 +155,13 @@ def polygon_area(
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
 def triangle_areas(
     point: cython.double[:, ::1],
     triangle: cython.const[cython.int][:, ::1],
     area: cython.double[::1],
 ) -> cython.void:
     """Write the area of each triangle, its corners counter-clockwise."""
-    i: cython.Py_ssize_t
-    a: cython.int
-    b: cython.int
-    c: cython.int
+    cython.declare(i=cython.Py_ssize_t, a=cython.int, b=cython.int, c=cython.int)
     for i in range(triangle.shape[0]):
         a = triangle[i, 0]
         b = triangle[i, 1]

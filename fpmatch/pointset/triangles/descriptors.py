@@ -18,31 +18,31 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
 
-_LEFT: Final = -0.1  # shapes lie a little beyond 0..1 where a side is only nearly the longest
+_LEFT: Final = -0.1  # shapes may lie outside 0..1 where a side is only nearly the longest
 _RIGHT: Final = 1.1
 _HIGH: Final = 1.0
 _NARROWEST_BIN: Final = 0.02
 _WIDEST_BIN: Final = 0.2
 _MEDIAN_AREA: Final = 0.377  # of the Delaunay triangles of random points, one a unit of area
-_RING_REACH: Final = 8  # places in a ring: more than half of nearly every one
+_RING_REACH: Final = 8  # positions in a ring: more than half of nearly every one
 
 
 class TriangleDescriptors(NamedTuple):
-    """Hold triangles as seen from their longest sides; the first `number` entries count.
+    """Hold triangles described by their longest sides; the first `number` entries count.
 
     Parameters
     ----------
     number : int
-        How many there are.
+        Number of descriptors.
     corner : ndarray of int32, shape (C, 3)
         Ends of the longest side and the apex, counter-clockwise.
     shape : ndarray of float64, shape (2, C)
-        Real and imaginary part of the apex once that side lies from 0 to 1.
+        Real and imaginary part of the apex where that side is mapped to 0..1.
     side : ndarray of float64, shape (C,)
         Length of that side.
     negative_information : ndarray of float64, shape (C,) or (0,)
-        Less what a match would tell, times the chance that the triangle exists in the other set,
-        where it was asked for.
+        Minus the value of a match times the probability that the triangle exists in the other set;
+        empty where it was not computed.
     """
 
     number: int
@@ -75,10 +75,10 @@ def density_over_hull(mesh: Triangulation, points: Floats) -> float:
 
 
 def density_of(mesh: Triangulation, points: Floats) -> float:
-    """Return points to a unit of area, where most of the points are.
+    """Return the larger of the densities over the convex hull and over the median triangle.
 
-    Over the convex hull, or as the median triangle tells where that is denser: of points in
-    clusters, or with an outlier, the hull has more area than most of them see.
+    The hull of clustered points, or of points with an outlier, is much larger than the area that
+    most of them cover.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
     Returns
     -------
     float
-        The density.
+        Points to a unit of area.
     """
     area = np.empty(len(mesh.triangles))
     kernel.triangle_areas(points, mesh.triangles, area)
@@ -100,8 +100,8 @@ def density_of(mesh: Triangulation, points: Floats) -> float:
     return max(over_hull, _MEDIAN_AREA / float(area[middle])) if area[middle] > 0 else over_hull
 
 
-def describe_all(points: Floats, triangles: Ints, strangers: float) -> TriangleDescriptors:
-    """Return triangles as seen from their longest sides, with what they would tell.
+def describe_all(points: Floats, triangles: Ints, outliers: float) -> TriangleDescriptors:
+    """Describe each triangle by its longest side, with its information.
 
     Parameters
     ----------
@@ -109,60 +109,47 @@ def describe_all(points: Floats, triangles: Ints, strangers: float) -> TriangleD
         The points.
     triangles : ndarray of int32, shape (T, 3)
         Corners, counter-clockwise.
-    strangers : float
+    outliers : float
         Points without partner to a unit of area, which may split a triangle.
     """
-    return _label(points, triangles, 1.0, 0.0, strangers, np.empty(3 * len(triangles)))
+    return _describe(points, triangles, 1.0, 0.0, outliers, np.empty(3 * len(triangles)))
 
 
 def describe_large(
     points: Floats, triangles: Ints, near_tie: float, shortest: float
 ) -> TriangleDescriptors:
-    """Return triangles as seen from each side that is the longest to within `near_tie`.
+    """Describe each triangle by each side that is the longest to within `near_tie`.
 
     Parameters
     ----------
     points, triangles
         As for `describe_all`.
     near_tie : float
-        A side counts as longest where it is at least so much of it.
+        Least ratio of a side to the longest.
     shortest : float
         Sides under this length are left out.
     """
-    return _label(points, triangles, near_tie, shortest, 0.0, np.empty(0))
+    return _describe(points, triangles, near_tie, shortest, 0.0, np.empty(0))
 
 
-def _label(
+def _describe(
     points: Floats,
     triangles: Ints,
     near_tie: float,
     shortest: float,
-    strangers: float,
-    telling: Floats,
+    outliers: float,
+    information: Floats,
 ) -> TriangleDescriptors:
     most = 3 * len(triangles)
     corner, shape, side = np.empty((most, 3), np.int32), np.empty((2, most)), np.empty(most)
-    count = kernel.label_triangles(
-        points, triangles, near_tie, shortest, strangers, corner, shape, side, telling
+    count = kernel.describe_triangles(
+        points, triangles, near_tie, shortest, outliers, corner, shape, side, information
     )
-    return TriangleDescriptors(count, corner, shape, side, telling)
+    return TriangleDescriptors(count, corner, shape, side, information)
 
 
 def sort_by_shape(triangles: TriangleDescriptors, widest: float) -> CellGrid:
-    """Return triangles in bins by shape.
-
-    Parameters
-    ----------
-    triangles : TriangleDescriptors
-        The triangles.
-    widest : float
-        Largest distance of shapes that will be looked for.
-
-    Returns
-    -------
-    CellGrid
-        Their shapes.
-    """
+    """Return the shapes of triangles in a grid; `widest` is the largest distance of a search."""
     width = min(max(widest / 2, _NARROWEST_BIN), _WIDEST_BIN)
     return sort_into_cells(
         triangles.shape, width, low=(_LEFT, 0.0), high=(_RIGHT, _HIGH), count=triangles.number

@@ -1,12 +1,12 @@
-"""The better matcher for bare points: alike triangles propose, a growing neighbourhood decides.
+"""The default matcher for bare points: similar triangles propose, a growing neighbourhood decides.
 
-Whole one-rings seldom survive missing points, jitter and clutter; single triangles of the
-triangulation often do. Each triangle of P, the most telling first, meets the triangles of Q that
-its shape could have become. Every such pair proposes a similarity transform, which is tested on
-one neighbour after the other and refitted as it grows, so that most false ones are given up after
-a few. What passes is settled over all points, and accepted only where so many pairs are not to be
-expected by chance (a contrario). Where no triangle of the triangulation leads there, triangles
-over one-rings with gaps are tried. The pairs of what is accepted are the best one-to-one pairing.
+Whole one-rings seldom survive missing points, jitter and outliers; single triangles of the
+triangulation often do. Each triangle of P, the most informative first, is compared with the
+triangles of Q of nearly its shape. Every such pair proposes a similarity transform, which is tested
+on one neighbour after the other and refitted as it grows, so that most false ones are rejected
+after a few. A transform that passes is refined over all points, and accepted only where so many
+pairs are not expected by chance (a contrario). If no triangle of the triangulation leads to a
+match, triangles over one-rings with gaps are tried. The pairs are the optimal one-to-one pairing.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.assignment import optimal_pairs
-from fpmatch.pointset.coincident import has_coincident, pairs_of_points, unique_points
+from fpmatch.pointset._similarity_kernel import fit_partners
 from fpmatch.pointset.delaunay.triangulate import triangulate_checked
-from fpmatch.pointset.frames import between_sets, frame_if_needed
+from fpmatch.pointset.frames import IDENTITY, between_sets, frame_if_needed
 from fpmatch.pointset.grid import sort_into_cells
+from fpmatch.pointset.pairing import optimal_pairs
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.points import IDENTITY, box_of, points_in_box
+from fpmatch.pointset.points import box_of, pairs_of_coincident, points_in_box, unique_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as overlay
 from fpmatch.pointset.triangles._proposal_kernel import hit_log_likelihoods, propose
@@ -44,22 +44,21 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset._grid_kernel import CellGrid
     from fpmatch.pointset.delaunay.triangulation import Triangulation
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
 
-FEWEST_TO_TELL: Final = 3
-"""Fewer points lie on any others: no set to match."""
+MIN_POINTS: Final = 3
+"""Any two points can be mapped to any two others: smaller sets are refused."""
 
-FEWEST_POINTS: Final = 4
-"""Fewer points match too many others to be told from chance."""
+MIN_POINTS_TO_MATCH: Final = 4
+"""Smaller sets match too many others to be distinguished from chance."""
 
 _WIDEST_TOLERANCE: Final = 0.6  # mean spacings: beyond, a point finds a partner anywhere
-_MOST_ROUNDS: Final = 12
+_MAX_ROUNDS: Final = 12
 _GAIN_STEPS: Final = 33
-_MOST_GROWN: Final = 2_000  # neighbours that fix a transform well enough to overlay any set
+_MAX_GROWN: Final = 2_000  # neighbours that determine a transform well enough for any set
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,45 +68,44 @@ class TriangleParameters:
     Parameters
     ----------
     share : float
-        Share of neighbours that a true transform is supposed to bring onto points of Q.
+        Share of neighbours that a true transform is supposed to map to points of Q.
     reach : float
-        Area in which a neighbour is looked for during the test, in squared tolerances: few
-        partners lie as far off as they may.
-    give_up, pass_on : float
-        Log-likelihood ratios at which a proposed transform is given up or settled.
-    pass_small : float
-        The ratio that is enough where P has no more neighbours to ask.
+        Area in which the test seeks a neighbour's partner, in squared tolerances: few partners lie
+        as far off as they may.
+    reject, accept : float
+        Log-likelihood ratios under and over which the test of a proposal ends.
+    accept_small : float
+        The ratio that suffices where P has no more neighbours to test.
     test_length : int
         Neighbours that are tested, at most.
-    accept : float
+    max_chance : float
         Expected number of matches as good by chance, under which a match is accepted.
-    content : float
-        Share of the smaller set with which the first match that is accepted is the answer; after
-        one of less, the search goes on for a better one.
+    sufficient_share : float
+        Share of the smaller set with which the first accepted match ends the search; after a match
+        of fewer points, the search continues for a better one.
     extra_proposals : int
         Pairs of triangles that are tested then.
     shape_tolerance : float
-        How far the third corner may lie from its place, in tolerances, when the longest sides are
-        laid on each other.
+        Largest distance of the third corners, in tolerances, when the longest sides coincide.
     shortest_side : float
         Triangles of Q whose longest side is shorter, in mean spacings (1/√density), are left out:
-        jitter leaves them no shape.
+        jitter destroys their shape.
     near_tie : float
-        A side of Q's triangles counts as longest too where it is at least so much of it.
+        Q's triangles are also described by sides of at least this ratio to the longest.
     max_proposals : int
         Pairs of triangles that are tested, at most.
     max_overlaid : int
-        Points that are overlaid to refine what passed, at most.
+        Points that are overlaid to refine proposals that passed, at most.
     """
 
     share: float = 0.6
     reach: float = 0.6
-    give_up: float = -2.5
-    pass_on: float = 14.0
-    pass_small: float = 4.0
+    reject: float = -2.5
+    accept: float = 14.0
+    accept_small: float = 4.0
     test_length: int = 60
-    accept: float = 1e-3
-    content: float = 0.5
+    max_chance: float = 1e-3
+    sufficient_share: float = 0.5
     extra_proposals: int = 2_000
     shape_tolerance: float = 0.75
     shortest_side: float = 1.2
@@ -116,7 +114,7 @@ class TriangleParameters:
     max_overlaid: int = 20_000_000
 
 
-_USUAL: Final = TriangleParameters()
+_DEFAULT: Final = TriangleParameters()
 
 
 def match_by_triangles(
@@ -131,11 +129,11 @@ def match_by_triangles(
     Parameters
     ----------
     p, q : array_like of float, shape (N, 2) and (M, 2)
-        The point sets; a part of P has partners in Q. The search is quick where P is the smaller.
+        The point sets; a part of P has partners in Q. The search is fast where P is the smaller.
     tolerance : float, optional
-        How far a partner may lie from its place, in the units of Q; by default a quarter of the
-        mean spacing 1/√density of the larger set. A transform is sought by nearer partners where
-        it is more than 0.6 of these.
+        Largest distance of a pair after the transform, in the units of Q; by default a quarter of
+        the mean spacing 1/√density of the larger set. The search for the transform uses at most
+        0.6 of that spacing.
     parameters : TriangleParameters, optional
         How to search.
 
@@ -162,20 +160,14 @@ def match_by_triangles(
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise PointSetError(f"tolerance must be positive, not {tolerance:g}")
     p_set, q_set = _GivenSet("p", p), _GivenSet("q", q)
-    given = parameters or _USUAL
+    given = parameters or _DEFAULT
     if tolerance is None and len(p_set) > len(q_set):
-        return _inverted(_match(q_set, p_set, None, given))
+        return _match(q_set, p_set, None, given).inverse()
     return _match(p_set, q_set, tolerance, given)
 
 
 def check_spread(points: ArrayLike, name: str) -> None:
-    """Refuse a set that nothing can be told of: too few points, or all on one line.
-
-    Raises
-    ------
-    PointSetError
-        If the set is so, or malformed.
-    """
+    """Refuse a malformed set, of too few points, or all on one line, with a `PointSetError`."""
     _GivenSet(name, points)
 
 
@@ -184,7 +176,7 @@ class _GivenSet:
 
     def __init__(self, name: str, given: ArrayLike) -> None:
         points, self.box = points_in_box(given, name)
-        if len(points) < FEWEST_TO_TELL:
+        if len(points) < MIN_POINTS:
             raise PointSetError(f"{name}: fewer than three points: {len(points)}")
         self.name, self.given = name, points
         self.frame = frame_if_needed(points, self.box, name)
@@ -199,33 +191,25 @@ class _GivenSet:
         return len(self.given)
 
 
-def _inverted(match: PointMatch) -> PointMatch:
-    """Return the match of P with Q that was found as one of Q with P."""
-    if match.transform is None:
-        return match
-    pairs = np.ascontiguousarray(match.pairs[match.pairs[:, 1].argsort(), ::-1])
-    transform = match.transform.inverse()
-    return replace(match, transform=transform, pairs=pairs, rms=match.rms * transform.scale)
-
-
 def _match(
     p: _GivenSet, q: _GivenSet, tolerance: float | None, parameters: TriangleParameters
 ) -> PointMatch:
-    """Match two sets, places where points coincide."""
-    if has_coincident(p.mesh) or has_coincident(q.mesh):
-        (places_p, place_p), (places_q, place_q) = unique_points(p.given), unique_points(q.given)
-        p_places, q_places = _GivenSet(p.name, places_p), _GivenSet(q.name, places_q)
-        match = _match_distinct(p_places, q_places, tolerance, parameters)
-        pairs = pairs_of_points(match.pairs, place_p, place_q)
-        return replace(match, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))
-    return _match_distinct(p, q, tolerance, parameters)
+    """Match two sets; where points coincide, their distinct points."""
+    if not (p.mesh.has_coincident or q.mesh.has_coincident):
+        return _match_distinct(p, q, tolerance, parameters)
+    (distinct_p, index_p), (distinct_q, index_q) = unique_points(p.given), unique_points(q.given)
+    match = _match_distinct(
+        _GivenSet(p.name, distinct_p), _GivenSet(q.name, distinct_q), tolerance, parameters
+    )
+    pairs = pairs_of_coincident(match.pairs, index_p, index_q)
+    return replace(match, pairs=pairs, matched_share=len(pairs) / min(len(p), len(q)))
 
 
 def _match_distinct(
     p: _GivenSet, q: _GivenSet, tolerance: float | None, parameters: TriangleParameters
 ) -> PointMatch:
     """Match two sets of which no points coincide, but for rounding."""
-    if min(len(p), len(q)) < FEWEST_POINTS:
+    if min(len(p), len(q)) < MIN_POINTS_TO_MATCH:
         return PointMatch.none()
     reach = None if tolerance is None else math.ldexp(tolerance, -q.frame.exponent)
     search = _Search(p.mesh, q.mesh, q.box, reach, parameters)
@@ -233,7 +217,7 @@ def _match_distinct(
         return PointMatch.none(search.passed)
     pairs, rms = search.pair()
     return PointMatch(
-        transform=between_sets(_as_similarity(search.move), p.frame, q.frame),
+        transform=between_sets(Similarity.of_move(search.move), p.frame, q.frame),
         pairs=pairs,
         matched_share=len(pairs) / min(len(p), len(q)),
         rms=math.ldexp(rms, q.frame.exponent),
@@ -243,7 +227,7 @@ def _match_distinct(
 
 
 class _Search:
-    """A search: P's triangles in order, Q's by shape, Q's points in cells, and where it stands."""
+    """A search for a transform and its state."""
 
     def __init__(
         self,
@@ -258,67 +242,67 @@ class _Search:
         self.density_p, self.density = density_over_hull(mesh_p, self.p), density_of(mesh_q, self.q)
         self.spacing = 1.0 / math.sqrt(self.density)
         self.pairing_tolerance = 0.25 * self.spacing if tolerance is None else tolerance
-        self.tolerance = min(self.pairing_tolerance, _WIDEST_TOLERANCE * self.spacing)
-        self.grid = self._cells(*box_q)
+        self.tolerance = t = min(self.pairing_tolerance, _WIDEST_TOLERANCE * self.spacing)
+        left, right, top, bottom = box_q
+        low, high = (left - t, top - t), (right + t, bottom + t)
+        self.grid = sort_into_cells(self.q, max(0.7 * self.spacing, t), low=low, high=high)
         self.move = np.empty(4)
         self.log_chance = math.inf
         self.tried = 0
         self.passed = 0
 
     def run(self) -> bool:
-        """Search, first the triangulations, then their one-rings with gaps; tell of success."""
-        return self._through(delaunay_triangles) or self._through(ring_triangles)
+        """Search the triangulations, then their one-rings with gaps; return whether it succeeded."""
+        return self._search(delaunay_triangles) or self._search(ring_triangles)
 
     def pair(self) -> tuple[Ints, float]:
-        """Return the best pairs (K, 2) under the move, which is refitted to them, and their rms."""
+        """Refit the move to its optimal pairs; return these (K, 2) and their rms distance."""
         partner = optimal_pairs(self.p, self.grid, self.move, self.pairing_tolerance)
-        overlay.fit(self.p, self.grid, partner, self.move)
+        fit_partners(self.p, self.grid, partner, self.move)
         pairs = np.empty((overlay.count_pairs(partner), 2), np.int32)
         return pairs, overlay.list_pairs(self.p, self.grid, partner, self.move, pairs)
 
-    def _through(self, triangles: Callable[[Triangulation, Floats], Ints]) -> bool:
+    def _search(self, triangles: Callable[[Triangulation, Floats], Ints]) -> bool:
         """Search one kind of triangle until a proposal is accepted."""
-        given = self.given
+        given, m = self.given, len(self.mesh_p)
         if self.tried >= given.max_proposals:
             return False
-        strangers = (1.0 - given.share) * self.density_p
-        ours = describe_all(self.p, triangles(self.mesh_p, self.p), strangers)
+        outliers = (1.0 - given.share) * self.density_p
+        in_p = describe_all(self.p, triangles(self.mesh_p, self.p), outliers)
         shortest = given.shortest_side * self.spacing
-        theirs = describe_large(self.q, triangles(self.mesh_q, self.q), given.near_tie, shortest)
-        widest = given.shape_tolerance * self.tolerance / shortest
-        log_tests = math.log(max(1, ours.number * theirs.number))
-        given_to_tests = self._arguments(ours, theirs, widest)
-        owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(len(self.mesh_p))
-        partner, fit, move = np.empty(len(self.mesh_p), np.int32), np.empty(8), np.empty(4)
-        log_accept = math.log(given.accept)
-        content = given.content * min(len(self.mesh_p), len(self.mesh_q))
+        in_q = describe_large(self.q, triangles(self.mesh_q, self.q), given.near_tie, shortest)
+        arguments = self._arguments(in_p, in_q, given.shape_tolerance * self.tolerance / shortest)
+        log_tests, log_max = math.log(max(1, in_p.number * in_q.number)), math.log(given.max_chance)
+        sufficient = given.sufficient_share * min(m, len(self.mesh_q))
+        owner, distance2 = np.empty(len(self.mesh_q), np.int32), np.empty(m)
+        partner, fit, move = np.empty(m, np.int32), np.empty(8), np.empty(4)
         state = np.array([0, 0, self.tried, 0], np.int_)
-        most, t2 = given.max_proposals, self.tolerance**2
-        while propose(*given_to_tests, most, fit, state):
+        max_proposals, t2 = given.max_proposals, self.tolerance**2
+        while propose(*arguments, max_proposals, fit, state):
             self.passed += 1
-            if self.passed * len(self.mesh_p) > given.max_overlaid:
+            if self.passed * m > given.max_overlaid:
                 break
             move[:] = _move(fit)
             inside = overlay.refine(
-                self.p, self.grid, t2, _MOST_ROUNDS, owner, partner, distance2, move
+                self.p, self.grid, t2, _MAX_ROUNDS, owner, partner, distance2, move
             )
             if inside < 0:
                 continue
             chance = log_tests + overlay.log_chance(partner, distance2, inside, t2, self.density)
             if chance < self.log_chance:
                 self.log_chance, self.move = chance, move.copy()
-                if chance >= log_accept:
+                if chance >= log_max:
                     continue
-                if overlay.count_pairs(partner) >= content:
+                if overlay.count_pairs(partner) >= sufficient:
                     return True
-                most = min(most, int(state[2]) + given.extra_proposals)
+                max_proposals = min(max_proposals, int(state[2]) + given.extra_proposals)
         self.tried = int(state[2])
-        return self.log_chance < log_accept
+        return self.log_chance < log_max
 
     def _arguments(
-        self, ours: TriangleDescriptors, theirs: TriangleDescriptors, widest: float
+        self, in_p: TriangleDescriptors, in_q: TriangleDescriptors, widest: float
     ) -> tuple[Any, ...]:
-        """Return what `propose` is given of the sets and of how to test."""
+        """Return the arguments of `propose` that do not change during the search."""
         given, m = self.given, len(self.mesh_p)
         reach2 = given.reach * self.tolerance**2
         gain = np.empty(_GAIN_STEPS)
@@ -326,43 +310,17 @@ class _Search:
         half_of_all = 0.5 * (m - 3) * float(gain[0])
         return (
             self.p,
-            ours.negative_information[: ours.number].argsort(kind="stable"),
-            ours.corner,
-            ours.shape,
-            self.mesh_p.ring_start,
-            self.mesh_p.ring,
-            self.q,
-            self.grid,
-            theirs.corner,
-            theirs.side,
-            sort_by_shape(theirs, widest),
-            given.shape_tolerance * self.tolerance,
-            widest,
-            reach2,
-            gain,
-            miss,
-            given.give_up,
-            given.pass_on,
-            min(given.pass_small, half_of_all),
-            given.test_length,
-            np.zeros(m, np.int32),
-            np.empty(min(m, _MOST_GROWN), np.int32),
+            in_p.negative_information[: in_p.number].argsort(kind="stable"),
+            *(in_p.corner, in_p.shape, self.mesh_p.ring_start, self.mesh_p.ring),
+            *(self.q, self.grid, in_q.corner, in_q.side, sort_by_shape(in_q, widest)),
+            *(given.shape_tolerance * self.tolerance, widest, reach2, gain, miss),
+            *(given.reject, given.accept, min(given.accept_small, half_of_all)),
+            *(given.test_length, np.zeros(m, np.int32), np.empty(min(m, _MAX_GROWN), np.int32)),
         )
-
-    def _cells(self, left: float, right: float, top: float, bottom: float) -> CellGrid:
-        side = max(0.7 * self.spacing, self.tolerance)
-        t = self.tolerance
-        low, high = (left - t, top - t), (right + t, bottom + t)
-        return sort_into_cells(self.q, side, low=low, high=high)
 
 
 def _move(fit: Floats) -> tuple[float, float, float, float]:
-    """Return the move of a fit: number, means of P and of Q, Σ|p|², Σp·q, Σp×q."""
-    _, px, py, qx, qy, spread, cosine, sine = fit.tolist()
-    a, b = cosine / spread, sine / spread
+    """Return the move of a fit (see `_proposal_kernel`)."""
+    _, px, py, qx, qy, spread, dot, cross = fit.tolist()
+    a, b = dot / spread, cross / spread
     return a, b, qx - a * px + b * py, qy - b * px - a * py
-
-
-def _as_similarity(move: Floats) -> Similarity:
-    a, b, tx, ty = move.tolist()
-    return Similarity(math.hypot(a, b), math.atan2(b, a), tx, ty)

@@ -1,24 +1,23 @@
-"""Kernel: map one-rings to the unit circle, lay one on another, and overlay the whole sets.
+"""Kernel: shape-preserving weights, transforms of ring pairs, and overlays of whole sets.
 
 Rings are flat: the ring of centre ``centre[i]`` is ``vertex[start[i]:start[i + 1]]``, counter-
 clockwise. Points, circles and images are arrays (2, N) of x and y. A move is (s·cos θ, s·sin θ,
-tx, ty) of the paper's eq. (1). Interpreted, the functions run as they stand and give the same.
+tx, ty) of the paper's eq. (1).
 """
 
 import cython
 
 if cython.compiled:
     from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
+    from cython.cimports.fpmatch.pointset._similarity_kernel import fit_lists
 else:
     from fpmatch.pointset._grid_kernel import CellGrid
+    from fpmatch.pointset._similarity_kernel import fit_lists
 
 COMPILED = cython.compiled
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def centre_images(
     point: cython.const[cython.double][:, ::1],
     centre: cython.int[::1],
@@ -33,8 +32,7 @@ def centre_images(
     `circle` (2, M) holds u_k for each entry of `vertex`; `weight` (M) and `image` (2, R) are
     written, with x = 2 (outside the circle) where a ring does not go round its centre.
     """
-    i: cython.Py_ssize_t
-    line: cython.Py_ssize_t
+    cython.declare(i=cython.Py_ssize_t, line=cython.Py_ssize_t)
     px: cython.const[cython.double][::1] = point[0]
     py: cython.const[cython.double][::1] = point[1]
     for i in range(centre.shape[0]):
@@ -51,9 +49,6 @@ def centre_images(
 
 @cython.cfunc
 @cython.nogil
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 @cython.exceptval(check=False)
 def shape_preserving_weights(
     px: cython.const[cython.double][::1],
@@ -70,20 +65,14 @@ def shape_preserving_weights(
     ``weight[begin:end]`` are written: they sum to 1, and Σ λ_k p_k is (x, y). Return whether the
     ring, counter-clockwise, goes round the point; the weights mean nothing where it does not.
     """
-    line: cython.Py_ssize_t
-    r: cython.Py_ssize_t
-    s: cython.Py_ssize_t
-    far: cython.Py_ssize_t
-    first: cython.Py_ssize_t = begin
-    from_x: cython.double
-    from_y: cython.double
-    side: cython.double
-    next_side: cython.double
-    own: cython.double
-    whole: cython.double
-    degree: cython.double = end - begin
+    cython.declare(
+        line=cython.Py_ssize_t, r=cython.Py_ssize_t, s=cython.Py_ssize_t, far=cython.Py_ssize_t,
+        first=cython.Py_ssize_t, degree=cython.double,
+    )  # fmt: skip
+    degree = end - begin
     for line in range(begin, end):
         weight[line] = 0.0
+    first = begin
     for line in range(begin, end):
         from_x = px[vertex[line]] - x
         from_y = py[vertex[line]] - y
@@ -120,9 +109,6 @@ def shape_preserving_weights(
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def fit_ring_pairs(
     pair: cython.int[:, ::1],
     p_point: cython.double[:, ::1],
@@ -139,128 +125,76 @@ def fit_ring_pairs(
     q_image: cython.double[:, ::1],
     move: cython.double[:, ::1],
 ) -> None:
-    """Write the move of each ring pair (K, 2): the best turn of its circles, then least squares.
+    """Write the move of each ring pair (K, 2): the best rotation of its circles, then the fit.
 
-    The turn is the cyclic shift for which the boundary points and the centre's images of the two
-    unit circles, the image counting as much as the whole boundary, correlate most under rotation.
-    ``move[k]`` (K, 4) maps the first ring with its centre onto the second by eq. (1); it is all 0
-    where the points of a side coincide.
+    ``move[k]`` (K, 4) is the least-squares fit of eq. (1) to the first ring with its centre and
+    the second, its points shifted by `_best_shift`; it is all 0 where there is no such fit.
     """
-    k: cython.Py_ssize_t
-    a: cython.Py_ssize_t
-    b: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    shift: cython.Py_ssize_t
-    degree: cython.Py_ssize_t
-    best_shift: cython.Py_ssize_t
-    even: cython.double
-    odd: cython.double
-    strength: cython.double
-    most: cython.double
-    image_even: cython.double
-    image_odd: cython.double
+    cython.declare(
+        k=cython.Py_ssize_t, a=cython.Py_ssize_t, b=cython.Py_ssize_t, degree=cython.Py_ssize_t,
+        shift=cython.Py_ssize_t,
+    )  # fmt: skip
+    px: cython.double[::1] = p_point[0]
+    py: cython.double[::1] = p_point[1]
+    qx: cython.double[::1] = q_point[0]
+    qy: cython.double[::1] = q_point[1]
     for k in range(pair.shape[0]):
         a = pair[k, 0]
         b = pair[k, 1]
         degree = p_start[a + 1] - p_start[a]
-        image_even = degree * (p_image[0, a] * q_image[0, b] + p_image[1, a] * q_image[1, b])
-        image_odd = degree * (p_image[0, a] * q_image[1, b] - p_image[1, a] * q_image[0, b])
-        most = -1.0
-        best_shift = 0
-        for shift in range(degree):
-            even = image_even
-            odd = image_odd
-            m = q_start[b] + shift
-            for j in range(p_start[a], p_start[a + 1]):
-                even += p_circle[0, j] * q_circle[0, m] + p_circle[1, j] * q_circle[1, m]
-                odd += p_circle[0, j] * q_circle[1, m] - p_circle[1, j] * q_circle[0, m]
-                m += 1
-                if m == q_start[b + 1]:
-                    m = q_start[b]
-            strength = even * even + odd * odd
-            if strength > most:
-                most = strength
-                best_shift = shift
-        _fit(
-            p_point, p_vertex, p_start[a], degree, p_centre[a],
-            q_point, q_vertex, q_start[b], best_shift, q_centre[b],
-            move[k],
-        )  # fmt: skip
+        shift = _best_shift(
+            p_circle, p_image, p_start[a], a, q_circle, q_image, q_start[b], b, degree
+        )
+        if not fit_lists(
+            px, py, p_vertex, p_start[a], p_centre[a],
+            qx, qy, q_vertex, q_start[b], q_centre[b], degree, shift, move[k],
+        ):  # fmt: skip
+            move[k, 0] = move[k, 1] = move[k, 2] = move[k, 3] = 0.0
 
 
 @cython.cfunc
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
+@cython.inline
 @cython.exceptval(check=False)
-def _fit(
-    p_point: cython.double[:, ::1],
-    p_vertex: cython.int[::1],
+def _best_shift(
+    p_circle: cython.double[:, ::1],
+    p_image: cython.double[:, ::1],
     p_begin: cython.Py_ssize_t,
-    degree: cython.Py_ssize_t,
-    p_centre: cython.Py_ssize_t,
-    q_point: cython.double[:, ::1],
-    q_vertex: cython.int[::1],
+    a: cython.Py_ssize_t,
+    q_circle: cython.double[:, ::1],
+    q_image: cython.double[:, ::1],
     q_begin: cython.Py_ssize_t,
-    shift: cython.Py_ssize_t,
-    q_centre: cython.Py_ssize_t,
-    move: cython.double[::1],
-) -> cython.void:
-    """Fit eq. (1) to one ring and its centre, vertex j on vertex j + shift, by least squares."""
-    j: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    px: cython.double
-    py: cython.double
-    qx: cython.double
-    qy: cython.double
-    n: cython.double = degree + 1
-    # sums of the offsets from the centres; a centre itself adds nothing to them
-    sum_px: cython.double = 0.0
-    sum_py: cython.double = 0.0
-    sum_qx: cython.double = 0.0
-    sum_qy: cython.double = 0.0
-    spread: cython.double = 0.0
-    even: cython.double = 0.0
-    odd: cython.double = 0.0
-    for j in range(degree):
-        m = j + shift
-        if m >= degree:
-            m -= degree
-        i = p_vertex[p_begin + j]
-        px = p_point[0, i] - p_point[0, p_centre]
-        py = p_point[1, i] - p_point[1, p_centre]
-        i = q_vertex[q_begin + m]
-        qx = q_point[0, i] - q_point[0, q_centre]
-        qy = q_point[1, i] - q_point[1, q_centre]
-        sum_px += px
-        sum_py += py
-        sum_qx += qx
-        sum_qy += qy
-        spread += px * px + py * py
-        even += px * qx + py * qy
-        odd += px * qy - py * qx
-    spread -= (sum_px * sum_px + sum_py * sum_py) / n
-    even -= (sum_px * sum_qx + sum_py * sum_qy) / n
-    odd -= (sum_px * sum_qy - sum_py * sum_qx) / n
-    if spread <= 0.0:
-        move[0] = move[1] = move[2] = move[3] = 0.0
-        return
-    even = even / spread
-    odd = odd / spread
-    px = p_point[0, p_centre] + sum_px / n
-    py = p_point[1, p_centre] + sum_py / n
-    move[0] = even
-    move[1] = odd
-    move[2] = q_point[0, q_centre] + sum_qx / n - (even * px - odd * py)
-    move[3] = q_point[1, q_centre] + sum_qy / n - (odd * px + even * py)
+    b: cython.Py_ssize_t,
+    degree: cython.Py_ssize_t,
+) -> cython.Py_ssize_t:
+    """Return the cyclic shift under which two unit circles correlate most after a rotation.
+
+    The centre's image counts as much as the whole boundary.
+    """
+    cython.declare(
+        j=cython.Py_ssize_t, m=cython.Py_ssize_t, shift=cython.Py_ssize_t, best=cython.Py_ssize_t
+    )
+    image_dot = degree * (p_image[0, a] * q_image[0, b] + p_image[1, a] * q_image[1, b])
+    image_cross = degree * (p_image[0, a] * q_image[1, b] - p_image[1, a] * q_image[0, b])
+    most = -1.0
+    best = 0
+    for shift in range(degree):
+        dot = image_dot
+        cross = image_cross
+        m = q_begin + shift
+        for j in range(p_begin, p_begin + degree):
+            dot += p_circle[0, j] * q_circle[0, m] + p_circle[1, j] * q_circle[1, m]
+            cross += p_circle[0, j] * q_circle[1, m] - p_circle[1, j] * q_circle[0, m]
+            m += 1
+            if m == q_begin + degree:
+                m = q_begin
+        strength = dot * dot + cross * cross
+        if strength > most:
+            most = strength
+            best = shift
+    return best
 
 
 @cython.ccall
-@cython.boundscheck(False)
-@cython.wraparound(False)
-@cython.cdivision(True)
 def best_overlay(
     move: cython.double[:, ::1],
     p_point: cython.double[:, ::1],
@@ -274,24 +208,16 @@ def best_overlay(
 
     A move's count is the smaller of: points of P with a point of Q within `tolerance`; points of
     Q met so. The search ends at the first move that reaches `enough`. `grid` holds the points of
-    Q, within [0, 1]². `last_met` (N of Q,) starts at -1; ``found``
-    receives the index of the move (-1 where none matches a point) and its count.
+    Q, within [0, 1]². `last_met` (N of Q,) starts at -1; ``found`` receives the index of the move
+    (-1 where none matches a point) and its count.
     """
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    row: cython.Py_ssize_t
-    n: cython.int = p_point.shape[1]
-    met_p: cython.int
-    met_q: cython.int
-    near: cython.int
-    left: cython.int
-    right: cython.int
-    x: cython.double
-    y: cython.double
-    dx: cython.double
-    dy: cython.double
-    squared: cython.double = tolerance * tolerance
+    cython.declare(
+        k=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t, row=cython.Py_ssize_t,
+        n=cython.int, met_p=cython.int, met_q=cython.int, near=cython.int, left=cython.int,
+        right=cython.int,
+    )  # fmt: skip
+    n = p_point.shape[1]
+    squared = tolerance * tolerance
     found[0] = -1
     found[1] = 0
     for k in range(move.shape[0]):

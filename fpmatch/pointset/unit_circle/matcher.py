@@ -1,41 +1,42 @@
 """Point pattern matching by unit-circle parametrization: the paper's section 3.3 and Fig. 7.
 
-Precomputation, once for each set: triangulate, and map every closed one-ring to the unit circle.
-Local matching: rings p and q are alike where they have as many points and the areas of their
-inscribed polygons differ by no more than a tolerance; a pair of alike rings gives a transform,
-its rotation from the turn that lays one circle on the other. Global matching: overlay the sets by
-each transform and count the points that match. The sets match where more than a share ρ of the
-points do.
+1. *Precomputation*, once for each set (`prepare_points`): triangulate it, and map every closed
+   one-ring to the unit circle.
+2. *Local matching* (`similar_rings`, `fit_rings`): two rings are similar where they have as many
+   points and the areas of their inscribed polygons differ by no more than a tolerance. A pair of
+   similar rings gives a transform, its rotation from the rotation between the two circles.
+3. *Global matching* (`best_overlay`): overlay the sets by each transform and count the points that
+   match. The sets match where more than a share ρ of the points do.
 
 What the paper leaves open, and how it is settled here:
 
-- the area tolerance, which the paper calls pre-defined and gives no value of, is
-  `DEFAULT_AREA_TOLERANCE` of an area that is at most π; docs/explanation/point_sets.md shows its
-  cost and gain;
-- the share ρ is of the smaller set: the paper's P, of which a share ρ has partners, is the smaller
-  one in all its experiments, and of a larger set no more points could ever be matched;
-- the turn is the cyclic shift under which boundary and centre's image of the two circles
-  correlate most (the paper's "angle differences between c_p and c_q", made steady where a centre
-  stays near the middle); the transform is the least-squares fit of eq. (1) to the two rings;
+- the area tolerance, which the paper calls pre-defined without a value, is
+  `DEFAULT_AREA_TOLERANCE` of an area that is at most π;
+- the share ρ is of the smaller set: in all the paper's experiments that is P, of which a share ρ
+  has partners, and of the larger set no more points could ever be matched;
+- the rotation is that of the cyclic shift under which boundary and centre's image of the two
+  circles correlate most (the paper's "angle differences between c_p and c_q", made stable where a
+  centre's image is near the middle); the transform is the least-squares fit of eq. (1) to the two
+  rings;
 - the tolerance of eq. (2), t = λ·r/(2√n), is taken by density: the mean nearest-neighbour
   distance of n random points over the area of the target's convex hull, times λ;
-- the set with fewer points is moved onto the other, so the result does not depend on which of
+- the set with fewer points is moved onto the other, so that the result does not depend on which of
   the two comes first; of transforms with equal counts the first found is kept.
 
 Where this departs from Fig. 7:
 
-- pairs of rings of equal degree and alike area are looked up in a sorted table before the loop, and
-  not tested pair by pair within it; the pairs are the same;
-- points are matched one to one, each with one partner at most, where the paper counts points;
-- the transform that is kept is refitted once to the points it matched, and stays in that form where
-  it matches no fewer; what counts are the pairs after that;
+- pairs of rings of equal degree and similar area are looked up in a sorted table before the loop,
+  and not tested pair by pair within it; the pairs are the same;
+- points are matched one to one, where the paper counts points that have any partner;
+- the best transform is refitted once to the points it matched, and the refitted one is kept unless
+  it matches fewer;
 - the search goes on to the transform that matches the most points unless a matching factor ends it.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -43,7 +44,7 @@ import numpy as np
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.frames import between_sets
 from fpmatch.pointset.pairing import greedy_pairs
-from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.point_match import PointMatch, check_rho, fewest_above, rms_distance
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle import _one_ring_kernel as kernel
 from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints, prepare_points
@@ -57,7 +58,7 @@ if TYPE_CHECKING:
     Ints = NDArray[np.int32]
 
 DEFAULT_AREA_TOLERANCE: Final = 0.1
-"""Largest difference of the areas of alike rings, the circle's own area being π."""
+"""Largest difference of the areas of similar rings, the circle's own area being π."""
 
 DEFAULT_RHO: Final = 0.6
 """ρ, the share of the smaller set that must be exceeded: the least of the paper's experiments."""
@@ -70,8 +71,7 @@ class UnitCircleParameters:
     Parameters
     ----------
     area_tolerance : float
-        Largest difference of two inscribed polygons' areas (the unit circle's own area is π); the
-        paper gives no value.
+        Largest difference of two inscribed polygons' areas (the unit circle's own area is π).
     precision : float
         λ of eq. (2): the matching distance in mean nearest-neighbour distances of the target.
     tolerance : float or None
@@ -103,32 +103,6 @@ class UnitCircleParameters:
         if self.tolerance is not None and not 0 <= self.tolerance < math.inf:
             raise PointSetError(f"tolerance must be 0 or more, not {self.tolerance:g}")
         check_rho(self.matching_factor)
-
-
-def check_rho(rho: float) -> None:
-    """Refuse a matching factor ρ outside 0..1.
-
-    Raises
-    ------
-    PointSetError
-        If it is.
-    """
-    if not 0 <= rho <= 1:
-        raise PointSetError(f"rho must lie in 0..1, not {rho:g}")
-
-
-def fewest_above(rho: float, count: int) -> int:
-    """Return the fewest of `count` points that are more than a share ρ of them.
-
-    Examples
-    --------
-    >>> fewest_above(0.6, 50), fewest_above(0.29, 100), fewest_above(1.0, 50)
-    (31, 30, 51)
-    """
-    fewest = math.floor(rho * count)
-    while count and fewest / count <= rho:  # as the share that is reported is compared with ρ
-        fewest += 1
-    return fewest
 
 
 def match_by_unit_circle(
@@ -171,26 +145,25 @@ def match_prepared(
     """Match two prepared sets; see `match_by_unit_circle`."""
     given = parameters or UnitCircleParameters()
     if (len(p), p.points.tobytes()) > (len(q), q.points.tobytes()):
-        return _seen_from_the_other_side(match_prepared(q, p, given))
-    tolerance = _tolerance(q, given)
-    alike = rings_alike(p.rings, q.rings, given.area_tolerance)
-    moves = _within_scale(fit_rings(p, q, alike), q.frame.exponent - p.frame.exponent, given)
-    found = _match_globally(p, q, moves, tolerance, given.matching_factor)
-    if found is None:
-        return PointMatch.none(len(alike))
-    move, pairs = found
-    residual = move.apply(p.unit.T[pairs[:, 0]]) - q.unit.T[pairs[:, 1]]
+        return match_prepared(q, p, given).inverse()
+    ring_pairs = similar_rings(p.rings, q.rings, given.area_tolerance)
+    moves = _without_collapse(fit_rings(p, q, ring_pairs), p, q, given.max_scale)
+    best = _match_globally(p, q, moves, _tolerance(q, given), given.matching_factor)
+    if best is None:
+        return PointMatch.none(len(ring_pairs))
+    move, pairs = best
+    rms = rms_distance(move.apply(p.unit.T[pairs[:, 0]]), q.unit.T[pairs[:, 1]])
     return PointMatch(
         transform=between_sets(move, p.frame, q.frame),
         pairs=pairs,
         matched_share=len(pairs) / len(p),
-        rms=math.ldexp(_root_mean_square(residual), q.frame.exponent),
-        local_matches=len(alike),
+        rms=math.ldexp(rms, q.frame.exponent),
+        local_matches=len(ring_pairs),
     )
 
 
-def rings_alike(p: OneRings, q: OneRings, area_tolerance: float) -> Ints:
-    """Match locally: return the pairs (K, 2) of rings of equal degree and nearly equal area.
+def similar_rings(p: OneRings, q: OneRings, area_tolerance: float) -> Ints:
+    """Return the pairs of rings of equal degree whose areas differ by at most a tolerance.
 
     Parameters
     ----------
@@ -214,25 +187,25 @@ def rings_alike(p: OneRings, q: OneRings, area_tolerance: float) -> Ints:
     return np.column_stack([ring_p, ring_q]).astype(np.int32)
 
 
-def fit_rings(p: PreparedPoints, q: PreparedPoints, alike: Ints) -> Floats:
-    """Return the move (s·cos θ, s·sin θ, tx, ty), in the unit frames, of each pair of rings.
+def fit_rings(p: PreparedPoints, q: PreparedPoints, ring_pairs: Ints) -> Floats:
+    """Return the transform of each pair of rings.
 
     Parameters
     ----------
     p, q : PreparedPoints
         The two sets.
-    alike : ndarray of int32, shape (K, 2)
+    ring_pairs : ndarray of int32, shape (K, 2)
         Pairs of rings of equal degree.
 
     Returns
     -------
     ndarray of float64, shape (K, 4)
-        One move a pair.
+        (s·cos θ, s·sin θ, tx, ty) of each pair, in the unit frames.
     """
-    moves = np.empty((len(alike), 4))
+    moves = np.empty((len(ring_pairs), 4))
     a, b = p.rings, q.rings
     kernel.fit_ring_pairs(
-        alike,
+        ring_pairs,
         *(p.unit, a.centre, a.start, a.vertex, a.circle, a.image),
         *(q.unit, b.centre, b.start, b.vertex, b.circle, b.image),
         moves,
@@ -243,23 +216,23 @@ def fit_rings(p: PreparedPoints, q: PreparedPoints, alike: Ints) -> Floats:
 def best_overlay(
     p: PreparedPoints, q: PreparedPoints, moves: Floats, tolerance: float, enough: int
 ) -> tuple[int, int] | None:
-    """Match globally: return which move overlays the most points, and how many.
+    """Return which transform overlays the most points, and how many.
 
     Parameters
     ----------
     p, q : PreparedPoints
         The two sets.
     moves : ndarray of float64, shape (K, 4)
-        Moves in the unit frames.
+        Transforms in the unit frames.
     tolerance : float
         Matching distance in the frame of `q`.
     enough : int
-        The search ends with the first move that overlays so many points.
+        The search ends with the first transform that overlays so many points.
 
     Returns
     -------
     tuple of int, or None
-        Index of the move and its count; None where no move overlays any point.
+        Index of the transform and its count; None where none overlays any point.
     """
     found = np.empty(2, np.int32)
     kernel.best_overlay(
@@ -271,17 +244,16 @@ def best_overlay(
 def _match_globally(
     p: PreparedPoints, q: PreparedPoints, moves: Floats, tolerance: float, rho: float
 ) -> tuple[Similarity, Ints] | None:
-    """Return the best move, refitted, and its pairs: the first that pairs more than a share ρ.
+    """Return the first transform, refitted, that pairs more than a share ρ, or the best; its pairs.
 
-    A move may overlay enough points and yet pair fewer one to one: the search goes on then.
+    A transform may overlay enough points and yet pair fewer one to one; the search then goes on.
     """
     best: tuple[Similarity, Ints] | None = None
     enough = min(fewest_above(rho, len(p)), len(p))
     begin = 0
     while found := best_overlay(p, q, moves[begin:], tolerance, enough):
         index, count = found
-        start = _as_similarity(moves[begin + index])
-        move, pairs = _refit_once(p.unit.T, q.unit.T, start, tolerance)
+        move, pairs = _refit(p, q, Similarity.of_move(moves[begin + index]), tolerance)
         if best is None or len(pairs) > len(best[1]):
             best = move, pairs
         if count < enough or len(pairs) >= enough:
@@ -290,48 +262,31 @@ def _match_globally(
     return best
 
 
+def _refit(
+    p: PreparedPoints, q: PreparedPoints, move: Similarity, tolerance: float
+) -> tuple[Similarity, Ints]:
+    """Refit a transform to the points it matches, unless that loses pairs."""
+    xy_p, xy_q = p.unit.T, q.unit.T
+    pairs = greedy_pairs(move.apply(xy_p), xy_q, tolerance)
+    if len(pairs) < 2:
+        return move, pairs
+    refitted = Similarity.fit(xy_p[pairs[:, 0]], xy_q[pairs[:, 1]])
+    again = greedy_pairs(refitted.apply(xy_p), xy_q, tolerance)
+    return (refitted, again) if len(again) >= len(pairs) else (move, pairs)
+
+
 def _tolerance(target: PreparedPoints, parameters: UnitCircleParameters) -> float:
-    """Return the matching distance in the target's unit frame."""
+    """Return the matching distance of eq. (2) in the target's unit frame."""
     if parameters.tolerance is None:
         return parameters.precision * target.spacing
     return math.ldexp(parameters.tolerance, -target.frame.exponent)
 
 
-def _within_scale(moves: Floats, exponent: int, parameters: UnitCircleParameters) -> Floats:
-    """Leave out moves that collapse the points or change their scale too much."""
+def _without_collapse(
+    moves: Floats, p: PreparedPoints, q: PreparedPoints, max_scale: float
+) -> Floats:
+    """Leave out transforms that map all points to one or change their scale too much."""
     scale = np.hypot(moves[:, 0], moves[:, 1])
     moves, scale = moves[scale > 0], scale[scale > 0]
-    doublings = np.abs(np.log2(scale) + exponent)
-    return np.asarray(moves[doublings <= math.log2(parameters.max_scale)])
-
-
-def _as_similarity(move: Floats) -> Similarity:
-    a, b, tx, ty = move.tolist()
-    return Similarity(math.hypot(a, b), math.atan2(b, a), tx, ty)
-
-
-def _refit_once(
-    p: Floats, q: Floats, move: Similarity, tolerance: float
-) -> tuple[Similarity, Ints]:
-    """Refit a move to the points it matches; keep it as it was where that loses pairs."""
-    pairs = greedy_pairs(move.apply(p), q, tolerance)
-    if len(pairs) < 2:
-        return move, pairs
-    refitted = Similarity.fit(p[pairs[:, 0]], q[pairs[:, 1]])
-    again = greedy_pairs(refitted.apply(p), q, tolerance)
-    return (refitted, again) if len(again) >= len(pairs) else (move, pairs)
-
-
-def _root_mean_square(residual: Floats) -> float:
-    return math.sqrt(float((residual * residual).sum(axis=1).mean())) if len(residual) else 0.0
-
-
-def _seen_from_the_other_side(match: PointMatch) -> PointMatch:
-    transform = match.transform and match.transform.inverse()
-    pairs = match.pairs[:, ::-1]
-    return replace(
-        match,
-        transform=transform,
-        pairs=np.ascontiguousarray(pairs[pairs[:, 0].argsort()]),
-        rms=match.rms * transform.scale if transform else 0.0,
-    )
+    doublings = np.abs(np.log2(scale) + (q.frame.exponent - p.frame.exponent))
+    return np.asarray(moves[doublings <= math.log2(max_scale)])

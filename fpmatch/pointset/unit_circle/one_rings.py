@@ -22,7 +22,7 @@ class OneRings:
     Parameters
     ----------
     centre : ndarray of int32, shape (R,)
-        The point each ring goes round.
+        The point that each ring encloses.
     start : ndarray of int32, shape (R + 1,)
         Ring i is ``vertex[start[i]:start[i + 1]]``.
     vertex : ndarray of int32, shape (M,)
@@ -57,7 +57,7 @@ class OneRings:
 def map_to_unit_circle(mesh: Triangulation) -> OneRings:
     """Map the one-ring of every interior point of `mesh` to the unit circle.
 
-    Does for all rings, compiled, what `fpmatch.pointset.unit_circle.parametrize.parametrize` does for one.
+    `fpmatch.pointset.unit_circle.parametrize.parametrize` does the same for one ring.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def map_to_unit_circle(mesh: Triangulation) -> OneRings:
     Returns
     -------
     OneRings
-        One ring an interior point; fewer only where rounding has put a point outside its ring.
+        A ring per interior point, except where rounding puts a point outside its ring.
 
     Examples
     --------
@@ -104,7 +104,7 @@ def map_to_unit_circle(mesh: Triangulation) -> OneRings:
 def _gather(
     begin: NDArray[np.int32], end: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Return the starts of runs begin..end laid end to end, and the entries they take."""
+    """Concatenate runs begin..end: return where each starts, and the index of each entry."""
     length = end - begin
     start = np.zeros(len(length) + 1, np.int32)
     length.cumsum(out=start[1:])
@@ -115,7 +115,7 @@ def _gather(
 def _chord_angles(
     xy: NDArray[np.float64], start: NDArray[np.int32], vertex: NDArray[np.int32]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the angle of each ring point on its circle (eq. 3), and of the side after it."""
+    """Return the angle of each ring point on its circle (eq. 3), and the angle of the side after it."""
     following = np.arange(1, len(vertex) + 1)
     following[start[1:] - 1] = start[:-1]
     x, y = xy[:, vertex]

@@ -8,8 +8,8 @@ Let p_1 … p_d be the ring of a centre p, in order, and b_k = |p_{k+1} - p_k| i
   barycentric coordinates there, which give μ_{l,l}, μ_{r,l}, μ_{r+1,l}; λ_k is the mean of
   μ_{k,l} over l. They are positive, sum to 1, and Σ λ_k p_k = p.
 - *Image* of the centre: c = Σ λ_k u_k, inside the circle.
-- *Area* of the polygon u_1 … u_d: ½ Σ sin(A_{k+1} - A_k), the same for a ring however it is
-  rotated, scaled, moved or mirrored.
+- *Area* of the polygon u_1 … u_d: ½ Σ sin(A_{k+1} - A_k), invariant under
+  rotation, scaling, shift and reflection of the ring.
 
 Sources: Choi, Lee and Lee, section 3.2; Floater, "Parametrization and smooth approximation of
 surface triangulations", CAGD 14 (1997); Floater, "Mean value coordinates", CAGD 20 (2003).
@@ -40,7 +40,7 @@ class UnitCircle:
     Parameters
     ----------
     angles : ndarray of float64, shape (d,)
-        Where the ring's points stand on the circle, in radians; the first at 0.
+        Angles of the ring's points on the circle, in radians; the first is 0.
     weights : ndarray of float64, shape (d,)
         Barycentric weights of the centre in its ring.
     image : ndarray of float64, shape (2,)
@@ -66,8 +66,8 @@ def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.f
     Parameters
     ----------
     ring : array_like of float, shape (d, 2)
-        The ring's points in order, either way round; the centre must see each of them in turn,
-        less than half a turn from one to the next, as in a triangulation.
+        The ring's points in order, either way round; seen from the centre, each lies less than
+        half a turn from the next, as in a triangulation.
     centre : array_like of float, shape (2,)
         The centre.
 
@@ -79,14 +79,14 @@ def shape_preserving_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.f
     Raises
     ------
     PointSetError
-        If the ring is no such ring.
+        If the ring does not go once round the centre.
 
     Examples
     --------
     >>> shape_preserving_weights([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2]).tolist()
     [0.25, 0.25, 0.25, 0.25]
     """
-    away = _seen_from(ring, centre)
+    away = _offsets_from(ring, centre)
     d = len(away)
     cross = away.real[:, None] * away.imag - away.imag[:, None] * away.real
     if cross[0, 1] < 0:  # the ring runs clockwise: mirror it
@@ -123,14 +123,14 @@ def mean_value_weights(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.float64
     Raises
     ------
     PointSetError
-        If the ring is no such ring.
+        If the ring does not go once round the centre.
 
     Examples
     --------
     >>> mean_value_weights([[0, 0], [4, 0], [4, 4], [0, 4]], [2, 2]).round(12).tolist()
     [0.25, 0.25, 0.25, 0.25]
     """
-    away = _seen_from(ring, centre)
+    away = _offsets_from(ring, centre)
     half = np.tan(np.abs(np.angle(np.roll(away, -1) / away)) / 2)
     weights = (np.roll(half, 1) + half) / np.abs(away)
     return np.asarray(weights / weights.sum())
@@ -144,8 +144,8 @@ def parametrize(
     Parameters
     ----------
     ring, centre
-        As in `shape_preserving_weights`. The ring's first point is put at angle 0, the others
-        counter-clockwise from there.
+        As in `shape_preserving_weights`. The ring's first point has angle 0, the others follow
+        counter-clockwise.
     weights : callable
         `shape_preserving_weights` (default) or `mean_value_weights`.
 
@@ -172,7 +172,7 @@ def parametrize(
 
 
 def boundary_angles(ring: ArrayLike) -> NDArray[np.float64]:
-    """Return where a ring's points stand on the unit circle by chord length (eq. 3).
+    """Return the angles of a ring's points on the unit circle by chord length (eq. 3).
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def boundary_angles(ring: ArrayLike) -> NDArray[np.float64]:
     Returns
     -------
     ndarray of float64, shape (d,)
-        Angles in radians, from 0 up to less than 2π.
+        Angles in radians, in [0, 2π).
 
     Raises
     ------
@@ -214,8 +214,8 @@ def inscribed_area(angles: ArrayLike) -> float:
     return float(np.sin(np.roll(a, -1) - a).sum() / 2)
 
 
-def _seen_from(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.complex128]:
-    """Return the ring's points seen from the centre, as x + iy, once round it or refused."""
+def _offsets_from(ring: ArrayLike, centre: ArrayLike) -> NDArray[np.complex128]:
+    """Return the ring's points minus the centre, as x + iy; refuse a ring not once round it."""
     points = as_points(ring, "ring")
     middle = as_points(np.asarray(centre)[None], "centre")
     away = np.asarray((points - middle).view(np.complex128).ravel())

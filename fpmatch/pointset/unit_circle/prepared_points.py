@@ -1,4 +1,4 @@
-"""The matcher's precomputation: a point set triangulated, mapped to circles, sorted into cells."""
+"""The matcher's precomputation: a set triangulated, its one-rings mapped to circles, a grid."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpmatch.pointset.delaunay.triangulate import triangulate
-from fpmatch.pointset.frames import frame_of, to_unit_frame
+from fpmatch.pointset.frames import frame_of
 from fpmatch.pointset.grid import sort_into_cells
 from fpmatch.pointset.points import as_points
 from fpmatch.pointset.unit_circle.one_rings import OneRings, map_to_unit_circle
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fpmatch.pointset._grid_kernel import CellGrid
-    from fpmatch.pointset.points import UnitFrame
+    from fpmatch.pointset.frames import UnitFrame
     from fpmatch.pointset.similarity import Similarity
 
     Floats = NDArray[np.float64]
@@ -26,10 +26,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedPoints:
-    """Hold a point set made ready for matching: what does not depend on the other set.
+    """Hold what matching needs of a point set, whatever the other set.
 
-    `unit` are the points in `frame`, shape (2, N), `rings` theirs; `spacing` is the mean
-    nearest-neighbour distance by density, in the frame; `grid` holds the points in cells.
+    Parameters
+    ----------
+    points : ndarray of float64, shape (N, 2)
+        The points as given.
+    frame : UnitFrame
+        Their unit frame.
+    unit : ndarray of float64, shape (2, N)
+        The points in the frame.
+    rings : OneRings
+        Their closed one-rings on the unit circle.
+    spacing : float
+        r/(2√n) of eq. (2) by density: mean nearest-neighbour distance, in the frame.
+    grid : CellGrid
+        The points in the frame, sorted into cells.
     """
 
     points: Floats
@@ -45,7 +57,7 @@ class PreparedPoints:
     @property
     def enter_frame(self) -> Similarity:
         """Transform from the points as given into their unit frame."""
-        return to_unit_frame(self.frame)
+        return self.frame.as_similarity()
 
     @property
     def leave_frame(self) -> Similarity:
@@ -54,7 +66,7 @@ class PreparedPoints:
 
 
 def prepare_points(points: ArrayLike) -> PreparedPoints:
-    """Do the precomputation for one set: triangulate it and map its one-rings to the circle.
+    """Triangulate a set and map its one-rings to the unit circle.
 
     Parameters
     ----------
@@ -77,22 +89,17 @@ def prepare_points(points: ArrayLike) -> PreparedPoints:
     1
     """
     given = as_points(points)
+    n = len(given)
     frame = frame_of(given)
     mesh = triangulate(frame.apply(given))
     unit = np.array(mesh.points.T, order="C")
-    side = 1.0 / max(1, math.isqrt(len(given)))
+    x, y = unit[:, mesh.hull]
+    hull_area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
     return PreparedPoints(
         points=given,
         frame=frame,
         unit=unit,
         rings=map_to_unit_circle(mesh),
-        spacing=_spacing(unit[:, mesh.hull], len(given)),
-        grid=sort_into_cells(unit, side, low=(0.0, 0.0), high=(1.0, 1.0)),
+        spacing=0.5 * math.sqrt(hull_area / n) if n else 0.0,
+        grid=sort_into_cells(unit, 1.0 / max(1, math.isqrt(n)), low=(0.0, 0.0), high=(1.0, 1.0)),
     )
-
-
-def _spacing(hull: Floats, n: int) -> float:
-    """Return r/(2√n) of eq. (2) for n points over the area of their hull (2, H)."""
-    x, y = hull
-    area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
-    return 0.5 * math.sqrt(area / n) if n else 0.0

@@ -1,9 +1,9 @@
-"""The algorithm of van Wamelen, Li and Iyengar (2004), the one the paper measures itself against.
+"""The algorithm of van Wamelen, Li and Iyengar (2004), the paper's baseline.
 
-A pivot of P is laid on each point of Q in turn, one of its far neighbours on a neighbour of
+A pivot of P is mapped to each point of Q in turn, and one of its far neighbours to a neighbour of
 similar rank there. Where enough of the pivot's k nearest neighbours then fall within 2t of points
-of Q (a local match), least squares and one-to-one pairing within t follow by turns over the whole
-of P, until the number of pairs stops growing; ρm pairs are a match. If no point of Q will do, the
+of Q (a local match), least squares and one-to-one pairing within t alternate over the whole of P,
+until the number of pairs stops growing; ρm pairs are a match. If no point of Q leads to one, the
 next pivot is tried.
 
 With λ and ρ as in the paper, t = λ·r/(2√n), and ln the natural logarithm:
@@ -16,8 +16,8 @@ With λ and ρ as in the paper, t = λ·r/(2√n), and ln the natural logarithm:
 
 What is left open there, and how it is settled here: r/(2√n) is taken by density, over the area of
 Q's convex hull; the rounds of least squares go on past ρm for as long as they gain pairs; lists are
-found through a grid of cell side r/√n, which also answers "is there a point near x"; and the
-search gives up, as if there were no match, after a given amount of work.
+found through a grid of cell side r/√n, which also serves to find the point nearest to a place; and
+the search gives up, without a match, after a given amount of work.
 
 References
 ----------
@@ -29,34 +29,36 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from fpmatch.errors import PointSetError
+from fpmatch.pointset._grid_kernel import CellGrid
 from fpmatch.pointset.frames import between_sets, frame_of
-from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.grid import MAX_CELLS_PER_POINT
+from fpmatch.pointset.point_match import PointMatch, rms_distance, share_of
 from fpmatch.pointset.points import as_points
-from fpmatch.pointset.random_sets import share_of
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.van_wamelen import _search_kernel as kernel
+from fpmatch.pointset.van_wamelen._neighbours_kernel import hull_area
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.pointset.points import UnitFrame
+    from fpmatch.pointset.frames import UnitFrame
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int32]
 
-FEWEST_POINTS: Final = 3
-"""Any two points lie on any two others: a smaller set says nothing."""
+MIN_POINTS: Final = 3
+"""Any two points can be mapped to any two others: smaller sets have no match."""
 
-MOST_NEIGHBOURS: Final = 256
-"""Bound of k where ρ is hardly more than λ²/4, and so of the memory for the lists."""
+MAX_NEIGHBOURS: Final = 256
+"""Bound of k, and of the memory for the lists, where ρ is hardly more than λ²/4."""
 
-MOST_LOOKS: Final = 2_000_000_000
-"""Default bound of a search: points and cells looked at, some tens of seconds."""
+MAX_STEPS: Final = 2_000_000_000
+"""Default bound of a search: points and cells visited, some tens of seconds."""
 
 BASE_DOUBT: Final = 0.05
 """Chance that none of the base neighbours has a partner, in the formula for k2."""
@@ -90,20 +92,12 @@ class SearchPlan:
     enough: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _CellGrid:
-    """Hold a set in its unit frame, ordered by the cells of a grid of side r/√n.
+class _SortedSet(NamedTuple):
+    """A set in its unit frame (N, 2), sorted into cells, their order, and r/(2√n)."""
 
-    `point` are the points (2, N) in the order of the cells, `order` their indices in the set.
-    `spacing` is r/(2√n), in the frame.
-    """
-
-    frame: UnitFrame
-    point: Floats
-    order: NDArray[np.int64]
-    start: Ints
-    shape: Ints
-    per_unit: float
+    unit: Floats
+    grid: CellGrid
+    order: Ints
     spacing: float
 
 
@@ -116,7 +110,7 @@ def match_van_wamelen(
     tolerance: float | None = None,
     confidence: float = 1.0,
     seed: int = 0,
-    most_looks: int = MOST_LOOKS,
+    max_steps: int = MAX_STEPS,
 ) -> PointMatch:
     """Match the pattern `p` with a part of `q` by local neighbourhoods.
 
@@ -129,20 +123,20 @@ def match_van_wamelen(
     lambda_ : float
         λ: matching distance in mean nearest-neighbour distances of `q`.
     tolerance : float, optional
-        The matching distance t itself, in the units of `q`, where it is known; λ then serves the
-        sizes of lists and windows only.
+        The matching distance t itself, in the units of `q`; λ then determines the sizes of lists
+        and windows only.
     confidence : float
         c in (0, 1]: chance that the pivots tried include one that has a partner; 1 tries all.
     seed : int
         Seed of the order in which pivots and points are tried.
-    most_looks : int
-        Bound of the work: points and cells looked at.
+    max_steps : int
+        Bound of the work: points and cells visited.
 
     Returns
     -------
     PointMatch
         The first transform of `p` onto `q` that pairs ρM points; none, with a share of 0, where
-        the search found none or gave up. `local_matches` counts alike neighbourhoods.
+        the search found none or gave up. `local_matches` counts similar neighbourhoods.
 
     Raises
     ------
@@ -161,27 +155,25 @@ def match_van_wamelen(
     given_p, given_q = as_points(p, "p"), as_points(q, "q")
     _check(rho, lambda_, tolerance, confidence)
     frame_p, frame_q = frame_of(given_p, "p"), frame_of(given_q, "q")
-    if min(len(given_p), len(given_q)) < FEWEST_POINTS:
+    if min(len(given_p), len(given_q)) < MIN_POINTS:
         return PointMatch.none()
     plan = plan_search(len(given_p), len(given_q), rho, lambda_, confidence)
-    grid_p, grid_q = _sort_into_cells(given_p, frame_p), _sort_into_cells(given_q, frame_q)
+    sorted_p, sorted_q = sort_set(given_p, frame_p), sort_set(given_q, frame_q)
     if tolerance is None:
-        reach = lambda_ * grid_q.spacing
+        reach = lambda_ * sorted_q.spacing
     else:
-        reach = math.ldexp(tolerance, -grid_q.frame.exponent)
-    found, move, pairs = _search(grid_p, grid_q, plan, reach, seed, most_looks)
-    if not len(pairs):
-        return PointMatch.none(found)
-    transform = between_sets(move, grid_p.frame, grid_q.frame)
-    residual = move.apply(grid_p.point.T[pairs[:, 0]]) - grid_q.point.T[pairs[:, 1]]
-    rms = math.sqrt(float((residual * residual).sum(axis=1).mean()))
-    in_sets = np.column_stack([grid_p.order[pairs[:, 0]], grid_q.order[pairs[:, 1]]])
+        reach = math.ldexp(tolerance, -frame_q.exponent)
+    local_matches, move, (i, j) = _search(sorted_p, sorted_q, plan, reach, seed, max_steps)
+    if not len(i):
+        return PointMatch.none(local_matches)
+    in_p, in_q = sorted_p.order[i], sorted_q.order[j]
+    rms = rms_distance(move.apply(sorted_p.unit[in_p]), sorted_q.unit[in_q])
     return PointMatch(
-        transform=transform,
-        pairs=in_sets[in_sets[:, 0].argsort()].astype(np.int32),
-        matched_share=len(pairs) / min(len(given_p), len(given_q)),
-        rms=math.ldexp(rms, grid_q.frame.exponent),
-        local_matches=found,
+        transform=between_sets(move, frame_p, frame_q),
+        pairs=np.column_stack([in_p, in_q])[in_p.argsort()].astype(np.int32),
+        matched_share=len(i) / min(len(given_p), len(given_q)),
+        rms=math.ldexp(rms, frame_q.exponent),
+        local_matches=local_matches,
     )
 
 
@@ -198,7 +190,7 @@ def plan_search(m: int, n: int, rho: float, lambda_: float, confidence: float = 
     Returns
     -------
     SearchPlan
-        The sizes, kept within what the sets have to offer.
+        The sizes, limited by those of the sets.
 
     Examples
     --------
@@ -208,7 +200,7 @@ def plan_search(m: int, n: int, rho: float, lambda_: float, confidence: float = 
     """
     margin = rho - lambda_**2 / 4
     wanted = math.log(m) / (2 * margin**2)
-    k = max(1, min(math.ceil(min(wanted, MOST_NEIGHBOURS)), min(m, n) - 1))
+    k = max(1, min(math.ceil(min(wanted, MAX_NEIGHBOURS)), min(m, n) - 1))
     ranks = math.ceil(2 * lambda_ * math.sqrt(k / math.pi))
     half = min(ranks // 2, (k - 1) // 2)
     bases = _tries(BASE_DOUBT, rho)
@@ -229,9 +221,9 @@ def _tries(doubt: float, rho: float) -> int:
 
 
 def _search(
-    p: _CellGrid, q: _CellGrid, plan: SearchPlan, tolerance: float, seed: int, most_looks: int
+    p: _SortedSet, q: _SortedSet, plan: SearchPlan, tolerance: float, seed: int, max_steps: int
 ) -> tuple[int, Similarity, Ints]:
-    """Return the number of local matches, the move between frames, and the pairs (K, 2)."""
+    """Return the number of local matches, the transform between frames, and the pairs (2, K)."""
     m, n = len(p.order), len(q.order)
     rng = np.random.default_rng(seed)
     # permutations of the sets as given: the search is the same whatever the grids
@@ -241,55 +233,35 @@ def _search(
     pair = np.empty((2, 2, m + 1), np.int32)
     found = np.zeros(2, np.int32)
     kernel.search(
-        *(p.point, p.start, p.shape, p.per_unit),
-        *(q.point, q.start, q.shape, q.per_unit),
-        *(pivots.astype(np.int32), scene.astype(np.int32)),
+        *(p.grid, q.grid, pivots.astype(np.int32), scene.astype(np.int32)),
         np.empty(plan.neighbours, np.int32),
         np.full((n, plan.neighbours), -1, np.int32),
         np.empty(plan.neighbours),
         *(plan.bases, plan.window, plan.enough_near, plan.enough),
-        *(tolerance, most_looks),
+        *(tolerance, max_steps),
         *(move, pair, np.zeros(n, np.int32), np.zeros(1, np.int64), found),
     )
     pairs, local_matches = found.tolist()
-    if not pairs:
-        return local_matches, Similarity(), np.empty((0, 2), np.int32)
-    a, b, tx, ty = move.tolist()
-    similarity = Similarity(math.hypot(a, b), math.atan2(b, a), tx, ty)
-    return local_matches, similarity, pair[0, :, :pairs].T
+    similarity = Similarity.of_move(move) if pairs else Similarity()
+    return local_matches, similarity, pair[0, :, :pairs]
 
 
-def _sort_into_cells(points: Floats, frame: UnitFrame) -> _CellGrid:
-    """Sort a set of one point or more into the cells of a grid."""
+def sort_set(points: Floats, frame: UnitFrame) -> _SortedSet:
+    """Sort a set of one point or more into cells of side r/√n.
+
+    Cells are larger where the grid would have far more of them than points.
+    """
     unit = frame.apply(points)
     n = len(unit)
     by_x = np.ascontiguousarray(unit[np.lexsort((unit[:, 1], unit[:, 0]))].T)
-    area = kernel.hull_area(by_x, np.empty(n + 1, np.int32))
-    per_unit = _cells_per_unit(area, n, *unit.max(axis=0).tolist())
-    column, row = (unit.T * per_unit).astype(np.int64)
-    columns, rows = int(column.max()) + 1, int(row.max()) + 1
-    cell = row * columns + column
-    order = cell.argsort(kind="stable")
-    return _CellGrid(
-        frame=frame,
-        point=np.ascontiguousarray(unit[order].T),
-        order=order,
-        start=np.append(0, np.bincount(cell, minlength=rows * columns).cumsum()).astype(np.int32),
-        shape=np.array([rows, columns], np.int32),
-        per_unit=per_unit,
-        spacing=0.5 * math.sqrt(area / n),
-    )
-
-
-def _cells_per_unit(area: float, n: int, width: float, height: float) -> float:
-    """Return the reciprocal of r/√n; less where the grid would have far more cells than points."""
-    most_per_point = 4
-    side = max(
-        math.sqrt(area / n),
-        math.sqrt(width * height / (most_per_point * n)),
-        max(width, height) / (most_per_point * n),
-    )
-    return 1.0 / side if side > 0 else 1.0
+    area = hull_area(by_x, np.empty(n + 1, np.int32))
+    width, height = unit.max(axis=0).tolist()
+    most = MAX_CELLS_PER_POINT * n
+    side = max(math.sqrt(area / n), math.sqrt(width * height / most), max(width, height) / most)
+    side = side if side > 0 else 1.0
+    columns, rows = ((np.array([width, height]) * (1.0 / side)).astype(np.int64) + 1).tolist()
+    grid = CellGrid(np.ascontiguousarray(unit.T), n, 0.0, 0.0, side, columns, rows)
+    return _SortedSet(unit, grid, np.asarray(grid.order), 0.5 * math.sqrt(area / n))
 
 
 def _check(rho: float, lambda_: float, tolerance: float | None, confidence: float) -> None:

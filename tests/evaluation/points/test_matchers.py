@@ -76,7 +76,7 @@ def test_the_papers_method_claims_what_pairs_more_than_rho(
 
 
 def test_the_baseline_gives_up_after_the_looks_it_is_granted(easy: RandomPair) -> None:
-    assert matcher_named("van-wamelen").find(case_of(easy, most_looks=50)) is None
+    assert matcher_named("van-wamelen").find(case_of(easy, max_steps=50)) is None
 
 
 def test_only_ours_has_to_run_all_trials() -> None:

@@ -7,7 +7,8 @@ import pytest
 
 from fpmatch.evaluation.points.places import Place, make_pair, places
 from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
-from fpmatch.pointset.random_sets import READINGS, share_of
+from fpmatch.pointset.point_match import share_of
+from fpmatch.pointset.random_sets import READINGS
 
 SMALL = Place("patch", 5, 2)
 

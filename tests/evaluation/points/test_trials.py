@@ -197,7 +197,7 @@ def test_a_matcher_is_told_t_rho_lambda_and_its_bounds(world: World) -> None:
     for case, looks in zip(cases, (PLAN.genuine_looks, PLAN.independent_looks), strict=True):
         assert (case.rho, case.lambda_) == (0.95, 0.428)
         assert case.tolerance == pytest.approx(0.214)
-        assert (case.most_looks, case.limit_s) == (looks, PLAN.budget_s)
+        assert (case.max_steps, case.limit_s) == (looks, PLAN.budget_s)
 
 
 def test_a_cell_is_json_without_nan(world: World) -> None:

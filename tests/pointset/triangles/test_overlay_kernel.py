@@ -14,6 +14,7 @@ from pointset_strategies import seeds
 
 from fpmatch.pointset._grid_kernel import CellGrid
 from fpmatch.pointset.grid import sort_into_cells
+from fpmatch.pointset._similarity_kernel import fit_partners
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as kernel
 
@@ -38,7 +39,7 @@ def loose_lattice(seed: int, side: int = 5) -> np.ndarray:
 
 
 class Overlay:
-    """What `refine` is given and leaves behind."""
+    """The arguments of `refine` and its results."""
 
     def __init__(self, p: np.ndarray, q: np.ndarray, start: Similarity, margin: float = 1.0):
         self.p, self.grid, self.move = p, grid_of(q, margin), as_move(start)
@@ -56,7 +57,7 @@ class Overlay:
 
 
 @given(seeds)
-def test_a_perturbed_move_settles_at_the_true_one(seed: int) -> None:
+def test_a_perturbed_move_is_refined_to_the_true_one(seed: int) -> None:
     rng = np.random.default_rng(seed)
     p, order = loose_lattice(seed), rng.permutation(25)
     truth = Similarity(rng.uniform(0.9, 1.1), rng.uniform(-3, 3), *rng.uniform(-9, 9, 2))
@@ -87,10 +88,10 @@ def test_pairs_are_nearest_mutual_and_within_reach(seed: int) -> None:
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 4, (2, 20))
     q = np.hstack([p[:, :14] + rng.normal(0, 0.05, (2, 14)), rng.uniform(0, 4, (2, 6))])
-    overlay = Overlay(p, q, STAY, margin=4.0)  # all of P lies on the grid
+    overlay = Overlay(p, q, STAY, margin=4.0)  # all of P lies in the grid
     one_round = Overlay(p, q, STAY, margin=4.0)
     assert one_round.refine(0.3, rounds=1) == 20
-    assert overlay.refine(0.3) > 0  # refitted, it may move points beside the grid
+    assert overlay.refine(0.3) > 0  # refitted, it may move points outside the grid
     for each, reach2 in ((overlay, 0.09), (one_round, 0.18)):
         paired = np.flatnonzero(each.partner >= 0)
         assert each.owner[each.partner[paired]].tolist() == paired.tolist()
@@ -118,7 +119,7 @@ def test_of_two_points_at_one_the_nearer_has_it() -> None:
         assert overlay.partners() == [[0, 1, 2, 3, -1][i] for i in order]
 
 
-def test_points_beside_the_grid_have_no_partner_and_do_not_count() -> None:
+def test_points_outside_the_grid_have_no_partner_and_do_not_count() -> None:
     p = loose_lattice(2)
     overlay = Overlay(p, p[:, :15].copy(), STAY, margin=0.01)
     assert overlay.refine(0.2) == int((p[0] <= overlay.grid.x1).sum()) < 25
@@ -127,7 +128,7 @@ def test_points_beside_the_grid_have_no_partner_and_do_not_count() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
-def test_fewer_than_three_pairs_settle_nowhere(count: int) -> None:
+def test_fewer_than_three_pairs_determine_no_move(count: int) -> None:
     p = loose_lattice(3)
     q = np.hstack([p[:, :count], [[50.0], [50.0]]])
     assert Overlay(p, q, STAY).refine(0.2) == -1
@@ -140,7 +141,7 @@ def test_fit_agrees_with_the_similarity_fit(seed: int, pairs: int) -> None:
     grid, move = grid_of(q), np.zeros(4)
     partner = np.full(14, -1, np.int32)
     partner[rng.permutation(14)[:pairs]] = rng.permutation(17)[:pairs]
-    assert kernel.fit(p, grid, partner, move)
+    assert fit_partners(p, grid, partner, move)
     paired = partner >= 0
     target = np.array([grid.x, grid.y])[:, partner[paired]]
     assert move == pytest.approx(as_move(Similarity.fit(p[:, paired].T, target.T)), abs=1e-9)
@@ -154,14 +155,14 @@ def test_fit_agrees_with_the_similarity_fit(seed: int, pairs: int) -> None:
         ([[2, 2], [3, 3]], [[0, 1], [0, 1]], [0, 1]),
         ([[0, 1], [0, 1]], [[2, 2], [3, 3]], [0, 1]),
     ],
-    ids=["no pair", "one pair", "one place in P", "one place in Q"],
+    ids=["no pair", "one pair", "coincident in P", "coincident in Q"],
 )
-def test_pairs_that_fix_no_transform_leave_the_move(
+def test_pairs_that_determine_no_transform_leave_the_move(
     p: list[list[float]], q: list[list[float]], partner: list[int]
 ) -> None:
     move = np.array([0.5, 0.25, 3.0, 4.0])
     arrays = (np.array(p, float), grid_of(np.array(q, float)), np.array(partner, np.int32), move)
-    assert not kernel.fit(*arrays)
+    assert not fit_partners(*arrays)
     assert move.tolist() == [0.5, 0.25, 3.0, 4.0]
 
 
@@ -192,12 +193,12 @@ def test_chance_is_a_narrow_bound_of_the_binomial_tail(
 
 
 @pytest.mark.parametrize("inside", [0, 1, 2, 3])
-def test_too_few_points_tell_nothing(inside: int) -> None:
+def test_too_few_points_have_no_significance(inside: int) -> None:
     partner = np.arange(min(inside, 2), dtype=np.int32)
     assert kernel.log_chance(partner, np.zeros(len(partner)), inside, 1.0, 1e-3) == 0.0
 
 
-def test_few_exact_pairs_tell_as_much_as_many_rough_ones() -> None:
+def test_few_exact_pairs_are_as_significant_as_many_rough_ones() -> None:
     partner = np.arange(10, dtype=np.int32)
     rough, exact = np.full(10, 0.9), np.full(10, 1e-9)
     chance = [kernel.log_chance(partner, d2, 12, 1.0, 0.05) for d2 in (rough, exact)]
@@ -232,15 +233,17 @@ def test_compiled_and_interpreted_agree_to_the_last_bit(
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 4, (2, 20))
     q = np.hstack([p[:, :14] + rng.normal(0, 0.1, (2, 14)), rng.uniform(0, 4, (2, 6))])
+    plain, plain_fit = interpreted("_overlay_kernel"), interpreted("_similarity_kernel")
+    plain.fit_partners = plain_fit.fit_partners  # type: ignore[attr-defined]
     results = []
-    for either in (kernel, interpreted("_overlay_kernel")):
+    for either, fit_either in ((kernel, fit_partners), (plain, plain_fit.fit_partners)):
         overlay = Overlay(p, q, Similarity(1.01, 0.02, 0.1, -0.05))
         inside = overlay.refine(0.3, either=either)
         paired = overlay.partner >= 0
         chance = either.log_chance(overlay.partner, overlay.distance2, max(inside, 0), 0.09, 1.2)
         pairs = np.empty((np.count_nonzero(paired), 2), np.int32)
         rms = either.list_pairs(p, overlay.grid, overlay.partner, overlay.move, pairs)
-        refitted = either.fit(p, overlay.grid, overlay.partner, overlay.move)
+        refitted = fit_either(p, overlay.grid, overlay.partner, overlay.move)
         lists = (overlay.partner, overlay.owner, overlay.distance2[paired], overlay.move, pairs)
         results.append((inside, chance, rms, refitted, *(each.tolist() for each in lists)))
     assert results[0] == results[1]

@@ -18,7 +18,7 @@ from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _proposal_kernel as kernel
 from fpmatch.pointset.triangles.descriptors import describe_all, describe_large, sort_by_shape
 
-ANYTHING_PASSES = {"give_up": -1e300, "pass_on": -1e300, "pass_small": -1e300}
+ANYTHING_PASSES = {"reject": -1e300, "accept": -1e300, "accept_small": -1e300}
 WIDEST = 6.0  # of the kernel, times reach²
 NO_LIMIT = 10**9
 
@@ -26,127 +26,108 @@ Pairs = list[tuple[int, int]]
 
 
 class Search:
-    """What the kernel is given, made as the matcher makes it, and where the search stands."""
+    """The arguments of the kernel, made as the matcher makes them, and the state of the search."""
 
     def __init__(self, p: np.ndarray, q: np.ndarray, **given: float) -> None:
         self.mesh = triangulate(p)
         self.p, self.q = np.array(p.T, order="C"), np.array(q.T, order="C")
-        self.ours = describe_all(self.p, self.mesh.triangles, 0.5)
-        self.theirs = describe_large(self.q, triangulate(q).triangles, 0.8, 0.05)
-        self.order = np.argsort(self.ours.negative_information[: self.ours.number], kind="stable")
+        self.in_p = describe_all(self.p, self.mesh.triangles, 0.5)
+        self.in_q = describe_large(self.q, triangulate(q).triangles, 0.8, 0.05)
+        self.order = np.argsort(self.in_p.negative_information[: self.in_p.number], kind="stable")
         self.reach = given.get("reach", 0.05)
         self.shape_tolerance = given.get("shape_tolerance", 0.05)
         self.widest = self.shape_tolerance / 0.05
-        self.shapes = sort_by_shape(self.theirs, self.widest)
+        self.shapes = sort_by_shape(self.in_q, self.widest)
         low, high = tuple(q.min(axis=0)), tuple(q.max(axis=0))
         self.grid = sort_into_cells(self.q, 0.3, low=low, high=high)
         self.gain = np.empty(9)
         self.miss = kernel.hit_log_likelihoods(0.05, 0.6, self.gain)
-        self.give_up = given.get("give_up", -1.5)
-        self.pass_on = given.get("pass_on", 6.0)
-        self.pass_small = given.get("pass_small", 2.0)
+        self.reject = given.get("reject", -1.5)
+        self.accept = given.get("accept", 6.0)
+        self.accept_small = given.get("accept_small", 2.0)
         self.test_length = int(given.get("test_length", 60))
-        self.most = int(given.get("most", NO_LIMIT))
-        self.company = np.empty(int(given.get("grown", len(p))), np.int32)
+        self.max_proposals = int(given.get("max_proposals", NO_LIMIT))
+        self.neighbours = np.empty(int(given.get("grown", len(p))), np.int32)
         self.seen = np.full(len(p), -1, np.int32)
         self.fit = np.zeros(8)
         self.state = np.zeros(4, np.int_)
 
-    def go_on(self, either: ModuleType = kernel) -> bool:
-        """Search on until a proposal passes; tell whether one did."""
+    def proceed(self, either: ModuleType = kernel) -> bool:
+        """Search until a proposal passes; return whether one did."""
         return bool(
             either.propose(
-                self.p,
-                self.order,
-                self.ours.corner,
-                self.ours.shape,
-                self.mesh.ring_start,
-                self.mesh.ring,
-                self.q,
-                self.grid,
-                self.theirs.corner,
-                self.theirs.side,
-                self.shapes,
-                self.shape_tolerance,
-                self.widest,
-                self.reach**2,
-                self.gain,
-                self.miss,
-                self.give_up,
-                self.pass_on,
-                self.pass_small,
-                self.test_length,
-                self.seen,
-                self.company,
-                self.most,
-                self.fit,
-                self.state,
+                *(self.p, self.order, self.in_p.corner, self.in_p.shape),
+                *(self.mesh.ring_start, self.mesh.ring, self.q, self.grid),
+                *(self.in_q.corner, self.in_q.side, self.shapes),
+                *(self.shape_tolerance, self.widest, self.reach**2, self.gain, self.miss),
+                *(self.reject, self.accept, self.accept_small, self.test_length),
+                *(self.seen, self.neighbours, self.max_proposals, self.fit, self.state),
             )
         )
 
-    def alike(self) -> Iterator[tuple[int, int]]:
-        """Yield the triangles of P and of Q that are alike, in the order of the search."""
+    def similar(self) -> Iterator[tuple[int, int]]:
+        """Yield the triangles of P and of Q that are similar, in the order of the search."""
         for k in self.order.tolist():
             for j in self.shapes.order:
-                apart = np.hypot(*(self.theirs.shape[:, j] - self.ours.shape[:, k]))
-                if apart <= self.shape_tolerance / self.theirs.side[j]:
+                apart = np.hypot(*(self.in_q.shape[:, j] - self.in_p.shape[:, k]))
+                if apart <= self.shape_tolerance / self.in_q.side[j]:
                     yield k, j
 
     def corners(self, k: int, j: int) -> Pairs:
-        of_p, of_q = self.ours.corner[k].tolist(), self.theirs.corner[j].tolist()
+        of_p, of_q = self.in_p.corner[k].tolist(), self.in_q.corner[j].tolist()
         return list(zip(of_p, of_q, strict=True))
 
-    def company_of(self, k: int) -> list[int]:
+    def neighbours_of(self, k: int) -> list[int]:
         """Return the other points of P, those fewer steps away in the mesh first."""
-        met = self.ours.corner[k].tolist()
+        met = self.in_p.corner[k].tolist()
         for i in met:  # which grows as it is walked through
             met += [j for j in self.mesh.one_ring(i).tolist() if j not in met]
         return met[3:]
 
     def grow(
-        self, pairs: Pairs, company: list[int], give_up: float, pass_on: float
+        self, pairs: Pairs, neighbours: list[int], reject: float, accept: float
     ) -> tuple[float, Pairs]:
         """Return the ratio and the pairs of one test, the transform refitted after each pair."""
         pairs, ratio, reach2 = list(pairs), 0.0, self.reach**2
         points = np.array([self.grid.x, self.grid.y])
-        for i in company:
+        for i in neighbours:
             of_p, of_q = self.p[:, [a for a, _ in pairs]], self.q[:, [b for _, b in pairs]]
             x, y = Similarity.fit(of_p.T, of_q.T).apply(self.p[:, [i]].T)[0]
             if not (self.grid.x0 <= x <= self.grid.x1 and self.grid.y0 <= y <= self.grid.y1):
                 continue
             middle = of_p.mean(axis=1, keepdims=True)
-            doubt = (
+            variance = (
                 1 / len(pairs)
                 + ((self.p[:, [i]] - middle) ** 2).sum() / ((of_p - middle) ** 2).sum()
             )
-            doubt = min(doubt, WIDEST - 1)
+            variance = min(variance, WIDEST - 1)
             squared = (points[0] - x) ** 2 + (points[1] - y) ** 2
             at = int(squared.argmin())
-            if squared[at] < reach2 * (1 + doubt):
-                ratio += self.gain[int(doubt * (len(self.gain) - 1) / (WIDEST - 1))]
+            if squared[at] < reach2 * (1 + variance):
+                ratio += self.gain[int(variance * (len(self.gain) - 1) / (WIDEST - 1))]
                 pairs.append((i, self.grid.order[at]))
-                if ratio > pass_on:
+                if ratio > accept:
                     break
             else:
                 ratio += self.miss
-                if ratio < give_up:
+                if ratio < reject:
                     break
         return ratio, pairs
 
     def passing(self) -> Iterator[tuple[int, Pairs]]:
         """Yield the triangle of P and the pairs of every proposal that passes its test."""
-        length = min(self.test_length, len(self.company))
-        for k, j in self.alike():
-            corners, company = self.corners(k, j), self.company_of(k)
-            ratio, _ = self.grow(corners, company[:length], self.give_up, self.pass_on)
-            small = len(company) < length
-            if ratio >= self.pass_on or (small and ratio >= self.pass_small):
-                grown = company[: len(self.company)]
+        length = min(self.test_length, len(self.neighbours))
+        for k, j in self.similar():
+            corners, neighbours = self.corners(k, j), self.neighbours_of(k)
+            ratio, _ = self.grow(corners, neighbours[:length], self.reject, self.accept)
+            small = len(neighbours) < length
+            if ratio >= self.accept or (small and ratio >= self.accept_small):
+                grown = neighbours[: len(self.neighbours)]
                 yield k, self.grow(corners, grown, -math.inf, math.inf)[1]
 
 
 def two_views(seed: int, n: int = 9) -> tuple[np.ndarray, np.ndarray]:
-    """Return a set, and a moved and jittered copy of most of it among strangers."""
+    """Return a set, and a moved and jittered copy of most of it among outliers."""
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 1, (n, 2))
     move = Similarity(rng.uniform(0.7, 1.5), rng.uniform(-3, 3), *rng.uniform(-9, 9, 2))
@@ -155,7 +136,7 @@ def two_views(seed: int, n: int = 9) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sums(fit: np.ndarray) -> list[float]:
-    """Return what a fit says in other words: number, means, scaled turn."""
+    """Return number, means and scaled rotation of a fit."""
     number, *means, spread, cosine, sine = fit.tolist()
     return [number, *means, cosine / spread, sine / spread]
 
@@ -173,58 +154,60 @@ def test_what_passes_and_its_fit_agree_with_a_twin_that_refits(
 ) -> None:
     search = Search(*two_views(seed), test_length=test_length, grown=grown)
     for k, pairs in search.passing():
-        assert search.go_on()
+        assert search.proceed()
         assert search.order[search.state[0]] == k
         assert sums(search.fit) == pytest.approx(expected_sums(search, pairs), abs=1e-9)
-    assert not search.go_on()
+    assert not search.proceed()
 
 
 @given(seeds)
 @settings(max_examples=20)
-def test_every_pair_of_alike_triangles_is_met_once(seed: int) -> None:
+def test_every_pair_of_similar_triangles_is_tested_once(seed: int) -> None:
     search = Search(*two_views(seed), reach=0.0, shape_tolerance=0.1, **ANYTHING_PASSES)
-    for count, (k, j) in enumerate(search.alike(), start=1):
-        assert search.go_on()
+    for count, (k, j) in enumerate(search.similar(), start=1):
+        assert search.proceed()
         assert search.state[2] == count
         assert search.order[search.state[0]] == k
-        # within no reach, nobody joins the corners
+        # within no reach, no neighbour is added to the corners
         expected = expected_sums(search, search.corners(k, j))
         assert sums(search.fit) == pytest.approx(expected, abs=1e-9)
-    assert not search.go_on()
+    assert not search.proceed()
 
 
 @given(seeds, st.integers(0, 12))
 @settings(max_examples=20)
 def test_no_more_pairs_are_tested_than_allowed(seed: int, most: int) -> None:
     everything = dict(ANYTHING_PASSES, shape_tolerance=0.1)
-    search = Search(*two_views(seed), most=most, **everything)
-    alike = len(list(search.alike()))
+    search = Search(*two_views(seed), max_proposals=most, **everything)
+    similar = len(list(search.similar()))
     passed = 0
-    while search.go_on():
+    while search.proceed():
         passed += 1
-    assert passed == search.state[2] == min(most, alike)
-    assert not search.go_on()
-    assert search.state[2] == min(most, alike)
-    nothing = Search(*two_views(seed), most=most, shape_tolerance=0.1, pass_on=1e9, pass_small=1e9)
-    assert not nothing.go_on()
-    assert nothing.state[2] == min(most, alike)
+    assert passed == search.state[2] == min(most, similar)
+    assert not search.proceed()
+    assert search.state[2] == min(most, similar)
+    nothing = Search(
+        *two_views(seed), max_proposals=most, shape_tolerance=0.1, accept=1e9, accept_small=1e9
+    )
+    assert not nothing.proceed()
+    assert nothing.state[2] == min(most, similar)
 
 
 def test_a_search_begun_with_pairs_tested_counts_them() -> None:
-    search = Search(*two_views(1), most=7, **ANYTHING_PASSES)
+    search = Search(*two_views(1), max_proposals=7, **ANYTHING_PASSES)
     search.state[2] = 5
-    assert [search.go_on() for _ in range(4)] == [True, True, False, False]
+    assert [search.proceed() for _ in range(4)] == [True, True, False, False]
 
 
 @given(seeds)
 @settings(max_examples=20)
-def test_a_copy_is_proposed_as_it_was_moved(seed: int) -> None:
+def test_the_transform_of_a_copy_is_proposed(seed: int) -> None:
     rng = np.random.default_rng(seed)
     p = rng.uniform(0, 1, (14, 2))
     move = Similarity(rng.uniform(0.7, 1.5), rng.uniform(-3, 3), *rng.uniform(-9, 9, 2))
     search = Search(p, move.apply(p), reach=0.01, shape_tolerance=0.01)
-    assert search.go_on()
-    inner = search.fit[0] - 3  # a point on the border may fall beside the grid by rounding
+    assert search.proceed()
+    inner = search.fit[0] - 3  # a point on the border may fall outside the grid by rounding
     assert 14 - 3 - 4 <= inner <= 14 - 3
     assert sums(search.fit)[5:] == pytest.approx(move.matrix[:, 0], abs=1e-9)
     centre = move.apply([search.fit[1:3]])[0]
@@ -236,12 +219,12 @@ def test_nothing_is_proposed_without_triangles() -> None:
     p, q = two_views(2)
     for one, other in ((line, q), (p, line)):
         search = Search(one, other, **ANYTHING_PASSES)
-        assert not search.go_on()
+        assert not search.proceed()
         assert search.state[2] == 0
 
 
 @given(st.floats(1e-6, 2.0), st.floats(0.05, 0.95), st.integers(2, 40))
-def test_hits_weigh_what_they_tell(expected: float, share: float, steps: int) -> None:
+def test_hits_have_their_log_likelihood_ratio(expected: float, share: float, steps: int) -> None:
     gain = np.empty(steps)
     miss = kernel.hit_log_likelihoods(expected, share, gain)
     chance = -np.expm1(-expected * np.linspace(1.0, WIDEST, steps))
@@ -256,13 +239,13 @@ def test_compiled_and_interpreted_agree_to_the_last_bit(
     interpreted: Callable[[str], ModuleType], seed: int
 ) -> None:
     plain = interpreted("_proposal_kernel")
-    settings_ = {"pass_on": 2.0, "pass_small": 1.0, "test_length": 4, "most": 100}
+    settings_ = {"accept": 2.0, "accept_small": 1.0, "test_length": 4, "max_proposals": 100}
     one, other = (Search(*two_views(seed), **settings_) for _ in range(2))
     assert plain.hit_log_likelihoods(0.05, 0.6, other.gain) == one.miss
     assert other.gain.tolist() == one.gain.tolist()
     found = True
     while found:
-        found = one.go_on()
-        assert other.go_on(plain) == found
+        found = one.proceed()
+        assert other.proceed(plain) == found
         assert other.state.tolist() == one.state.tolist()
         assert other.fit.tolist() == one.fit.tolist()

@@ -9,14 +9,14 @@ from pointset_strategies import any_finite_points, crowded_pixels, seeds
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.frames import MAX_EXPONENT
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.points import UnitFrame
+from fpmatch.pointset.frames import UnitFrame
+from fpmatch.pointset.point_match import fewest_above
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import (
     UnitCircleParameters,
-    fewest_above,
     match_by_unit_circle,
     match_prepared,
-    rings_alike,
+    similar_rings,
 )
 from fpmatch.pointset.unit_circle.prepared_points import prepare_points
 
@@ -250,7 +250,7 @@ def test_rings_alike_by_their_definition(seed: int, tolerance: float) -> None:
     differences = np.abs(p.area[:, None] - q.area)
     assume((np.abs(differences - tolerance) > 1e-9).all())
     expected = (p.degree[:, None] == q.degree) & (differences <= tolerance)
-    assert rings_alike(p, q, tolerance).tolist() == np.argwhere(expected).tolist()
+    assert similar_rings(p, q, tolerance).tolist() == np.argwhere(expected).tolist()
 
 
 @pytest.mark.parametrize(

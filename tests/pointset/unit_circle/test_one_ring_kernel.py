@@ -15,7 +15,7 @@ from fpmatch.pointset.unit_circle.matcher import (
     best_overlay,
     fit_rings,
     match_by_unit_circle,
-    rings_alike,
+    similar_rings,
 )
 from fpmatch.pointset.unit_circle.parametrize import shape_preserving_weights
 from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints, prepare_points
@@ -129,7 +129,7 @@ def test_weights_of_any_place_in_a_ring_give_the_place_back(
 @given(seeds)
 def test_fit_agrees_with_its_twin(seed: int) -> None:
     p, q = two_views(seed)
-    alike = rings_alike(p.rings, q.rings, 0.3)
+    alike = similar_rings(p.rings, q.rings, 0.3)
     moves = fit_rings(p, q, alike)
     for move, (ring_p, ring_q) in zip(moves, alike, strict=True):
         assert move == pytest.approx(fit_with_numpy(p, q, ring_p, ring_q), abs=1e-9)
@@ -138,7 +138,7 @@ def test_fit_agrees_with_its_twin(seed: int) -> None:
 @given(seeds)
 def test_overlay_agrees_with_its_twin(seed: int) -> None:
     p, q = two_views(seed)
-    moves = fit_rings(p, q, rings_alike(p.rings, q.rings, 0.3))
+    moves = fit_rings(p, q, similar_rings(p.rings, q.rings, 0.3))
     tolerance = 0.3 * q.spacing
     counts = [count_with_numpy(move, p, q, tolerance) for move in moves]
     best = best_overlay(p, q, moves, tolerance, len(p))
@@ -148,7 +148,7 @@ def test_overlay_agrees_with_its_twin(seed: int) -> None:
 @given(seeds)
 def test_overlay_ends_at_the_first_move_that_is_good_enough(seed: int) -> None:
     p, q = two_views(seed)
-    moves = fit_rings(p, q, rings_alike(p.rings, q.rings, 0.3))
+    moves = fit_rings(p, q, similar_rings(p.rings, q.rings, 0.3))
     counts = np.array([count_with_numpy(move, p, q, 0.03) for move in moves])
     enough = len(p) // 3
     good = np.flatnonzero(counts >= enough)
@@ -159,7 +159,7 @@ def test_overlay_ends_at_the_first_move_that_is_good_enough(seed: int) -> None:
 
 def test_points_moved_onto_one_point_count_once() -> None:
     p, q = two_views(5)
-    moves = fit_rings(p, q, rings_alike(p.rings, q.rings, 0.3))
+    moves = fit_rings(p, q, similar_rings(p.rings, q.rings, 0.3))
     collapse = np.array([[1e-6, 0.0, *q.unit[:, 3]]])
     genuine = best_overlay(p, q, moves, 0.03, len(p))
     best = best_overlay(p, q, np.vstack([collapse, moves]), 0.03, len(p))

@@ -11,7 +11,7 @@ from pointset_strategies import any_finite_points, crowded_pixels, seeds
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.frames import MAX_EXPONENT
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.points import UnitFrame
+from fpmatch.pointset.frames import UnitFrame
 from fpmatch.pointset.random_sets import independent_pair, random_pair
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.van_wamelen import _search_kernel
@@ -105,7 +105,7 @@ def test_the_seed_decides_and_nothing_else() -> None:
 def test_a_power_of_two_in_scale_changes_no_pair(seed: int, of_p: int, of_q: int) -> None:
     pair = random_pair(20, 30, 0.9, 0.1, 0.4, rng=seed)
     match, same = (
-        match_van_wamelen(p, q, rho=0.9, lambda_=0.4, most_looks=LITTLE_WORK)
+        match_van_wamelen(p, q, rho=0.9, lambda_=0.4, max_steps=LITTLE_WORK)
         for p, q in ((pair.p, pair.q), (np.ldexp(pair.p, of_p), np.ldexp(pair.q, of_q)))
     )
     assert match.pairs.tolist() == same.pairs.tolist()
@@ -204,7 +204,7 @@ def crowd_with_an_outlier(size: int) -> np.ndarray:
 def test_hostile_sets_match_soundly_or_not_at_all(
     p: np.ndarray, q: np.ndarray, rho: float, lambda_: float
 ) -> None:
-    check_sound(match_van_wamelen(p, q, rho=rho, lambda_=lambda_, most_looks=LITTLE_WORK), p, q)
+    check_sound(match_van_wamelen(p, q, rho=rho, lambda_=lambda_, max_steps=LITTLE_WORK), p, q)
 
 
 def test_a_lattice_matches_a_larger_one() -> None:
@@ -216,14 +216,14 @@ def test_a_lattice_matches_a_larger_one() -> None:
 def test_work_is_bounded_whatever_the_sets() -> None:
     p, q = square_lattice(100), crowd_with_an_outlier(20_000)
     for pattern, target in ((p, q), (q[::2], np.vstack([p, p]))):
-        match = match_van_wamelen(pattern, target, rho=0.95, lambda_=0.428, most_looks=LITTLE_WORK)
+        match = match_van_wamelen(pattern, target, rho=0.95, lambda_=0.428, max_steps=LITTLE_WORK)
         assert match.transform is None
         assert match.local_matches < LITTLE_WORK
 
 
 @given(crowded_pixels, crowded_pixels)
 def test_crowded_pixels_match_soundly(p: np.ndarray, q: np.ndarray) -> None:
-    check_sound(match_van_wamelen(p, q, rho=0.6, lambda_=0.61, most_looks=LITTLE_WORK // 10), p, q)
+    check_sound(match_van_wamelen(p, q, rho=0.6, lambda_=0.61, max_steps=LITTLE_WORK // 10), p, q)
 
 
 def beyond_reach(points: np.ndarray) -> bool:
@@ -234,7 +234,7 @@ def beyond_reach(points: np.ndarray) -> bool:
 @given(any_finite_points, any_finite_points)
 def test_any_finite_points_match_or_are_refused(p: np.ndarray, q: np.ndarray) -> None:
     def match() -> PointMatch:
-        return match_van_wamelen(p, q, rho=0.6, lambda_=0.61, most_looks=LITTLE_WORK // 10)
+        return match_van_wamelen(p, q, rho=0.6, lambda_=0.61, max_steps=LITTLE_WORK // 10)
 
     if beyond_reach(p) or beyond_reach(q):
         with pytest.raises(PointSetError, match="beyond"):

@@ -1,0 +1,126 @@
+"""Kernel: least-squares fits of the similarity transform of eq. (1) to paired points.
+
+A move is the transform (s·cos θ, s·sin θ, tx, ty). Each fit is the closed form of
+`fpmatch.pointset.similarity.Similarity.fit`: with Σ|p|², Σp·q and Σp×q of centred points,
+s·cos θ = Σp·q / Σ|p|² and s·sin θ = Σp×q / Σ|p|². The two functions sum in different orders,
+so their results differ in the last bits. Interpreted, they run as they stand.
+"""
+
+import cython
+
+if cython.compiled:
+    from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
+else:
+    from fpmatch.pointset._grid_kernel import CellGrid
+
+COMPILED = cython.compiled
+
+
+@cython.ccall
+@cython.exceptval(check=False)
+def fit_lists(
+    px: cython.double[::1],
+    py: cython.double[::1],
+    p_list: cython.int[::1],
+    p_begin: cython.Py_ssize_t,
+    p0: cython.Py_ssize_t,
+    qx: cython.double[::1],
+    qy: cython.double[::1],
+    q_list: cython.int[::1],
+    q_begin: cython.Py_ssize_t,
+    q0: cython.Py_ssize_t,
+    count: cython.Py_ssize_t,
+    shift: cython.Py_ssize_t,
+    move: cython.double[::1],
+) -> cython.bint:
+    """Fit `move` to the pair (p0, q0) and to `count` pairs of two lists; return whether there is one.
+
+    Entry ``p_begin + j`` of `p_list` is paired with entry ``q_begin + (j + shift) % count`` of
+    `q_list`. One pass over offsets from the first pair; without a fit `move` stays as it is.
+    """
+    cython.declare(j=cython.Py_ssize_t, m=cython.Py_ssize_t, i=cython.Py_ssize_t, n=cython.double)
+    x0 = px[p0]
+    y0 = py[p0]
+    u0 = qx[q0]
+    v0 = qy[q0]
+    sum_x = sum_y = sum_u = sum_v = 0.0
+    spread = dot = cross = 0.0
+    m = q_begin + shift
+    for j in range(p_begin, p_begin + count):
+        i = p_list[j]
+        x = px[i] - x0
+        y = py[i] - y0
+        i = q_list[m]
+        u = qx[i] - u0
+        v = qy[i] - v0
+        sum_x += x
+        sum_y += y
+        sum_u += u
+        sum_v += v
+        spread += x * x + y * y
+        dot += x * u + y * v
+        cross += x * v - y * u
+        m += 1
+        if m == q_begin + count:
+            m = q_begin
+    n = count + 1
+    spread -= (sum_x * sum_x + sum_y * sum_y) / n
+    dot -= (sum_x * sum_u + sum_y * sum_v) / n
+    cross -= (sum_x * sum_v - sum_y * sum_u) / n
+    if not (spread > 0.0 and dot * dot + cross * cross > 0.0):
+        return False
+    a = dot / spread
+    b = cross / spread
+    x = x0 + sum_x / n
+    y = y0 + sum_y / n
+    move[0] = a
+    move[1] = b
+    move[2] = u0 + sum_u / n - (a * x - b * y)
+    move[3] = v0 + sum_v / n - (b * x + a * y)
+    return True
+
+
+@cython.ccall
+@cython.exceptval(check=False)
+def fit_partners(
+    p: cython.double[:, ::1], grid: CellGrid, partner: cython.int[::1], move: cython.double[::1]
+) -> cython.bint:
+    """Fit `move` to the points that have partners (not -1) in a grid; return whether there is one.
+
+    Two passes: means, then centred sums; without a fit `move` stays as it is.
+    """
+    cython.declare(i=cython.Py_ssize_t, at=cython.int, pairs=cython.int)
+    pairs = 0
+    px = py = qx = qy = 0.0
+    for i in range(p.shape[1]):
+        at = partner[i]
+        if at >= 0:
+            pairs += 1
+            px += p[0, i]
+            py += p[1, i]
+            qx += grid.x[at]
+            qy += grid.y[at]
+    if pairs < 2:
+        return False
+    px /= pairs
+    py /= pairs
+    qx /= pairs
+    qy /= pairs
+    spread = dot = cross = 0.0
+    for i in range(p.shape[1]):
+        at = partner[i]
+        if at >= 0:
+            x = p[0, i] - px
+            y = p[1, i] - py
+            u = grid.x[at] - qx
+            v = grid.y[at] - qy
+            spread += x * x + y * y
+            dot += x * u + y * v
+            cross += x * v - y * u
+    if spread <= 0.0 or (dot == 0.0 and cross == 0.0):
+        return False
+    move[0] = dot / spread
+    move[1] = cross / spread
+    move[2] = qx - move[0] * px + move[1] * py
+    move[3] = qy - move[1] * px - move[0] * py
+    return True

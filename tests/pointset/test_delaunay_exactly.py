@@ -14,7 +14,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
-from fpmatch.pointset.delaunay import triangulate
 from fpmatch.pointset.delaunay import triangulate as delaunay
 from fpmatch.pointset.delaunay._point_order_kernel import sort_points
 from fpmatch.pointset.delaunay.triangulate import FLATNESS, GRID_BITS, triangulate

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from pointset_strategies import seeds
 
 from fpmatch.pointset._grid_kernel import CellGrid
-from fpmatch.pointset.grid import sort_into_cells
 from fpmatch.pointset._similarity_kernel import fit_partners
+from fpmatch.pointset.grid import sort_into_cells
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.triangles import _overlay_kernel as kernel
 

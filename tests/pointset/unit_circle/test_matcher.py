@@ -7,10 +7,8 @@ from hypothesis import strategies as st
 from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.frames import MAX_EXPONENT
-from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.frames import UnitFrame
-from fpmatch.pointset.point_match import fewest_above
+from fpmatch.pointset.frames import MAX_EXPONENT, UnitFrame
+from fpmatch.pointset.point_match import PointMatch, fewest_above
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import (
     UnitCircleParameters,

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from pointset_strategies import any_finite_points, crowded_pixels, seeds
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.frames import MAX_EXPONENT
+from fpmatch.pointset.frames import MAX_EXPONENT, UnitFrame
 from fpmatch.pointset.point_match import PointMatch
-from fpmatch.pointset.frames import UnitFrame
 from fpmatch.pointset.random_sets import independent_pair, random_pair
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.van_wamelen import _search_kernel

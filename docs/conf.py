@@ -7,8 +7,11 @@ loads anything from another host.
 from __future__ import annotations
 
 import re
+import sys
 import textwrap
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from sphinx.errors import ExtensionError
@@ -19,6 +22,9 @@ from fpmatch.drawing.case_study.figures import draw_case_study
 from fpmatch.drawing.paper_figures.figures import write_point_figures
 from fpmatch.drawing.stages.sheet import write_stages
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import verify_walk
+
 if TYPE_CHECKING:
     import click
     from sphinx.application import Sphinx
@@ -27,6 +33,8 @@ ROOT: Final = Path(__file__).resolve().parent.parent
 STAGES: Final = ROOT / "docs" / "generated" / "stages"
 CASE_STUDY: Final = ROOT / "docs" / "generated" / "case_study"
 CASE_PAIR: Final = ("103_1", "103_2")
+WALK: Final = ROOT / "docs" / "generated" / "walk"
+WALK_PAIR: Final = ("101_1", "101_3")
 SHOWN_PRINT: Final = ROOT / "sample_data" / "101_4.tif"
 
 project = "fpmatch"
@@ -108,6 +116,19 @@ def draw_case(app: Sphinx) -> None:
     write_point_figures(draw_case_study(make_case(probe, reference, *found)), CASE_STUDY)
 
 
+def draw_verification(app: Sphinx) -> None:
+    """Draw the walk of one verification and the imports of the rooms, from the code."""
+    WALK.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory() as folder:
+        paths = [ROOT / "sample_data" / f"{name}.tif" for name in WALK_PAIR]
+        work = partial(verify_walk.verify_files, *paths, Path(folder, "overlay.png"))
+        work()  # once before, so that loading modules and data is not part of the walk
+        walk = verify_walk.draw_walk(verify_walk.trace(work))
+    (WALK / "verify.svg").write_text(walk, encoding="utf-8")
+    rooms = verify_walk.draw_rooms(verify_walk.room_imports())
+    (WALK / "rooms.svg").write_text(rooms, encoding="utf-8")
+
+
 def check_assets(app: Sphinx, exception: Exception | None) -> None:
     """Fail where a page or style sheet of the site loads something from another host."""
     if exception is not None:
@@ -180,6 +201,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Draw before reading; put the help of the commands into words."""
     app.connect("builder-inited", draw_stages)
     app.connect("builder-inited", draw_case)
+    app.connect("builder-inited", draw_verification)
     app.connect("source-read", without_folders)
     app.connect("build-finished", check_assets)
     for part in ("description", "options", "epilog"):

@@ -1,9 +1,9 @@
-"""Measure error rates as the FVC did, on synthetic prints: two matchers on the same templates.
+"""Measure error rates on synthetic prints by a protocol of the FVC: two matchers, same templates.
 
     python examples/evaluate_synthetic.py [FOLDER FOR THE PRINTS [FINGERS [IMPRESSIONS]]]
 
-The prints are made once; a second run finds them. A handful of fingers says little about a matcher:
-with 100 fingers and 8 impressions the rates begin to mean something.
+The prints are made once; a second run reuses them. A few fingers do not suffice to measure a
+matcher; use at least 100 fingers and 8 impressions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from fpmatch.synthesis.database import make_database
 
 
 def main(folder: Path, fingers: int, impressions: int) -> None:
-    """Make the prints, compare each with each, and print how often either matcher errs."""
+    """Make the prints, compare all pairs, and print the error rates of both matchers."""
     made = make_database(folder, fingers=fingers, impressions=impressions, preset="clean", seed=3)
     print(f"{made.fingers} fingers, {made.impressions} impressions of each: {made.folder}")
 
@@ -31,14 +31,14 @@ def main(folder: Path, fingers: int, impressions: int) -> None:
         print()
         print(f"matcher {report.matcher}")
         print(f"  equal error rate                     {shown(row.rates.eer)}")
-        print(f"  genuine refused, no impostor let in  {shown(row.rates.zero_fmr)}")
-        # raw similarities: their order alone has meaning, and each matcher has a scale of its own
-        print(f"  least alike of the genuine            {genuine.min():.3f}")
-        print(f"  most alike of the impostors           {impostor.max():.3f}")
+        print(f"  ZeroFMR                              {shown(row.rates.zero_fmr)}")
+        # similarities: only their order has a meaning, and each matcher has its own scale
+        print(f"  least similarity, genuine             {genuine.min():.3f}")
+        print(f"  greatest similarity, impostor         {impostor.max():.3f}")
 
 
 def shown(rate: float | None) -> str:
-    """Return a rate in percent, or a dash where the pairs are too few to tell it."""
+    """Return a rate in percent, or a dash where there are too few pairs."""
     return "-" if rate is None else f"{100 * rate:.1f} %"
 
 

@@ -1,4 +1,4 @@
-"""Verify two prints, and draw the one over the other.
+"""Verify two prints, and draw the overlay.
 
 python examples/verify_and_draw.py [FOLDER FOR THE PICTURES]
 """
@@ -17,7 +17,7 @@ def main(folder: Path) -> None:
     """Compare a print with another of the same finger, and with one of another finger."""
     folder.mkdir(parents=True, exist_ok=True)
     probe = read_image(SAMPLES / "101_1.tif")
-    template = extract(probe)  # once: it serves both comparisons
+    template = extract(probe)  # once, for both comparisons
     print(f"probe 101_1: {len(template.minutiae)} minutiae, {template.dpi:g} dpi")
 
     for name in ("101_3", "102_1"):
@@ -28,15 +28,15 @@ def main(folder: Path) -> None:
         print(f"  score {result.score:.1f}, a match needs {result.threshold:.1f}")
         if result.match and result.transform is not None:
             print(f"  {len(result.pairs)} pairs of minutiae, {result.rms_px:.1f} px apart (rms)")
-            # θ turns from +x towards +y, and y points down: positive is clockwise on screen
+            # a positive θ is clockwise on screen, because y points down
             turn = result.transform.rotation_deg
             sense = "clockwise" if turn > 0 else "counter-clockwise"
-            print(f"  the probe is turned by {abs(turn):.0f}° {sense} onto the reference")
+            print(f"  rotation of the probe: {abs(turn):.0f}° {sense}")
         else:
-            print(f"  because {result.reason}")
+            print(f"  reason: {result.reason}")
         picture = folder / f"101_1_on_{name}.png"
         save_overlay(picture, probe, reference, result)
-        print(f"  drawn: {picture}")
+        print(f"  overlay: {picture}")
 
 
 if __name__ == "__main__":

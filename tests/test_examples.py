@@ -1,4 +1,4 @@
-"""The examples run as they are, and print what they say they find."""
+"""The examples run unchanged, and print their results."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def printed(folder: Path, name: str, *words: str) -> str:
 def test_one_finger_matches_another_does_not_and_both_are_drawn(tmp_path: Path) -> None:
     text = printed(tmp_path, "verify_and_draw", "pictures")
     assert re.search(r"against 101_3: match\n", text)
-    assert re.search(r"turned by 3\d° counter-clockwise", text)
+    assert re.search(r"rotation of the probe: 3\d° counter-clockwise", text)
     assert re.search(r"against 102_1: no match\n", text)
-    assert "  because " in text
+    assert "  reason: " in text
     assert {p.name for p in (tmp_path / "pictures").iterdir()} == {
         "101_1_on_101_3.png",
         "101_1_on_102_1.png",

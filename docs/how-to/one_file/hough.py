@@ -1,7 +1,7 @@
-"""Matcher "hough": every pair of minutiae votes for a rotation and shift; the most votes win.
+"""Matcher "hough": every pair of minutiae votes for a rotation and shift.
 
 Ratha, Karu, Chen, Jain, "A real-time matching system for large fingerprint databases", PAMI 18
-(1996), without scale: prints are brought to 500 dpi.
+(1996), without scale: positions are converted to 500 dpi.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Prepared:
 
 @dataclass(frozen=True, slots=True)
 class HoughMatcher:
-    """Compare templates by votes; cells and distances in pixels at 500 dpi, turns in radians."""
+    """Compare templates by votes; lengths in pixels at 500 dpi, rotations in radians."""
 
     name: str = "hough"
     cell_px: float = 20.0
@@ -40,13 +40,13 @@ class HoughMatcher:
     near_px: float = 15.0
 
     def prepare(self, template: Template) -> Prepared:
-        """Return what `compare` needs of one template: done once for a print."""
+        """Return what `compare` needs of a template."""
         minutiae = template.minutiae
         xy = minutiae.xy.astype(np.float64) * (STANDARD_DPI / template.dpi)
         return Prepared(xy, minutiae.angle.astype(np.float64), template.dpi)
 
     def compare(self, probe: Prepared, reference: Prepared) -> Comparison:
-        """Compare two prepared templates, in the same order whichever comes first."""
+        """Compare two prepared templates; the order of the arguments does not change the score."""
         if probe.xy.tobytes() <= reference.xy.tobytes():
             return self._compare(probe, reference)
         found = self._compare(reference, probe)
@@ -63,7 +63,7 @@ class HoughMatcher:
         move = Similarity.fit(p.xy[votes[:, 0]], q.xy[votes[:, 1]], with_scale=False)
         pairs = self._pairs(move.apply(p.xy), q.xy)
         if len(pairs) < 3:
-            return _nothing("fewer than three minutiae fall on one another")
+            return _nothing("fewer than three minutiae coincide")
         apart = move.apply(p.xy[pairs[:, 0]]) - q.xy[pairs[:, 1]]
         share = len(pairs) ** 2 / (len(p.xy) * len(q.xy))
         to_probe, to_reference = p.dpi / STANDARD_DPI, q.dpi / STANDARD_DPI
@@ -77,16 +77,16 @@ class HoughMatcher:
         )
 
     def _votes(self, p: Prepared, q: Prepared) -> NDArray[np.intp]:
-        """Return the pairs (i, j) in the cell of rotation and shift that has the most."""
+        """Return the pairs (i, j) in the cell of rotation and shift with the most votes."""
         i, j = (side.ravel() for side in np.indices((len(p.xy), len(q.xy))))
-        # directions count counter-clockwise, a transform's rotation clockwise
+        # directions are counter-clockwise, the rotation of a transform is clockwise
         turn = np.mod(p.angle[i] - q.angle[j], 2 * np.pi)
         cosine, sine = np.cos(turn), np.sin(turn)
         x, y = p.xy[i].T
         shift = q.xy[j] - np.column_stack([cosine * x - sine * y, sine * x + cosine * y])
         cells = np.column_stack([turn / self.cell_turn, shift / self.cell_px])
         best = np.empty((0, 2), np.intp)
-        for offset in (0.0, 0.5):  # so that no cluster is cut by the border of a cell
+        for offset in (0.0, 0.5):  # two grids, so that no border divides a cluster in both
             _, cell, size = np.unique(
                 np.floor(cells + offset), axis=0, return_inverse=True, return_counts=True
             )
@@ -96,7 +96,7 @@ class HoughMatcher:
         return best
 
     def _pairs(self, moved: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.int32]:
-        """Return the pairs that are nearest to one another, and near."""
+        """Return the pairs of mutual nearest neighbours within the tolerance."""
         distance = np.hypot(*(moved[:, None] - q).T).T
         nearest, back = distance.argmin(axis=1), distance.argmin(axis=0)
         i = np.arange(len(moved))

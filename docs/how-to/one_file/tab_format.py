@@ -1,4 +1,4 @@
-"""Templates as lines of tab-separated numbers, below one that gives the frame.
+"""Templates as lines of tab-separated numbers, after a line with the frame.
 
 A file looks like this::
 
@@ -24,8 +24,8 @@ MAGIC: Final = "#tab\t"
 
 
 def encode(record: TemplateRecord) -> Encoded:
-    """Return a record as bytes, and in words what they could not hold."""
-    template = record.single().template  # refuses a record of several prints
+    """Return a record as bytes, and messages about what the format cannot hold."""
+    template = record.single().template  # raises for a record of several prints
     m = template.minutiae
     lines = [f"{MAGIC}{template.width}\t{template.height}\t{template.dpi:.17g}"]
     for row in zip(m.x, m.y, np.degrees(m.angle.astype(float)), m.kind, m.quality, strict=True):
@@ -35,7 +35,7 @@ def encode(record: TemplateRecord) -> Encoded:
 
 
 def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
-    """Return the record that bytes hold; errors name the line, and the caller adds the file."""
+    """Return the record in the bytes; errors name the line, and the caller adds the file."""
     try:
         head, *lines = data.decode().splitlines()
         width, height, dpi = head.removeprefix(MAGIC).split("\t")
@@ -51,12 +51,12 @@ def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
         except ValueError as error:
             raise TemplateError(f"line {number + 2}: expected five numbers") from error
     x, y, degrees, kind, quality = rows.T
-    minutiae = minutiae_of(x, y, np.radians(degrees), kind, quality)  # refuses what is no minutia
+    minutiae = minutiae_of(x, y, np.radians(degrees), kind, quality)  # raises for invalid values
     return TemplateRecord(CODEC.name, (View(Template(minutiae, *frame)),))
 
 
 def recognises(data: bytes) -> bool:
-    """Tell from the first bytes whether they are meant to be this format."""
+    """Return whether the first bytes are those of this format."""
     return data.startswith(MAGIC.encode())
 
 

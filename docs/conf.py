@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any, Final
 from sphinx.errors import ExtensionError
 
 from fpmatch import StageRecorder, __version__, extract, read_image, verify
-from fpmatch.drawing.case_study.case import make_case
-from fpmatch.drawing.case_study.figures import draw_case_study
-from fpmatch.drawing.paper_figures.figures import write_point_figures
+from fpmatch.drawing.case_study.case import draw_case_study, make_case
+from fpmatch.drawing.paper_figures.sheet import write_point_figures
 from fpmatch.drawing.stages.sheet import write_stages
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))

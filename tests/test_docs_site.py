@@ -91,8 +91,7 @@ def test_every_stage_of_an_extraction_is_shown(fingers: list[NDArray[np.uint8]])
 
 def test_every_step_of_the_case_study_is_shown() -> None:
     pytest.importorskip("matplotlib")
-    from fpmatch.drawing.case_study.case import make_case
-    from fpmatch.drawing.case_study.figures import draw_case_study
+    from fpmatch.drawing.case_study.case import draw_case_study, make_case
 
     names = "103_1", "103_2"
     images = [fpmatch.read_image(ROOT / "sample_data" / f"{name}.tif") for name in names]

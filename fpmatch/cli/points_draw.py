@@ -92,12 +92,9 @@ def points_draw(
     template, whose minutiae are drawn as they stand in the image. In the pictures x points to the
     right; angles are counter-clockwise. Needs matplotlib (the extra "plot").
     """
-    from fpmatch.drawing.paper_figures.choice import choose_ring_pair
-    from fpmatch.drawing.paper_figures.figures import (
-        draw_point_figures,
-        numbers_drawn,
-        write_point_figures,
-    )
+    from fpmatch.drawing.paper_figures.figures import draw_point_figures, numbers_drawn
+    from fpmatch.drawing.paper_figures.rings import choose_ring_pair
+    from fpmatch.drawing.paper_figures.sheet import write_point_figures
 
     pair = _pair(p, q, seed, y_axis)
     rings = choose_ring_pair(pair, ring)

@@ -1,4 +1,4 @@
-"""The pictures of a case study: what they show is what was found, and less where less was found."""
+"""The figures of a case study show the results, and less where there are fewer."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.drawing.case_study import prints, rings
-from fpmatch.drawing.case_study.case import Case, make_case, paired_points
-from fpmatch.drawing.case_study.figures import draw_case_study
-from fpmatch.drawing.case_study.overlay import overlays
-from fpmatch.drawing.paper_figures.sheet import settings
+from fpmatch.drawing.case_study import prints
+from fpmatch.drawing.case_study.case import draw_case_study, make_case
+from fpmatch.drawing.case_study.sides import Case
+from fpmatch.drawing.paper_figures.sheet import STYLE
+from fpmatch.drawing.plots.style import plain_style
 from fpmatch.errors import OutputError
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
@@ -63,27 +63,21 @@ def test_the_pictures_are_those_of_the_steps_and_always_the_same(case: Case) -> 
 
 
 def test_the_captions_have_the_numbers_of_the_results(case: Case) -> None:
-    default, paper = ({tuple(pair) for pair in result.pairs.tolist()} for result in case.results)
-    with settings():
-        words = prints.pairs(case).caption
-        counted = (
-            f"finds {len(default)} pairs, the paper's {len(paper)}; {len(default & paper)} are"
-        )
-        assert counted in words
-        words = prints.prints(case).caption
-        for side in case.sides:
-            assert f"{len(side.template.minutiae)} minutiae of {side.letter}" in words
-        words = prints.triangulations(case).caption
-        assert f"P: {len(case.probe.mesh.edges)} edges" in words
-        words = overlays(case).caption
-        for result in case.results:
-            assert result.transform is not None
-            assert f"scale {result.transform.scale:.3f}" in words
-            assert f"{abs(result.transform.rotation_deg):.1f}° clockwise" in words
+    default, paper = (set(map(tuple, r.pairs.tolist())) for r in case.results.values())
+    with plain_style(STYLE):
+        caption = prints.pairs(case).caption.replace(";", "")
+        for count in (len(default), len(paper), len(default & paper)):
+            assert f" {count} " in caption
+        assert f"{len(case.probe.mesh.edges)} edges" in prints.triangulations(case).caption
+        caption = prints.overlays(case).caption
+    for result in case.results.values():
+        assert result.transform is not None
+        assert f"scale {result.transform.scale:.3f}" in caption
+        assert f"{abs(result.transform.rotation_deg):.1f}° clockwise" in caption
 
 
 def test_prints_stand_upright_and_marks_lie_on_them(case: Case) -> None:
-    with settings():
+    with plain_style(STYLE):
         for axes, side in zip(prints.prints(case).figure.axes, case.sides, strict=True):
             bottom, top = axes.get_ylim()
             left, right = axes.get_xlim()
@@ -93,15 +87,6 @@ def test_prints_stand_upright_and_marks_lie_on_them(case: Case) -> None:
             assert top < y.min() < y.max() < bottom
             (image,) = axes.get_images()
             assert image.get_array().shape == side.pixels.shape
-
-
-def test_a_ring_of_pairs_joins_partners(case: Case) -> None:
-    p, q = paired_points(case, case.default)
-    assert len(p) == len(q) == len(case.default.pairs)
-    with settings():
-        sheet = rings.ring_of_pairs(case)
-    assert sheet is not None
-    assert "the partner in Q is known" in sheet.caption
 
 
 def test_a_triangle_without_area_is_turned_over() -> None:
@@ -118,16 +103,14 @@ def test_few_pairs_leave_out_what_there_is_nothing_to_show_of(case: Case, pairs:
     names = [figure.file_name for figure in draw_case_study(few)]
     assert "figure_8_overlays.png" in names
     assert "ring_of_pairs.png" not in names
-    with settings():
-        assert ("no transform found" in overlays(few).caption) == (pairs == 0)
+    with plain_style(STYLE):
+        assert ("no transform found" in prints.overlays(few).caption) == (pairs == 0)
 
 
 def test_prints_without_minutiae_or_ridges_are_drawn(case: Case) -> None:
-    images = [read_image(SAMPLES / f"{name}.tif") for name in NAMES]
     empty = [replace(side.template, minutiae=Minutiae.empty(), field=None) for side in case.sides]
     found = verify(*empty), verify(*empty, matcher="paper")
-    pixels = [image.pixels for image in images]
-    probe, reference = zip(NAMES, pixels, strict=True)
+    probe, reference = ((side.name, side.pixels) for side in case.sides)
     assert draw_case_study(make_case(probe, reference, *found))
 
 

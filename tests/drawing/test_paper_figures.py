@@ -16,15 +16,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
-from fpmatch.drawing.paper_figures import sheet as point_figure_sheet
-from fpmatch.drawing.paper_figures.choice import choose_ring_pair
-from fpmatch.drawing.paper_figures.circle import unit_circle
-from fpmatch.drawing.paper_figures.figures import (
-    PointFigure,
-    draw_point_figures,
-    numbers_drawn,
-    write_point_figures,
-)
+from fpmatch.drawing.paper_figures.figures import draw_point_figures, numbers_drawn
 from fpmatch.drawing.paper_figures.flow_chart import flow_chart
 from fpmatch.drawing.paper_figures.meshes import one_rings
 from fpmatch.drawing.paper_figures.pair import (
@@ -35,12 +27,14 @@ from fpmatch.drawing.paper_figures.pair import (
     random_point_pair,
     rotated_point_pair,
 )
-from fpmatch.drawing.paper_figures.ring import Ring, RingPair
+from fpmatch.drawing.paper_figures.rings import Ring, RingPair, choose_ring_pair
 from fpmatch.drawing.paper_figures.rotation import rotation
-from fpmatch.drawing.paper_figures.sheet import settings as drawing
+from fpmatch.drawing.paper_figures.sheet import PX, STYLE, PointFigure, write_point_figures
 from fpmatch.drawing.paper_figures.two_circles import two_circles
+from fpmatch.drawing.paper_figures.unit_circle import unit_circle
 from fpmatch.drawing.paper_figures.weights import shares_table, sub_triangles, weights
-from fpmatch.drawing.paper_figures.words import around, degrees, name, number, significant
+from fpmatch.drawing.plots.style import plain_style
+from fpmatch.drawing.words import degrees, number
 from fpmatch.errors import OutputError, PointSetError
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import fit_rings
@@ -71,14 +65,8 @@ def figures(pair: PointPair, rings: RingPair) -> dict[str, PointFigure]:
 
 
 def texts_of(svg: bytes) -> list[str]:
-    """Return the texts of a picture, without the rims beneath them."""
     texts = ElementTree.fromstring(svg).iter(f"{SVG}text")
-    return ["".join(text.itertext()) for text in texts if "aria-hidden" not in text.attrib]
-
-
-def rolled(values: Floats, rings: RingPair) -> Floats:
-    """Return values of Q's ring in the order of P's."""
-    return values[rings.partner]
+    return ["".join(text.itertext()) for text in texts]
 
 
 # Numbers
@@ -138,7 +126,7 @@ def test_a_rotated_copy_has_the_same_circles_and_they_turn_as_it_does(
     angle = pair.transform.rotation
     assert rings.shift == rings.true_shift
     assert rings.q.circle.area == pytest.approx(rings.p.circle.area)
-    assert rolled(rings.q.circle.weights, rings) == pytest.approx(rings.p.circle.weights)
+    assert rings.q.circle.weights[rings.partner] == pytest.approx(rings.p.circle.weights)
     assert rings.image_rotation is not None
     for found in (rings.transform.rotation, rings.circle_rotation, rings.image_rotation):
         assert math.remainder(found - angle, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
@@ -183,16 +171,9 @@ def test_an_even_ring_owns_that_its_turn_may_be_wrong() -> None:
     sixth = math.remainder(rings.circle_rotation - pair.transform.rotation, math.pi / 3)
     assert sixth == pytest.approx(0.0, abs=1e-9)
     pytest.importorskip("matplotlib")
-    with drawing():
+    with plain_style(STYLE):
         words = two_circles(rings).caption
     assert ("true partner" in words) == (rings.shift != rings.true_shift)
-
-
-def test_numbers_are_written_with_proper_signs() -> None:
-    assert (degrees(-0.04), degrees(-12.34), around(-0.01)) == ("0.0°", "−12.3°", "0.0°")
-    assert (number(-0.0004), number(-1.5, 1)) == ("0.000", "−1.5")
-    assert (significant(0.5), significant(12345.0)) == ("0.500", "1.23e+04")
-    assert name("Q", 11) == "q₁₂"
 
 
 # Pictures
@@ -210,45 +191,28 @@ def test_there_are_seven_pictures_of_the_six_figures(figures: dict[str, PointFig
         assert all(word in shown for word in figure.caption.split())
 
 
-def test_the_counts_are_those_of_the_triangulation(
-    figures: dict[str, PointFigure], pair: PointPair
-) -> None:
-    mesh = pair.p.mesh
-    counted = f"P: {len(mesh)} points, {len(mesh.edges)} edges, {len(mesh.triangles)} triangles, "
-    assert counted in figures["2"].caption
-    assert f"{mesh.interior.sum()} closed one-rings" in figures["2"].caption
-    # Euler: points - edges + triangles and the outside
-    assert len(mesh) - len(mesh.edges) + len(mesh.triangles) + 1 == 2
-
-
 def test_the_ring_s_numbers_are_written_into_its_pictures(
     figures: dict[str, PointFigure], rings: RingPair
 ) -> None:
     circle = rings.p.circle
     texts = texts_of(figures["4"].content)
     for weight, arc, sector in zip(circle.weights, rings.p.arcs, rings.p.sectors, strict=True):
-        written = [number(weight), degrees(math.degrees(arc)), number(sector)]
+        written = [number(weight), degrees(arc), number(sector)]
         assert all(texts.count(text) >= 2 for text in written)  # in the drawing and in the table
     assert {number(circle.area), "1.000", "360.0°"} <= set(texts)
-    assert f"together {number(circle.area)}," in figures["4"].caption
-    assert f"= ({number(circle.image[0])}, {number(circle.image[1])})" in figures["4"].caption
     for k, weight in enumerate(circle.weights):
         assert texts_of(figures["5"].content).count(number(weight)) >= 2, k
 
 
-def test_the_two_circles_tell_shift_and_turn(
+def test_the_table_of_the_circles_has_the_pairs_and_their_deviations(
     figures: dict[str, PointFigure], rings: RingPair
 ) -> None:
-    words, texts = figures["6a"].caption, texts_of(figures["6a"].content)
-    assert f"a cyclic shift by {rings.shift}: p₁ goes with {name('Q', rings.shift)}," in words
-    assert f"turned by {degrees(math.degrees(rings.turn))}." in words
-    for k, n in enumerate(rings.partner.tolist()):
-        assert f"{name('P', k)} {name('Q', n)}" in texts
-    assert number(rings.p.circle.area) in words
-    assert number(rings.q.circle.area) in words
+    texts = texts_of(figures["6a"].content)
+    assert {*rings.names, *map(degrees, rings.deviations)} <= set(texts)
+    assert degrees(rings.turn) in figures["6a"].caption
 
 
-def test_the_overlay_tells_how_many_match(
+def test_the_alignment_has_the_number_of_matches_and_the_rotation(
     figures: dict[str, PointFigure], pair: PointPair, rings: RingPair
 ) -> None:
     moved = rings.transform.apply(pair.p.prepared.points)
@@ -256,25 +220,15 @@ def test_the_overlay_tells_how_many_match(
     assert np.hypot(*(moved[0] - true)) < 0.5
     matched = numbers_drawn(pair, rings)["matched"]
     assert matched >= 0.9 * len(moved)
-    assert f"(e) P laid on Q: {matched} of {len(moved)} points match" in texts_of(
-        figures["6b"].content
-    )
-    rotation = degrees(rings.transform.rotation_deg)
-    assert rotation in texts_of(figures["6b"].content)
+    assert f"{matched} of {len(moved)} points match" in " ".join(texts_of(figures["6b"].content))
+    assert degrees(rings.transform.rotation) in texts_of(figures["6b"].content)
 
 
-def test_the_flow_chart_has_the_steps_of_section_3_3(figures: dict[str, PointFigure]) -> None:
-    words = " ".join(texts_of(figures["7"].content))
-    steps = (
-        "Precomputation", "triangulation, unit-circle parametrization", "interior points?",
-        "As many edges", "one-ring polygons", "Difference of areas", "transformation",
-        "All combinations", "Global matching", "above ρ?",
-    )  # fmt: skip
-    places = [words.index(step) for step in steps]
-    assert places == sorted(places)
-    # each of the five questions is answered yes and no
-    assert texts_of(figures["7"].content).count("yes") == 5
-    assert texts_of(figures["7"].content).count("no") == 5
+def test_every_decision_of_the_flow_chart_has_both_answers(
+    figures: dict[str, PointFigure],
+) -> None:
+    texts = texts_of(figures["7"].content)
+    assert sum("?" in text for text in texts) == texts.count("yes") == texts.count("no") == 5
 
 
 def test_the_same_points_make_the_same_file_whatever_the_user_s_settings(
@@ -292,7 +246,7 @@ def test_the_same_points_make_the_same_file_whatever_the_user_s_settings(
 
 def test_png_is_twice_as_large_and_always_the_same(rings: RingPair) -> None:
     pytest.importorskip("matplotlib")
-    with drawing():
+    with plain_style(STYLE):
         sheet = unit_circle(rings.p)
         content = sheet.encoded("png")
         assert content == unit_circle(rings.p).encoded("png")
@@ -301,12 +255,12 @@ def test_png_is_twice_as_large_and_always_the_same(rings: RingPair) -> None:
         assert image.info["Title"] == sheet.title
 
 
-def test_labels_are_large_and_do_not_lie_on_one_another(pair: PointPair, rings: RingPair) -> None:
+def test_labels_are_large_and_do_not_overlap(pair: PointPair, rings: RingPair) -> None:
     backend = pytest.importorskip("matplotlib.backends.backend_agg")
     annotation = pytest.importorskip("matplotlib.text").Annotation
-    with drawing():
+    with plain_style(STYLE):
         for sheet in (
-            one_rings(pair, rings),
+            one_rings(rings),
             unit_circle(rings.p),
             weights(rings.p),
             two_circles(rings),
@@ -320,7 +274,7 @@ def test_labels_are_large_and_do_not_lie_on_one_another(pair: PointPair, rings: 
                 boxes = [text.get_window_extent(renderer) for text in labels]
                 frame = axes.get_window_extent(renderer)
                 for text, box in zip(labels, boxes, strict=True):
-                    assert text.get_fontsize() / point_figure_sheet.POINTS_PER_PX > LEAST_LETTERS_PX
+                    assert text.get_fontsize() / PX > LEAST_LETTERS_PX
                     assert frame.x0 < box.x0 < box.x1 < frame.x1, text
                     assert frame.y0 < box.y0 < box.y1 < frame.y1, text
                 for (one, a), (two, b) in combinations(zip(labels, boxes, strict=True), 2):
@@ -365,27 +319,27 @@ def test_a_ring_without_its_partner_is_refused() -> None:
     lonely = PointPair(pair.p, pair.q, pair.pairs[:0], pair.transform, "", "")
     with pytest.raises(PointSetError, match="no partner in the other set"):
         choose_ring_pair(lonely, i)
-    with pytest.raises(PointSetError, match=r"none of its closed one-rings comes again in p\.csv,"):
+    with pytest.raises(PointSetError, match=r"none of its closed one-rings recurs in p\.csv,"):
         choose_ring_pair(lonely)
     crossed = pair.pairs.copy()
     ring = pair.p.mesh.one_ring(i)
     crossed[ring[:2], 1] = crossed[ring[1::-1], 1]
     other = PointPair(pair.p, pair.q, crossed, pair.transform, "", "")
-    with pytest.raises(PointSetError, match=f"partner, point {i} .* made of other points"):
+    with pytest.raises(PointSetError, match=f"partner, point {i} .* has other points"):
         choose_ring_pair(other, i)
 
 
 def test_sets_that_do_not_match_are_refused() -> None:
-    strangers = np.random.default_rng(3).uniform(0, 1, (20, 2))
+    unrelated = np.random.default_rng(3).uniform(0, 1, (20, 2))
     with pytest.raises(PointSetError, match=r"^p\.csv and q\.csv: they do not match"):
-        matched_point_pair(SPIRAL[:20], strangers, "p.csv", "q.csv")
+        matched_point_pair(SPIRAL[:20], unrelated, "p.csv", "q.csv")
 
 
 def test_without_matplotlib_one_line_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, pair: PointPair, rings: RingPair
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(OutputError, match=r'need matplotlib: pip install "fpmatch\[plot\]"$'):
+    with pytest.raises(OutputError, match="needs matplotlib: pip install"):
         draw_point_figures(pair, rings)
 
 
@@ -399,14 +353,3 @@ def test_files_are_written_into_a_new_folder(tmp_path: Path) -> None:
     folder = tmp_path / "new" / "folder"
     assert write_point_figures(figures, folder) == [folder / "a.svg", folder / "b.svg"]
     assert (folder / "b.svg").read_bytes() == b"<svg />"
-    assert sorted(path.name for path in folder.iterdir()) == ["a.svg", "b.svg"]
-
-
-def test_a_file_in_the_folder_s_place_is_named(tmp_path: Path) -> None:
-    (tmp_path / "out").write_bytes(b"kept")
-    with pytest.raises(OutputError, match="out: cannot be made a folder"):
-        write_point_figures([], tmp_path / "out")
-    (tmp_path / "a.svg").mkdir()
-    with pytest.raises(OutputError, match=r"a\.svg: cannot be written: it is a folder"):
-        write_point_figures([PointFigure("a.svg", "", "", b"")], tmp_path)
-    assert (tmp_path / "out").read_bytes() == b"kept"

@@ -1,1 +1,1 @@
-"""The paper's section 4.1 on two prints: from images to transform, a picture a step."""
+"""The paper's case study on two prints, with its Figures 1, 3 and 8: `case` draws it."""

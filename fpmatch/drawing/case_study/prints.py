@@ -1,60 +1,63 @@
-"""Prints with their minutiae, triangulations and pairs: the paper's Figures 1, 3 and 8 (a)."""
+"""Prints with minutiae, triangulations, pairs and overlays: the paper's Figures 1, 3 and 8."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+import cv2
 import numpy as np
 
-from fpmatch.drawing.case_study.case import called, mark_of, names, paired_points, show_print
-from fpmatch.drawing.palette import NO_MATCH, hexadecimal
+from fpmatch.drawing.case_study.sides import FADED, show_pixels
+from fpmatch.drawing.palette import NO_MATCH, PAIR_LINK, PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.paper_figures.marks import (
+    ABOVE,
     EDGE,
     MESHES,
     OUTLINE,
     TINTS,
     dots,
+    label,
+    mesh_lines,
     segments,
 )
-from fpmatch.drawing.paper_figures.sheet import Sheet
-from fpmatch.drawing.paper_figures.text import label
+from fpmatch.drawing.paper_figures.sheet import Sheet, show
+from fpmatch.drawing.words import degrees, number
 from fpmatch.pointset.delaunay.triangulate import triangulate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.case_study.case import Case, CaseSide
+    from fpmatch.drawing.case_study.sides import Case
+    from fpmatch.drawing.palette import Colour
     from fpmatch.matching.result import Verification
 
     Floats = NDArray[np.float64]
 
-PANEL_HEIGHT: Final = 440
-FULL: Final = 0.75  # share of a print's contrast where it is what is shown
+HEIGHT: Final = 432
+FULL: Final = 0.75  # share of a print's contrast in the figure of the prints
 TICK_PX: Final = 13.0  # length of a direction's tick on the page
 DOT, SMALL_DOT = 7.0, 5.0
-NUMBER_SIZE: Final = 11.5
-NUMBER_DISTANCE: Final = 4.0
-ABOVE_NUMBERS: Final = 6.0  # layer of points that the rim of a number must not hide
+STACKED_DOT: Final = {"P": 5.0, "Q": 9.0}
+NUMBER_SIZE, NUMBER_DISTANCE = 11.5, 4.0
 
 
 def prints(case: Case) -> Sheet:
     """Draw Figure 1: the prints and their minutiae."""
-    counts = " and ".join(
-        f"{len(side.points)} minutiae of {side.letter}" for side in (case.probe, case.reference)
-    )
+    counts = " and ".join(f"{len(s.points)} minutiae of {s.letter}" for s in case.sides)
     caption = (
-        f"Two impressions of a finger, and the point patterns that are extracted from them: "
+        f"Two impressions of a finger, and the point patterns extracted from them: "
         f"{counts}. The tick is the direction of a minutia. Each panel has its own scale."
     )
-    sheet = Sheet("Figure 1. Point patterns from fingerprints", caption, 2, [PANEL_HEIGHT])
-    for column, side in enumerate(case.sides):
-        axes = sheet.panel(0, column, f"({'ab'[column]}) {called(side)}")
-        pixel = show_print(axes, side, FULL)
+    sheet = Sheet("Figure 1. Point patterns from fingerprints", caption, ["ab"], [HEIGHT])
+    for key, side in zip("ab", case.sides, strict=True):
+        axes = sheet.panel(key, f"({key}) {side.title}")
+        pixel = side.show(axes, FULL)
         angle = side.template.minutiae.angle
         ahead = TICK_PX * pixel * np.column_stack([np.cos(angle), -np.sin(angle)])
-        segments(axes, np.stack([side.points, side.points + ahead], axis=1), mark_of(side), OUTLINE)
-        dots(axes, side.points, TINTS[side.letter], DOT)
+        ticks = np.stack([side.points, side.points + ahead], axis=1)
+        segments(axes, ticks, side.tint.mark, OUTLINE)
+        dots(axes, side.points, side.tint, DOT)
     return sheet
 
 
@@ -66,59 +69,73 @@ def triangulations(case: Case) -> Sheet:
         for side in case.sides
     )
     caption = (
-        f"Delaunay triangulations of all minutiae. {counts} A minutia that only one print shows "
-        "changes the one-ring of each of its neighbours."
+        f"Delaunay triangulations of all minutiae. {counts} A minutia that occurs in only one "
+        "print changes the one-ring of each of its neighbours."
     )
-    sheet = Sheet("Figure 3. Triangulations of the minutiae", caption, 2, [PANEL_HEIGHT])
-    for column, side in enumerate(case.sides):
-        axes = sheet.panel(0, column, f"({'ab'[column]}) {called(side)}")
-        show_print(axes, side)
-        segments(axes, side.points[side.mesh.edges], mark_of(side), EDGE)
-        dots(axes, side.points, TINTS[side.letter], SMALL_DOT)
+    sheet = Sheet("Figure 3. Triangulations of the minutiae", caption, ["ab"], [HEIGHT])
+    for key, side in zip("ab", case.sides, strict=True):
+        axes = sheet.panel(key, f"({key}) {side.title}")
+        side.show(axes)
+        mesh_lines(axes, side.mesh, side.tint.mark)
+        dots(axes, side.points, side.tint, SMALL_DOT)
     return sheet
 
 
 def pairs(case: Case) -> Sheet:
-    """Draw what either matcher pairs, numbered alike in both prints."""
-    default, paper = ({(int(i), int(j)) for i, j in r.pairs} for r in case.results)
+    """Draw the pairs of either matcher; a pair has the same number in all panels."""
+    default, paper = ({*map(tuple, r.pairs.tolist())} for r in case.results.values())
     caption = (
         f"Minutiae with the same number are a pair; hollow ones have no partner. The default "
         f"matcher finds {len(default)} pairs, the paper's {len(paper)}; {len(default & paper)} are "
         "the same in both and have the same number in all four panels."
     )
-    sheet = Sheet("Pairs of minutiae", caption, 2, [PANEL_HEIGHT, PANEL_HEIGHT])
-    number = _numbers(case)
-    for row, (result, name) in enumerate(zip(case.results, names(case), strict=True)):
-        for column, side in enumerate(case.sides):
-            panel = "abcd"[2 * row + column]
-            axes = sheet.panel(row, column, f"({panel}) {name}: {side.letter}, {side.name}")
-            show_print(axes, side)
-            _numbered(axes, side, result, number, column)
+    sheet = Sheet("Pairs of minutiae", caption, ["ab", "cd"], [HEIGHT, HEIGHT])
+    order = sorted(default | paper, key=lambda pair: (*case.probe.points[pair[0]][::-1], pair))
+    numbers = {pair: str(n) for n, pair in enumerate(order, start=1)}
+    for keys, (name, result) in zip(("ab", "cd"), case.results.items(), strict=True):
+        for column, (key, side) in enumerate(zip(keys, case.sides, strict=True)):
+            axes = sheet.panel(key, f"({key}) {name}: {side.letter}, {side.name}")
+            side.show(axes)
+            paired = side.points[result.pairs[:, column]]
+            alone = np.delete(side.points, result.pairs[:, column], axis=0)
+            dots(axes, alone, side.tint, SMALL_DOT, hollow=True, layer=ABOVE)
+            dots(axes, paired, side.tint, SMALL_DOT, layer=ABOVE)
+            texts = [numbers[i, j] for i, j in result.pairs.tolist()]
+            _write_numbers(axes, paired, texts)
     return sheet
+
+
+def _write_numbers(axes: Axes, points: Floats, texts: list[str]) -> None:
+    """Write a number beside each point, away from the others, above all the nearest."""
+    for at, text in zip(points, texts, strict=True):
+        off = at - points
+        squared = (off**2).sum(axis=1)
+        others = squared > 0
+        away = (off[others] / squared[others, None] ** 1.5).sum(axis=0)
+        if not others.any():
+            away = np.array([0.0, -1.0])
+        upwards = away * (1, -1)  # labels are moved with y up
+        label(axes, at, text, away=upwards, distance=NUMBER_DISTANCE, size=NUMBER_SIZE)
 
 
 def mesh_of_pairs(case: Case) -> Sheet:
     """Draw the Delaunay mesh of the default matcher's pairs in both prints."""
-    p, q = paired_points(case, case.default)
+    p, q = case.paired_points
     mesh = triangulate(p)
     over = turned_over(mesh.triangles, p, q)
     caption = (
         f"The paired minutiae of P are triangulated, and the same triangles are drawn in Q, so "
         f"that each ring has as many points in Q as in P. {len(mesh.triangles)} triangles; turned "
-        f"over in Q (red): {int(over.sum()) or 'none'}."
-        f"{_strain(mesh.edges, p, q, case.default)}"
+        f"over in Q (red): {int(over.sum()) or 'none'}.{_strain(mesh.edges, p, q, case.default)}"
     )
-    sheet = Sheet(f"Mesh of the pairs of {names(case)[0]}", caption, 2, [PANEL_HEIGHT])
-    for column, (side, points) in enumerate(zip(case.sides, (p, q), strict=True)):
-        axes = sheet.panel(0, column, f"({'ab'[column]}) {called(side)}")
-        show_print(axes, side)
+    sheet = Sheet(f"Mesh of the pairs of {case.default_name}", caption, ["ab"], [HEIGHT])
+    for key, side, points in zip("ab", case.sides, (p, q), strict=True):
+        axes = sheet.panel(key, f"({key}) {side.title}")
+        side.show(axes)
         for corners in points[mesh.triangles[over]]:
-            axes.fill(
-                *corners.T, facecolor=hexadecimal(NO_MATCH), alpha=0.5, edgecolor="none",
-                zorder=MESHES,
-            )  # fmt: skip
-        segments(axes, points[mesh.edges], mark_of(side), EDGE)
-        dots(axes, points, TINTS[side.letter], SMALL_DOT)
+            axes.fill(*corners.T, facecolor=hexadecimal(NO_MATCH), alpha=0.5, zorder=MESHES, lw=0)
+        segments(axes, points[mesh.edges], side.tint.mark, EDGE)
+        dots(axes, points, side.tint, SMALL_DOT)
     return sheet
 
 
@@ -143,7 +160,7 @@ def _areas(triangles: NDArray[np.int32], points: Floats) -> Floats:
 
 
 def _strain(edges: NDArray[np.int32], p: Floats, q: Floats, result: Verification) -> str:
-    """Say by how much edges are longer or shorter in Q than the transform makes them."""
+    """Return a sentence on the lengths of edges in Q, compared with the transform's."""
     if result.transform is None or not len(edges):
         return ""
     before, after = (np.hypot(*(xy[edges[:, 1]] - xy[edges[:, 0]]).T) for xy in (p, q))
@@ -153,41 +170,61 @@ def _strain(edges: NDArray[np.int32], p: Floats, q: Floats, result: Verification
     off = 100 * np.abs(after[known] / before[known] / result.transform.scale - 1)
     return (
         f" Half of the {len(edges)} edges are more than {np.median(off):.0f} % longer or shorter "
-        "in Q than the transform makes them."
+        "in Q than according to the transform."
     )
 
 
-def _numbers(case: Case) -> dict[tuple[int, int], int]:
-    """Return a number for each pair of either matcher, from the top of P down."""
-    every = {(int(i), int(j)) for result in case.results for i, j in result.pairs}
-    order = sorted(every, key=lambda pair: (case.probe.points[pair[0]].tolist()[::-1], pair))
-    return {pair: n for n, pair in enumerate(order, start=1)}
+def overlays(case: Case) -> Sheet:
+    """Draw Figure 8: P over Q under the transform of either matcher."""
+    found = " ".join(f"{name}: {_transform_text(r)}" for name, r in case.results.items())
+    caption = (
+        "P (blue, dots), moved by the similarity transform of eq. (1), over Q (orange, squares); "
+        f"pairs are linked, hollow dots and single squares have no partner. {found}"
+    )
+    sheet = Sheet("Figure 8. The match that was found", caption, ["ab"], [HEIGHT])
+    p, q = case.probe.points, case.reference.points
+    for key, (name, result) in zip("ab", case.results.items(), strict=True):
+        axes = sheet.panel(key, f"({key}) {name}: {len(result.pairs)} pairs")
+        show(axes, case.reference.view, y_down=True)
+        show_pixels(axes, _overprinted(case, result))
+        dots(axes, q, TINTS["Q"], STACKED_DOT["Q"], hollow=True)
+        if result.transform is None:
+            continue
+        moved = result.transform.apply(p)
+        i, j = result.pairs.T
+        segments(axes, np.stack([moved[i], q[j]], axis=1), PAIR_LINK, 2 * EDGE)
+        dots(axes, moved[i], TINTS["P"], STACKED_DOT["P"])
+        dots(axes, np.delete(moved, i, axis=0), TINTS["P"], STACKED_DOT["P"], hollow=True)
+    return sheet
 
 
-def _numbered(
-    axes: Axes,
-    side: CaseSide,
-    result: Verification,
-    number: dict[tuple[int, int], int],
-    column: int,
-) -> None:
-    """Draw the minutiae of a side, the paired ones full and with their numbers."""
-    tint, paired = TINTS[side.letter], result.pairs[:, column]
-    alone = np.setdiff1d(np.arange(len(side.points)), paired)
-    dots(axes, side.points[alone], tint, SMALL_DOT, hollow=True, layer=ABOVE_NUMBERS)
-    dots(axes, side.points[paired], tint, SMALL_DOT, layer=ABOVE_NUMBERS)
-    for i, j in result.pairs.tolist():
-        at = side.points[(i, j)[column]]
-        away = _from_others(at, side.points[paired]) * (1, -1)  # texts are moved with y up
-        text = str(number[i, j])
-        label(axes, at, text, away=away, distance=NUMBER_DISTANCE, size=NUMBER_SIZE)
+def _transform_text(result: Verification) -> str:
+    t = result.transform
+    if t is None:
+        return "no transform found."
+    sense = "clockwise" if t.rotation >= 0 else "counter-clockwise"  # y points down
+    return (
+        f"rotation {degrees(abs(t.rotation))} {sense}, scale {number(t.scale)}, shift "
+        f"({number(t.tx, 0)}, {number(t.ty, 0)}) px, pairs {number(result.rms_px, 1)} px apart "
+        "(rms)."
+    )
 
 
-def _from_others(at: Floats, points: Floats) -> Floats:
-    """Return the direction that leads away from other points, the nearest above all."""
-    off = at - points
-    squared = (off**2).sum(axis=1)
-    others = squared > 0
-    if not others.any():
-        return np.array([0.0, -1.0])
-    return np.asarray((off[others] / squared[others, None] ** 1.5).sum(axis=0))
+def _overprinted(case: Case, result: Verification) -> NDArray[np.uint8]:
+    """Return Q in orange ink, and P, moved, in blue over it, where there is a transform."""
+    q = _inked(case.reference.pixels, REFERENCE_INK)
+    if result.transform is None:
+        return np.rint(q).astype(np.uint8)
+    rows, columns = case.reference.pixels.shape
+    matrix = np.asarray(result.transform.matrix, np.float64)
+    moved = cv2.warpAffine(
+        case.probe.pixels, matrix, (columns, rows), flags=cv2.INTER_LINEAR, borderValue=(255,)
+    )
+    p = _inked(np.asarray(moved, np.uint8), PROBE_INK)
+    return np.rint(p * q / 255.0).astype(np.uint8)
+
+
+def _inked(pixels: NDArray[np.uint8], ink: Colour) -> Floats:
+    """Return a print in one ink on white, faded, RGB."""
+    share = 2 * FADED * (255.0 - pixels[..., None]) / 255.0
+    return np.asarray(255.0 - share * (255.0 - np.array(ink, np.float64)))

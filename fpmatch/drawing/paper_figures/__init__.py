@@ -1,1 +1,1 @@
-"""Pictures of the paper's figures, from the functions that the matcher uses."""
+"""The figures of the paper, drawn from any point sets by matplotlib: `figures` draws them all."""

@@ -1,82 +1,52 @@
-"""Pictures of the paper's Figures 2 to 7, from any point set and the package's own functions.
+"""The paper's Figures 2 to 7, from any point set and the package's own functions.
 
-What the paper shows, and what is drawn here:
-
-- Fig. 2, 3: two sets and their triangulations; one-rings picked out of them;
+- Fig. 2, 3: two sets and their triangulations; one-rings in them;
 - Fig. 4: a one-ring mapped to the unit circle, by eq. (3), and its weights, eq. (4);
-- Fig. 5: the sub-triangles from which the weights come;
-- Fig. 6: the unit circles of two rings that correspond, on a first page; on a second the rotation
-  of the points seen as that of the circles, and the overlay that it leads to;
+- Fig. 5: the sub-triangles from which the weights are computed;
+- Fig. 6: the unit circles of two rings that correspond, and on a second page the rotation of the
+  points compared with that of the circles, and the alignment that follows from it;
 - Fig. 7: the matching algorithm as a flow chart, the same for all sets.
 
-Its Figures 1, 3 and 8 show prints: `fpmatch.drawing.case_study` draws them.
+Figures 1, 3 and 8 of prints are drawn by `fpmatch.drawing.case_study`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import partial
 from math import degrees
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fpmatch.drawing.paper_figures.circle import unit_circle
 from fpmatch.drawing.paper_figures.flow_chart import flow_chart
 from fpmatch.drawing.paper_figures.meshes import one_rings, triangulations
 from fpmatch.drawing.paper_figures.rotation import matched_points, rotation
-from fpmatch.drawing.paper_figures.sheet import FILE_FORMATS, settings
+from fpmatch.drawing.paper_figures.sheet import draw_sheets
 from fpmatch.drawing.paper_figures.two_circles import two_circles
+from fpmatch.drawing.paper_figures.unit_circle import unit_circle
 from fpmatch.drawing.paper_figures.weights import weights
-from fpmatch.errors import OutputError
-from fpmatch.output import atomic_write_bytes, reason
 
 if TYPE_CHECKING:
-    import os
+    from collections.abc import Callable
 
     from fpmatch.drawing.paper_figures.pair import PointPair
-    from fpmatch.drawing.paper_figures.ring import Ring, RingPair
-    from fpmatch.drawing.paper_figures.sheet import FileFormat
-
-
-@dataclass(frozen=True, slots=True)
-class PointFigure:
-    """Hold one picture.
-
-    Parameters
-    ----------
-    file_name : str
-        Such as ``figure_4_unit_circle.svg``.
-    title, caption : str
-        The words above and below the panels, which the picture holds as well.
-    content : bytes
-        The file.
-    """
-
-    file_name: str
-    title: str
-    caption: str
-    content: bytes
+    from fpmatch.drawing.paper_figures.rings import Ring, RingPair
+    from fpmatch.drawing.paper_figures.sheet import FileFormat, PointFigure, Sheet
 
 
 def draw_point_figures(
     pair: PointPair, rings: RingPair, file_format: FileFormat = "svg"
 ) -> list[PointFigure]:
-    """Draw all the pictures.
+    """Draw all the figures, in the paper's order; the same sets give the same bytes.
 
     Parameters
     ----------
     pair : PointPair
         The two sets.
     rings : RingPair
-        The rings to be shown, as `choose_ring_pair` finds them.
+        The rings to be shown, as `choose_ring_pair` returns them.
     file_format : {"svg", "png"}
         Vectors 800 pixels wide, or twice as many pixels.
-
-    Returns
-    -------
-    list of PointFigure
-        In the paper's order. The same sets give the same bytes.
 
     Raises
     ------
@@ -86,79 +56,33 @@ def draw_point_figures(
     Examples
     --------
     >>> from fpmatch.drawing.paper_figures.pair import random_point_pair
-    >>> from fpmatch.drawing.paper_figures.choice import choose_ring_pair
+    >>> from fpmatch.drawing.paper_figures.rings import choose_ring_pair
     >>> pair = random_point_pair(1)
     >>> draw_point_figures(pair, choose_ring_pair(pair))[0].file_name
     'figure_2_triangulations.svg'
     """
-    if file_format not in FILE_FORMATS:
-        raise OutputError(f"unknown format {file_format!r}: expected {' or '.join(FILE_FORMATS)}")
-    with settings():
-        sheets = {
-            "figure_2_triangulations": triangulations(pair),
-            "figure_3_one_rings": one_rings(pair, rings),
-            "figure_4_unit_circle": unit_circle(rings.p),
-            "figure_5_weights": weights(rings.p),
-            "figure_6a_two_circles": two_circles(rings),
-            "figure_6b_rotation": rotation(pair, rings),
-            "figure_7_flow_chart": flow_chart(),
-        }
-        return [
-            PointFigure(
-                f"{name}.{file_format}", sheet.title, sheet.caption, sheet.encoded(file_format)
-            )
-            for name, sheet in sheets.items()
-        ]
-
-
-def write_point_figures(figures: list[PointFigure], folder: str | os.PathLike[str]) -> list[Path]:
-    """Write pictures as files, each whole or not at all.
-
-    Parameters
-    ----------
-    figures : list of PointFigure
-        As `draw_point_figures` returns them.
-    folder : path-like
-        Where to; made where it does not exist.
-
-    Returns
-    -------
-    list of Path
-        The files.
-
-    Raises
-    ------
-    OutputError
-        If the folder or a file cannot be written.
-    """
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{target}: cannot be made a folder: {reason(error)}") from error
-    for figure in figures:
-        atomic_write_bytes(target / figure.file_name, figure.content)
-    return [target / figure.file_name for figure in figures]
+    sheets: dict[str, Callable[[], Sheet]] = {
+        "figure_2_triangulations": partial(triangulations, pair),
+        "figure_3_one_rings": partial(one_rings, rings),
+        "figure_4_unit_circle": partial(unit_circle, rings.p),
+        "figure_5_weights": partial(weights, rings.p),
+        "figure_6a_two_circles": partial(two_circles, rings),
+        "figure_6b_rotation": partial(rotation, pair, rings),
+        "figure_7_flow_chart": flow_chart,
+    }
+    return draw_sheets(sheets, file_format)
 
 
 def numbers_drawn(pair: PointPair, rings: RingPair) -> dict[str, Any]:
-    """Return the numbers that the pictures show, ready for JSON; angles in degrees.
+    """Return the numbers in the figures, ready for JSON; angles in degrees.
 
-    Parameters
-    ----------
-    pair, rings
-        As for `draw_point_figures`.
-
-    Returns
-    -------
-    dict
-        The two rings (centre, points, angles, weights, image, area), the cyclic shift, what sets,
-        rings, circles and images say of the rotation, and how many points match.
+    They are the two rings (centre, points, angles, weights, image, area), the cyclic shift, the
+    rotation according to sets, rings, circles and images, and the number of points that match.
 
     Examples
     --------
     >>> from fpmatch.drawing.paper_figures.pair import random_point_pair
-    >>> from fpmatch.drawing.paper_figures.choice import choose_ring_pair
+    >>> from fpmatch.drawing.paper_figures.rings import choose_ring_pair
     >>> pair = random_point_pair(1)
     >>> round(sum(numbers_drawn(pair, choose_ring_pair(pair))["p"]["weights"]), 12)
     1.0

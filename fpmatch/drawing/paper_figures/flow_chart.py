@@ -2,175 +2,153 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
-
-import numpy as np
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fpmatch.drawing.palette import (
     BAND,
     MATCH,
     NO_MATCH,
     PAPER,
-    TEXT,
     TEXT_MUTED,
     Colour,
     hexadecimal,
 )
-from fpmatch.drawing.paper_figures.marks import LINES, OUTLINE, line
-from fpmatch.drawing.paper_figures.sheet import Sheet
-from fpmatch.drawing.paper_figures.text import LABEL_SIZE, POINTS_PER_PX, label
+from fpmatch.drawing.paper_figures.marks import LINES, MESHES, label
+from fpmatch.drawing.paper_figures.sheet import PX, Sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     Place = tuple[float, float]
 
-HEIGHT: Final = 1010
-BOX_WIDTH: Final = 330.0
-SMALL_WIDTH: Final = 150.0
+HEIGHT: Final = 1002
 LINE_HEIGHT: Final = 19.0
-BOX_ROOM: Final = 16.0  # pixels above and below the words of a box, together
+BOX_ROOM: Final = 16.0  # pixels above and below the text of a box, together
 DIAMOND: Final = (300.0, 84.0)
-HEAD: Final = (7.0, 11.0)  # half width and length of an arrow's head
-MIDDLE, LEFT, RIGHT = 380.0, 78.0, 650.0  # of the columns, from the left
+LEFT, MIDDLE, RIGHT, RAIL = 78.0, 380.0, 650.0, 138.0  # from the left
 CAPTION: Final = (
     "The algorithm as section 3.3 of the paper describes it: precomputation, then local matching "
     "of all combinations of a point p of P and a point q of Q, then global matching. The "
-    "difference of the areas is compared with a threshold that the paper leaves open; ρ is the "
-    "matching factor."
+    "difference of the areas is compared with a threshold that the paper does not specify; ρ is "
+    "the matching factor."
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
-    """Hold one box: its words, its middle, and whether it asks a question."""
+class Step(NamedTuple):
+    """Hold one box, or the diamond of a decision, which has no width of its own."""
 
-    words: tuple[str, ...]
-    at: Place
-    question: bool = False
-    width: float = BOX_WIDTH
+    x: float
+    y: float
+    text: str
+    width: float | None = 330.0
     edge: Colour = TEXT_MUTED
 
     @property
     def half(self) -> Place:
         """Half its width and height."""
-        if self.question:
+        if self.width is None:
             return DIAMOND[0] / 2, DIAMOND[1] / 2
-        return self.width / 2, (LINE_HEIGHT * len(self.words) + BOX_ROOM) / 2
+        return self.width / 2, (LINE_HEIGHT * (self.text.count("\n") + 1) + BOX_ROOM) / 2
 
-    @property
-    def top(self) -> Place:
-        """Where an arrow from above ends."""
-        return self.at[0], self.at[1] - self.half[1]
-
-    @property
-    def bottom(self) -> Place:
-        """Where an arrow downwards begins."""
-        return self.at[0], self.at[1] + self.half[1]
-
-    def side(self, sign: int) -> Place:
-        """Return the middle of its left (-1) or right (1) side."""
-        return self.at[0] + sign * self.half[0], self.at[1]
+    def end(self, x: int, y: int) -> Place:
+        """Return the middle of its left (-1, 0), right (1, 0), upper (0, -1) or lower side."""
+        return self.x + x * self.half[0], self.y + y * self.half[1]
 
 
-SETS: Final = Step(("Point sets P and Q",), (MIDDLE, 24.0), width=200.0)
-PRECOMPUTATION: Final = Step(
-    ("Precomputation of P and of Q:", "triangulation, unit-circle parametrization"), (MIDDLE, 98.0)
-)
-COMBINATION: Final = Step(("Next combination of p and q",), (MIDDLE, 176.0), width=240.0)
-INTERIOR: Final = Step(("p and q", "interior points?"), (MIDDLE, 262.0), question=True)
-DEGREE: Final = Step(("As many edges", "at p as at q?"), (MIDDLE, 376.0), question=True)
+COMBINATION: Final = Step(MIDDLE, 176, "Next combination of p and q", 240.0)
+INTERIOR: Final = Step(MIDDLE, 262, "p and q\ninterior points?", None)
+DEGREE: Final = Step(MIDDLE, 376, "As many edges\nat p as at q?", None)
 AREAS: Final = Step(
-    ("Local matching: one-ring polygons of", "p and q on the unit circle, their areas"),
-    (MIDDLE, 474.0),
+    MIDDLE, 474, "Local matching: one-ring polygons of\np and q on the unit circle, their areas"
 )
-THRESHOLD: Final = Step(
-    ("Difference of areas", "below the threshold?"), (MIDDLE, 562.0), question=True
-)
+THRESHOLD: Final = Step(MIDDLE, 562, "Difference of areas\nbelow the threshold?", None)
 FACTOR: Final = Step(
-    ("p and q match locally: transformation", "factor (rotation, scale, translation)"),
-    (MIDDLE, 660.0),
+    MIDDLE, 660, "p and q match locally: transformation\nfactor (rotation, scale, translation)"
 )
-ALL: Final = Step(("All combinations", "of p and q done?"), (MIDDLE, 748.0), question=True)
-OVERLAP: Final = Step(
-    ("Global matching: overlap P and Q", "by the transformation factor"), (MIDDLE, 846.0)
-)
-SHARE: Final = Step(("Share of matching", "points above ρ?"), (MIDDLE, 934.0), question=True)
-MATCHED: Final = Step(
-    ("P and Q match;", "time is recorded"), (RIGHT, 934.0), width=SMALL_WIDTH, edge=MATCH
-)
-NOT_MATCHED: Final = Step(("P and Q do", "not match"), (LEFT, 934.0), width=130.0, edge=NO_MATCH)
+ALL: Final = Step(MIDDLE, 748, "All combinations\nof p and q done?", None)
+SHARE: Final = Step(MIDDLE, 934, "Share of matching\npoints above ρ?", None)
+MATCHED: Final = Step(RIGHT, 934, "P and Q match;\ntime is recorded", 150.0, MATCH)
+NOT_MATCHED: Final = Step(LEFT, 934, "P and Q do\nnot match", 130.0, NO_MATCH)
 DOWNWARDS: Final = (
-    SETS, PRECOMPUTATION, COMBINATION, INTERIOR, DEGREE, AREAS, THRESHOLD, FACTOR, ALL, OVERLAP,
+    Step(MIDDLE, 24, "Point sets P and Q", 200.0),
+    Step(MIDDLE, 98, "Precomputation of P and of Q:\ntriangulation, unit-circle parametrization"),
+    COMBINATION,
+    INTERIOR,
+    DEGREE,
+    Step(
+        MIDDLE,
+        474.0,
+        "Local matching: one-ring polygons of\np and q on the unit circle, their areas",
+    ),
+    THRESHOLD,
+    Step(
+        MIDDLE,
+        660.0,
+        "p and q match locally: transformation\nfactor (rotation, scale, translation)",
+    ),
+    ALL,
+    Step(MIDDLE, 846, "Global matching: overlap P and Q\nby the transformation factor"),
     SHARE,
-)  # fmt: skip
-SKIPPED: Final = (INTERIOR, DEGREE, THRESHOLD)  # whose "no" leads to the next combination
+)
 
 
 def flow_chart() -> Sheet:
     """Draw Figure 7."""
-    sheet = Sheet("Figure 7. The matching algorithm", CAPTION, 1, [HEIGHT])
-    axes = sheet.panel(0, 0, "Boxes are steps, diamonds decisions")
-    for above, below in pairwise(DOWNWARDS):
-        _arrow(axes, [above.bottom, below.top])
-        if above.question:
-            _answer(axes, "yes", above.bottom, (20.0, 10.0))
-    rail, again = LEFT + 60.0, COMBINATION.side(-1)
-    for step in SKIPPED:
-        start = step.side(-1)
-        _path(axes, [start, (rail, start[1])])
-        _answer(axes, "no", start, (-14.0, -9.0))
-    lowest = THRESHOLD.side(-1)
-    _arrow(axes, [(rail, lowest[1]), (rail, again[1]), again])
-    start = ALL.side(1)
-    back = COMBINATION.side(1)
-    _arrow(axes, [start, (RIGHT, start[1]), (RIGHT, back[1]), back])
-    _answer(axes, "no", start, (14.0, -9.0))
-    for end, sign, answer in ((MATCHED, 1, "yes"), (NOT_MATCHED, -1, "no")):
-        _arrow(axes, [SHARE.side(sign), end.side(-sign)])
-        _answer(axes, answer, SHARE.side(sign), (16.0 * sign, -9.0))
+    sheet = Sheet("Figure 7. The matching algorithm", CAPTION, ["a"], [HEIGHT])
+    axes = sheet.panel("a", "Boxes are steps, diamonds decisions")
+    axes.set(xlim=(0, axes.bbox.width), ylim=(HEIGHT, 0))
     for step in (*DOWNWARDS, MATCHED, NOT_MATCHED):
         _draw(axes, step)
+    for above, below in pairwise(DOWNWARDS):
+        _arrow(axes, above.end(0, 1), below.end(0, -1))
+        if above.width is None:
+            _answer(axes, "yes", above.end(0, 1), 20.0, 10.0)
+    again = COMBINATION.end(-1, 0)
+    for step in (INTERIOR, DEGREE, THRESHOLD):  # whose "no" leads to the next combination
+        start = step.end(-1, 0)
+        _arrow(axes, start, (RAIL, start[1]), (RAIL, again[1]), again)
+        _answer(axes, "no", start, -14.0, -9.0)
+    start, back = ALL.end(1, 0), COMBINATION.end(1, 0)
+    _arrow(axes, start, (RIGHT, start[1]), (RIGHT, back[1]), back)
+    _answer(axes, "no", start, 14.0, -9.0)
+    for end, side, answer in ((MATCHED, 1, "yes"), (NOT_MATCHED, -1, "no")):
+        _arrow(axes, SHARE.end(side, 0), end.end(-side, 0))
+        _answer(axes, answer, SHARE.end(side, 0), 16.0 * side, -9.0)
     return sheet
 
 
 def _draw(axes: Axes, step: Step) -> None:
-    """Draw a box or a diamond with its words."""
-    (x, y), (a, b) = step.at, step.half
-    if step.question:
-        corners = np.array([(x - a, y), (x, y - b), (x + a, y), (x, y + b)])
-    else:
-        corners = np.array([(x - a, y - b), (x + a, y - b), (x + a, y + b), (x - a, y + b)])
+    """Draw a box or a diamond with its text."""
+    (x, y), (a, b) = (step.x, step.y), step.half
+    box = ((x - a, y - b), (x + a, y - b), (x + a, y + b), (x - a, y + b))
+    diamond = ((x - a, y), (x, y - b), (x + a, y), (x, y + b))
     axes.fill(
-        *corners.T,
-        facecolor=hexadecimal(PAPER if step.question else BAND),
+        *zip(*(diamond if step.width is None else box), strict=True),
+        facecolor=hexadecimal(PAPER if step.width is None else BAND),
         edgecolor=hexadecimal(step.edge),
-        linewidth=1.6 * POINTS_PER_PX,
+        linewidth=1.6 * PX,
         zorder=LINES,
     )
-    first = y - LINE_HEIGHT * (len(step.words) - 1) / 2
-    for n, words in enumerate(step.words):
-        label(axes, (x, first + n * LINE_HEIGHT), words, size=LABEL_SIZE)
+    lines = step.text.split("\n")
+    for n, text in enumerate(lines):
+        label(axes, (x, y + LINE_HEIGHT * (n - (len(lines) - 1) / 2)), text)
 
 
-def _path(axes: Axes, points: list[Place]) -> None:
-    line(axes, points, TEXT_MUTED, OUTLINE - 0.6, layer=1.0)
+def _arrow(axes: Axes, *points: Place) -> None:
+    """Draw a line through points, with a head at its end."""
+    from matplotlib.patches import FancyArrowPatch  # noqa: PLC0415
+    from matplotlib.path import Path  # noqa: PLC0415
+
+    style, colour = "-|>,head_width=5,head_length=8", hexadecimal(TEXT_MUTED)
+    axes.add_patch(
+        FancyArrowPatch(
+            path=Path(points), arrowstyle=style, color=colour, linewidth=1.6 * PX,
+            mutation_scale=1, joinstyle="miter", zorder=MESHES,
+        )
+    )  # fmt: skip
 
 
-def _arrow(axes: Axes, points: list[Place]) -> None:
-    """Draw a line through points, and a head at its end."""
-    _path(axes, points)
-    end = np.array(points[-1])
-    way = end - points[-2]
-    way = way / np.hypot(*way)
-    half, length = HEAD
-    across, neck = np.array([-way[1], way[0]]), end - length * way
-    corners = np.array([end, neck + half * across, neck - half * across])
-    axes.fill(*corners.T, facecolor=hexadecimal(TEXT_MUTED), edgecolor="none", zorder=LINES)
-
-
-def _answer(axes: Axes, word: str, at: Place, off: Place) -> None:
-    """Write yes or no beside where an arrow leaves a question."""
-    label(axes, (at[0] + off[0], at[1] + off[1]), word, size=LABEL_SIZE, colour=TEXT)
+def _answer(axes: Axes, word: str, at: Place, x: float, y: float) -> None:
+    """Write yes or no beside the start of an arrow."""
+    label(axes, (at[0] + x, at[1] + y), word)

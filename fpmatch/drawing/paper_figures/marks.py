@@ -1,53 +1,54 @@
-"""Marks that the pictures of point sets share: points, meshes and rings.
+"""Points, lines, labels and tables of the figures.
 
-P is blue with round points, Q orange with square ones, so that shape tells them apart as well.
+P is blue with round points, Q orange with square ones, so that the shape distinguishes them too.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.drawing.palette import (
+    PANEL_EDGE,
     PAPER,
     PROBE_INK,
     PROBE_MARK,
     REFERENCE_INK,
     REFERENCE_MARK,
+    TEXT,
+    TEXT_MUTED,
     Colour,
     hexadecimal,
 )
-from fpmatch.drawing.paper_figures.text import LABEL_SIZE, POINTS_PER_PX, label
-from fpmatch.drawing.paper_figures.words import name
+from fpmatch.drawing.paper_figures.sheet import PX, label_width
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.drawing.paper_figures.ring import Ring
     from fpmatch.pointset.delaunay.triangulation import Triangulation
 
     Floats = NDArray[np.float64]
 
 MESH: Final[Colour] = (150, 154, 160)
 PALE: Final = 0.22  # opacity of a shaded polygon
-LABEL_DISTANCE: Final = 9.0  # pixels from a point to its name
-OUTLINE, SPOKE, EDGE = 2.2, 1.2, 1.3  # widths of lines, in pixels
-DOT: Final = 8.0  # pixels across a point of a ring
-CENTRE_DOT: Final = 10.0  # the same for its centre
-DOT_EDGE: Final = 1.5
-MESHES, LINES, DOTS, FRAMES = 1.0, 2.0, 4.0, 4.5  # later ones lie on earlier ones
-STACKED_DOT: Final = {"P": 6.0, "Q": 10.0}  # the same where P lies on Q and shall fit into it
-LONG_ENOUGH: Final = 0.4  # of a spoke beside which a name finds room, in the longest spoke
-CROWDED: Final = 10  # points of a ring beyond which its labels shrink
-LEAST_LABEL: Final = 8.0
+OUTLINE, SPOKE, EDGE = 2.2, 1.2, 1.3  # widths of lines
+DOT, CENTRE_DOT, DOT_EDGE = 8.0, 10.0, 1.5  # size of a ring's points and centre, and their lines
+STACKED_DOT: Final = {"P": 6.0, "Q": 10.0}  # where P is drawn over Q
+BENEATH, MESHES, LINES, DOTS, ABOVE = 0.0, 1.0, 2.0, 4.0, 6.0  # layers
+LABEL_SIZE: Final = 13.0
+CAPITAL: Final = 0.73  # height of capitals, in the size
+ROW_HEIGHT: Final = 28.0  # of a table
 
 
 @dataclass(frozen=True, slots=True)
 class Tint:
-    """Hold how a set is drawn: colour of its shades, colour and shape of its marks."""
+    """Hold the colours of a set's areas and marks, and the shape of its points."""
 
     ink: Colour
     mark: Colour
@@ -60,11 +61,6 @@ TINTS: Final = {
 }
 
 
-def label_size(ring: Ring) -> float:
-    """Return the size of a ring's labels in pixels: smaller where it has many points."""
-    return max(LEAST_LABEL, LABEL_SIZE * min(1.0, CROWDED / len(ring)))
-
-
 def line(
     axes: Axes,
     points: ArrayLike,
@@ -75,12 +71,10 @@ def line(
     layer: float = LINES,
 ) -> None:
     """Draw a line through `points` (N, 2), `width` pixels wide."""
-    x, y = np.asarray(points, dtype=np.float64).T
     axes.plot(
-        x,
-        y,
+        *np.asarray(points, dtype=np.float64).T,
         color=hexadecimal(colour),
-        linewidth=width * POINTS_PER_PX,
+        linewidth=width * PX,
         linestyle=(0, (4, 3)) if dashed else "solid",
         solid_capstyle="round",
         solid_joinstyle="round",
@@ -97,20 +91,27 @@ def dots(
     hollow: bool = False,
     layer: float = DOTS,
 ) -> None:
-    """Draw points (N, 2), `size` pixels across, in the shape of their set."""
-    x, y = np.asarray(points, dtype=np.float64).reshape(-1, 2).T
+    """Draw points (N, 2), `size` pixels wide, in the shape of their set."""
     mark = hexadecimal(tint.mark)
     axes.plot(
-        x,
-        y,
+        *np.asarray(points, dtype=np.float64).reshape(-1, 2).T,
         linestyle="none",
         marker=tint.shape,
-        markersize=size * POINTS_PER_PX,
+        markersize=size * PX,
         markerfacecolor=hexadecimal(PAPER) if hollow else mark,
         markeredgecolor=mark,
-        markeredgewidth=min(DOT_EDGE, size / 4) * POINTS_PER_PX,
+        markeredgewidth=min(DOT_EDGE, size / 4) * PX,
         zorder=layer,
     )
+
+
+def segments(axes: Axes, ends: Floats, colour: Colour, width: float) -> None:
+    """Draw straight lines between pairs of points (N, 2, 2), beneath all other marks."""
+    from matplotlib.collections import LineCollection  # noqa: PLC0415
+
+    colours = hexadecimal(colour)
+    lines = LineCollection(list(ends), colors=colours, linewidths=width * PX, zorder=MESHES)
+    axes.add_collection(lines, autolim=False)
 
 
 def mesh_lines(axes: Axes, mesh: Triangulation, colour: Colour = MESH) -> None:
@@ -118,83 +119,74 @@ def mesh_lines(axes: Axes, mesh: Triangulation, colour: Colour = MESH) -> None:
     segments(axes, mesh.points[mesh.edges], colour, EDGE)
 
 
-def segments(axes: Axes, ends: Floats, colour: Colour, width: float) -> None:
-    """Draw straight lines between pairs of points (N, 2, 2), beneath all else."""
-    from matplotlib.collections import LineCollection  # noqa: PLC0415
-
-    lines = LineCollection(
-        list(ends), colors=hexadecimal(colour), linewidths=width * POINTS_PER_PX, zorder=MESHES
-    )
-    axes.add_collection(lines, autolim=False)
-
-
-def ring_lines(axes: Axes, ring: Ring) -> None:
-    """Draw a ring in the plane: shaded, with its sides, spokes, points and hollow centre."""
-    tint = TINTS[ring.side.letter]
-    polygon(axes, ring.points, tint)
-    for point in ring.points:
-        line(axes, [ring.middle, point], tint.mark, SPOKE)
-    dots(axes, ring.points, tint)
-    dots(axes, ring.middle, tint, CENTRE_DOT, hollow=True)
-
-
 def polygon(axes: Axes, corners: Floats, tint: Tint) -> None:
     """Draw a closed polygon with corners (N, 2), shaded."""
-    x, y = corners.T
-    axes.fill(x, y, facecolor=hexadecimal(tint.ink), alpha=PALE, edgecolor="none")
+    axes.fill(*corners.T, facecolor=hexadecimal(tint.ink), alpha=PALE, edgecolor="none")
     line(axes, np.vstack([corners, corners[:1]]), tint.mark, OUTLINE)
 
 
-def ring_names(axes: Axes, ring: Ring, *, in_mesh: bool = False) -> None:
-    """Write the names of a ring's points outside it, and its centre's.
+def label(
+    axes: Axes,
+    at: ArrayLike,
+    text: str,
+    *,
+    away: ArrayLike = (0.0, 0.0),
+    distance: float = 0.0,
+    size: float = LABEL_SIZE,
+    colour: Colour = TEXT,
+    bold: bool = False,
+) -> None:
+    """Write `text` on the point `at`, or beside it.
 
-    `in_mesh` says that the triangulation is drawn as well: names keep clear of its edges.
+    It is moved off the point in the direction `away`, of any length, until `distance` pixels are
+    between them; (0, 0) leaves its middle on the point. Mathematics is written between dollars.
     """
-    tint, letter = TINTS[ring.side.letter], ring.side.letter
-    middle = ring.points.mean(axis=0)
-    for k, point in enumerate(ring.points):
-        away = point - middle
-        if in_mesh:
-            mesh = ring.side.mesh
-            away = roomiest(mesh.points[mesh.one_ring(ring.vertex[k])] - point, away)
-        label(
-            axes,
-            point,
-            name(letter, k),
-            away=away,
-            distance=LABEL_DISTANCE,
-            size=label_size(ring),
-        )
-    label(
-        axes,
-        ring.middle,
-        letter.lower(),
-        away=roomiest(ring.points - ring.middle),
-        distance=LABEL_DISTANCE,
-        colour=tint.mark,
-        bold=True,
+    x, y = np.asarray(at, dtype=np.float64).tolist()
+    dx, dy = np.asarray(away, dtype=np.float64).tolist()
+    length = math.hypot(dx, dy) or 1.0
+    dx, dy = dx / length, dy / length
+    half_width, half_height = label_width(text, size) / 2, CAPITAL * size / 2
+    offset = (distance + abs(dx) * half_width + abs(dy) * half_height) * PX
+    axes.annotate(
+        text,
+        (x, y),
+        (dx * offset, dy * offset),
+        textcoords="offset points",
+        ha="center",
+        va="center_baseline",
+        fontsize=size * PX,
+        fontweight="bold" if bold else "normal",
+        color=hexadecimal(colour),
+        annotation_clip=False,
+        zorder=5,
     )
 
 
-def roomiest(spokes: Floats, towards: Floats | None = None) -> Floats:
-    """Return the direction (2,) between two neighbouring `spokes` (d, 2) that has the most room.
+def table(
+    axes: Axes, rows: Sequence[Sequence[str]], *, first: float = 0.6, sums: bool = True
+) -> None:
+    """Write `rows`, of which the first is the head and the last may be `sums`, into a panel.
 
-    Room is a wide gap, and spokes beside it that are not too short. Where `towards` (2,) is given,
-    the direction lies less than a right angle from it, if there is a gap so.
-
-    Examples
-    --------
-    >>> roomiest(np.array([[0.0, -1.0], [0.0, 1.0], [-1.0, 0.0]])).tolist()
-    [1.0, 0.0]
+    The first column is `first` times as wide as any other.
     """
-    angles = np.arctan2(spokes[:, 1], spokes[:, 0])
-    order = angles.argsort()
-    angles, length = angles[order], np.hypot(*spokes[order].T)
-    gaps = np.diff(angles, append=angles[0] + 2 * np.pi)
-    beside = np.minimum(length, np.roll(length, -1))
-    middles = angles + gaps / 2
-    ways = np.column_stack([np.cos(middles), np.sin(middles)])
-    room = gaps * np.minimum(beside, LONG_ENOUGH * length.max())
-    if towards is not None:
-        room = np.where(ways @ towards > 0, room, 0.0)
-    return np.asarray(ways[room.argmax()])
+    from matplotlib.transforms import Bbox  # noqa: PLC0415
+
+    axes.set_axis_off()
+    height = float(axes.bbox.height)
+    step = min(ROW_HEIGHT, height / (len(rows) + 0.5))
+    column = 1 / (len(rows[0]) - 1 + first)
+    share = len(rows) * step / height
+    made = axes.table(
+        rows,
+        colWidths=[first * column, *[column] * (len(rows[0]) - 1)],
+        cellLoc="right",
+        bbox=Bbox.from_bounds(0, 1 - share, 1, share),
+        edges="open",
+    )
+    made.set_fontsize(min(LABEL_SIZE, 0.7 * step) * PX)  # shrinks where cells are too narrow
+    for (row, place), cell in made.get_celld().items():
+        cell.PAD = 0.05 if place else 0.0
+        cell.get_text().set(ha="right" if place else "left")
+        cell.get_text().set_color(hexadecimal(TEXT if row else TEXT_MUTED))
+        cell.set(edgecolor=hexadecimal(PANEL_EDGE), linewidth=1.2 * PX)
+        cell.visible_edges = "B" if row == 0 else "T" if sums and row == len(rows) - 1 else ""

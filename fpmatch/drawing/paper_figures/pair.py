@@ -1,10 +1,8 @@
-"""The two point sets that the pictures of the paper are drawn from, and which points are partners.
+"""The two point sets of the figures, and the partners of their points.
 
-Pictures are drawn in the sets' unit frames (`fpmatch.pointset.points.UnitFrame`), as the matcher
+Figures are drawn in the sets' unit frames (`fpmatch.pointset.points.UnitFrame`), as the matcher
 works in them, so that points of any magnitude can be drawn; the transform is in the units given.
-
-The pictures have y pointing up. Points of images, whose y points down, are mirrored first
-(`upright`), so that they stand as the image does, and angles are counter-clockwise on screen.
+In the figures y points up: points of images, whose y points down, are mirrored first (`upright`).
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.paper_figures.words import degrees, moved_by
+from fpmatch.drawing.words import degrees, rotated_and_scaled
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.pointset.match import match_points
@@ -31,23 +29,22 @@ if TYPE_CHECKING:
     from fpmatch.pointset.unit_circle.prepared_points import PreparedPoints
 
 MOST_POINTS: Final = 2000
-"""Points of a set whose triangulation can still be made out in a picture."""
+"""Points of a set whose triangulation is still legible in a figure."""
 
 EASY_SEED: Final = 165
-"""Makes a random pair in which a ring of six points can be followed with ease."""
+"""Makes a random pair with a ring of six points that is easy to read."""
 
 RANDOM_POINTS: Final = 40
-ETA: Final = 0.175  # jitter and precision of the first rows of the paper's tables
-LAMBDA: Final = 0.428
-MADE: Final = "as it was made"
+ETA, LAMBDA = 0.175, 0.428  # jitter and precision of the first rows of the paper's tables
 TURN_DEG: Final = (30.0, 330.0)  # of a rotated copy: never so little that it is hard to see
+TRUE: Final = "true transform"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointSide:
-    """Hold one of the two sets: its letter, what errors call it, and its triangulation.
+    """Hold one of the two sets: its letter, its name in errors, and its triangulation.
 
-    `mesh` is in the set's unit frame; `prepared` leads back to the points as given.
+    `mesh` is in the set's unit frame; `prepared` holds the way back to the points as given.
     """
 
     letter: str
@@ -57,11 +54,11 @@ class PointSide:
 
     @classmethod
     def of(cls, letter: str, source: str, points: ArrayLike) -> PointSide:
-        """Triangulate a set, or refuse one of which there is nothing to draw."""
+        """Triangulate a set, or refuse one that is too large or has no closed one-ring."""
         given = as_points(points, source)
         if len(given) > MOST_POINTS:
             raise PointSetError(
-                f"{source}: {len(given)} points, but a picture shows at most {MOST_POINTS}"
+                f"{source}: {len(given)} points, but a figure shows at most {MOST_POINTS}"
             )
         try:
             prepared = prepare_points(given)
@@ -81,7 +78,7 @@ class PointSide:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointPair:
-    """Hold two sets, their partners, and where all this comes from.
+    """Hold two sets and their partners.
 
     Parameters
     ----------
@@ -90,14 +87,13 @@ class PointPair:
     pairs : ndarray of int32, shape (K, 2)
         Partners (into P, into Q).
     transform : Similarity
-        Maps P onto Q, in the units given: the truth, or what the matcher found.
+        Maps P onto Q, in the units given: the truth, or the matcher's result.
     origin : str
-        A sentence on where Q and the transform come from.
-    known_as : str
-        What the transform is called beside others.
+        A sentence on the origin of Q and of the transform.
+    transform_name : str
+        Name of the transform beside others.
     y_down : bool
-        Whether y of the points given pointed down, so that the sets, and the transform between
-        them, are those of the mirrored points.
+        Whether y of the points given pointed down, so that the sets are mirrored.
     """
 
     p: PointSide
@@ -105,22 +101,14 @@ class PointPair:
     pairs: NDArray[np.int32]
     transform: Similarity
     origin: str
-    known_as: str
+    transform_name: str
     y_down: bool = False
 
 
 def random_point_pair(seed: int) -> PointPair:
     """Make a random set P, and Q from it: rotated, scaled, shifted and jittered.
 
-    Parameters
-    ----------
-    seed : int
-        The same seed makes the same pair.
-
-    Returns
-    -------
-    PointPair
-        Sets of 40 points, jittered as in the first rows of the paper's tables (η = 0.175).
+    The sets have 40 points, jittered as in the first rows of the paper's tables (η = 0.175).
 
     Examples
     --------
@@ -130,26 +118,15 @@ def random_point_pair(seed: int) -> PointPair:
     made = random_pair(RANDOM_POINTS, RANDOM_POINTS, 1.0, ETA, LAMBDA, rng=seed)
     if made.transform is None:  # pragma: no cover - only independent sets have none
         raise PointSetError("independent sets have no rings that correspond")
-    origin = f"Q is P {moved_by(made.transform)}, and jittered (random sets, seed {seed})."
+    changed = rotated_and_scaled(made.transform)
+    origin = f"Q is P {changed}, and jittered (random sets, seed {seed})."
     name = f"random set of seed {seed}"
     p, q = PointSide.of("P", name, made.p), PointSide.of("Q", name, made.q)
-    return PointPair(p, q, made.pairs, made.transform, origin, MADE)
+    return PointPair(p, q, made.pairs, made.transform, origin, TRUE)
 
 
 def upright(points: ArrayLike, *, y_down: bool = True) -> NDArray[np.float64]:
-    """Return points whose y points down with y pointing up, so that pictures show them upright.
-
-    Parameters
-    ----------
-    points : array_like of float, shape (N, 2)
-        The points.
-    y_down : bool
-        Whether their y points down; if not, they stay as they are.
-
-    Returns
-    -------
-    ndarray of float64, shape (N, 2)
-        The points, y negated.
+    """Return points (N, 2) with y pointing up: negated where it points down.
 
     Examples
     --------
@@ -163,23 +140,18 @@ def upright(points: ArrayLike, *, y_down: bool = True) -> NDArray[np.float64]:
 def rotated_point_pair(
     points: ArrayLike, source: str, seed: int, *, y_down: bool = False
 ) -> PointPair:
-    """Take P as given, and make Q from it by a rotation about its mean.
+    """Make Q from P by a rotation about its mean; point i of P is the partner of point i of Q.
 
     Parameters
     ----------
     points : array_like of float, shape (N, 2)
         P.
     source : str
-        What errors call it, such as the name of its file.
+        Its name in errors, such as that of its file.
     seed : int
-        Gives the angle, between 30 and 330 degrees.
+        Seed of the angle, between 30 and 330 degrees.
     y_down : bool
         Whether y of the points points down, as in images.
-
-    Returns
-    -------
-    PointPair
-        The sets; point i of the one is the partner of point i of the other.
 
     Raises
     ------
@@ -200,29 +172,17 @@ def rotated_point_pair(
     shift = middle - turn.apply(middle[None])[0]
     transform = Similarity(1.0, turn.rotation, float(shift[0]), float(shift[1]))
     q = PointSide.of("Q", f"{source}, rotated", turn.apply(given - middle) + middle)
-    index = np.arange(len(given), dtype=np.int32)
-    origin = f"Q is P rotated by {degrees(transform.rotation_deg)}."
-    return PointPair(p, q, np.column_stack([index, index]), transform, origin, MADE, y_down)
+    pairs = np.repeat(np.arange(len(given), dtype=np.int32)[:, None], 2, axis=1)
+    origin = f"Q is P rotated by {degrees(transform.rotation)}."
+    return PointPair(p, q, pairs, transform, origin, TRUE, y_down)
 
 
 def matched_point_pair(
     p: ArrayLike, q: ArrayLike, p_source: str, q_source: str, *, y_down: bool = False
 ) -> PointPair:
-    """Take both sets as given, and their partners from the matcher.
+    """Take two given sets, and their partners from `match_points`.
 
-    Parameters
-    ----------
-    p, q : array_like of float, shape (N, 2) and (M, 2)
-        The sets.
-    p_source, q_source : str
-        What errors call them.
-    y_down : bool
-        Whether y of the points of both points down, as in images.
-
-    Returns
-    -------
-    PointPair
-        The sets and the pairs that `match_points` finds.
+    The parameters are those of `rotated_point_pair`, for either set.
 
     Raises
     ------
@@ -235,9 +195,7 @@ def matched_point_pair(
     )
     match = match_points(*(side.prepared.points for side in sides))
     if match.transform is None:
-        raise PointSetError(
-            f"{p_source} and {q_source}: they do not match, so no ring of one has its partner in "
-            "the other"
-        )
-    origin = f"The matcher pairs {len(match.pairs)} points: Q is P {moved_by(match.transform)}."
+        raise PointSetError(f"{p_source} and {q_source}: they do not match")
+    changed = rotated_and_scaled(match.transform)
+    origin = f"The matcher pairs {len(match.pairs)} points: Q is P {changed}."
     return PointPair(*sides, match.pairs, match.transform, origin, "matcher, all points", y_down)

@@ -1,214 +1,208 @@
-"""The page that the pictures of point sets are drawn on: title, framed panels, caption.
-
-Matplotlib draws it, with settings of its own and never those of the user, so that the same points
-make the same file. All lengths are pixels of a page that is 800 wide.
-"""
+"""The page of a figure: title, panels, caption. Lengths are pixels of a page that is 800 wide."""
 
 from __future__ import annotations
 
-import io
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final, Literal, cast, get_args
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
 
-from fpmatch.drawing.palette import PANEL_EDGE, PAPER, TEXT, TEXT_MUTED, Colour, hexadecimal
-from fpmatch.drawing.paper_figures.svg import with_rims
-from fpmatch.drawing.paper_figures.text import FONT, POINTS_PER_PX, PX_PER_INCH, wrapped
+from fpmatch.drawing.files import write_files
+from fpmatch.drawing.fonts import wrapped
+from fpmatch.drawing.palette import PANEL_EDGE, PAPER, TEXT, TEXT_MUTED, hexadecimal
+from fpmatch.drawing.plots.style import (
+    POINTS_PER_INCH,
+    check_matplotlib,
+    figure_bytes,
+    plain_style,
+)
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    import os
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
 
     from matplotlib.axes import Axes
-    from matplotlib.text import Annotation
     from numpy.typing import ArrayLike
 
 FileFormat = Literal["svg", "png"]
 FILE_FORMATS: Final[tuple[FileFormat, ...]] = get_args(FileFormat)
 
-WIDTH: Final = 800
-MARGIN: Final = 20
-GAP: Final = 20
-TITLE_HEIGHT, TITLE_BASELINE, TITLE_SIZE = 44, 32, 19.0
-PANEL_TITLE_HEIGHT, PANEL_TITLE_SIZE = 26, 14.0
-BELOW_TITLE, BELOW_PANEL = 9, 8
-CAPTION_SIZE, LEADING, ABOVE_CAPTION = 14.0, 20, 16
+PX_PER_INCH: Final = 96
+PX: Final = POINTS_PER_INCH / PX_PER_INCH
+"""A pixel of the page in points, which matplotlib measures fonts and lines in."""
+
+WIDTH, MARGIN, GAP = 800, 20, 20
+TITLE_SIZE, PANEL_TITLE_SIZE, CAPTION_SIZE = 19.0, 14.0, 14.0
+TITLE_BASELINE, PANELS_TOP, PANEL_TITLE_PAD = 32, 70, 9
+ABOVE_PANEL, BELOW_PANEL = 26, 8
+ABOVE_CAPTION, LEADING = 16, 20
+FULL_LINE: Final = 0.98  # of a line's width: fonts are not alike to the pixel everywhere
 RIM: Final = 3.0  # width of the white around a label
 PNG_PIXELS: Final = 2  # of a PNG, for each pixel of the page
 
-_SETTINGS: Final[dict[str, Any]] = {
-    "svg.hashsalt": "fpmatch",
-    "svg.fonttype": "none",  # text stays text: small, and found by a search
+FONT: Final = "DejaVu Sans"  # the one that comes inside matplotlib
+STYLE: Final = {
     "font.family": "sans-serif",
     "font.sans-serif": [FONT, "Verdana"],
-    "axes.unicode_minus": True,
     "path.simplify": False,
+    "text.parse_math": True,
 }
-_RIM: Final = (
-    f"fill: {hexadecimal(PAPER)}; stroke: {hexadecimal(PAPER)}; "
-    f"stroke-width: {RIM * POINTS_PER_PX}; stroke-linejoin: round"
+_RIM_CSS: Final = (
+    f'g[id^="label"] text{{paint-order:stroke;stroke:{hexadecimal(PAPER)};'
+    f"stroke-width:{RIM * PX}px;stroke-linejoin:round}}"
 )
 
 
-@contextmanager
-def settings() -> Iterator[None]:
-    """Draw with matplotlib's own settings and ours, whatever the user's are.
+@dataclass(frozen=True, slots=True)
+class PointFigure:
+    """Hold the file of a figure, such as ``figure_5_weights.svg``, and the words in it."""
+
+    file_name: str
+    title: str
+    caption: str
+    content: bytes
+
+
+def draw_sheets(
+    sheets: Mapping[str, Callable[[], Sheet | None]], file_format: FileFormat
+) -> list[PointFigure]:
+    """Draw sheets as files of the names given; None leaves one out.
 
     Raises
     ------
     OutputError
-        If matplotlib is not installed.
+        If matplotlib is not installed, or the format is unknown.
     """
-    try:
-        import matplotlib as mpl  # noqa: PLC0415
-    except ImportError as error:
-        raise OutputError(
-            'pictures of point sets need matplotlib: pip install "fpmatch[plot]"'
-        ) from error
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(cast("Any", _SETTINGS))
-        yield
+    if file_format not in FILE_FORMATS:
+        raise OutputError(f"unknown format {file_format!r}: expected {' or '.join(FILE_FORMATS)}")
+    check_matplotlib("a figure of point sets")
+    figures = []
+    with plain_style(STYLE):
+        for name, make in sheets.items():
+            sheet = make()
+            if sheet is not None:
+                content = sheet.encoded(file_format)
+                file_name = f"{name}.{file_format}"
+                figures.append(PointFigure(file_name, sheet.title, sheet.caption, content))
+    return figures
+
+
+def write_point_figures(figures: list[PointFigure], folder: str | os.PathLike[str]) -> list[Path]:
+    """Write figures into a folder as `fpmatch.drawing.files.write_files` does."""
+    return write_files({figure.file_name: figure.content for figure in figures}, folder)
 
 
 class Sheet:
-    """Compose one page; to be used inside `settings`.
+    """Compose one page, inside `plain_style`.
 
     Parameters
     ----------
-    title : str
-        The line above the panels.
-    caption : str
-        What is to be seen, and its numbers; broken into lines below the panels.
-    columns : int
-        Panels in a row.
+    title, caption : str
+        The line above the panels, and the text below them.
+    mosaic : sequence of sequence of str
+        A key for each panel, in rows; a panel spans all places of its key, "." stays empty.
     heights : sequence of int
-        Height of the panels of each row.
+        Height of each row of panels.
     """
 
-    def __init__(self, title: str, caption: str, columns: int, heights: Sequence[int]) -> None:
+    def __init__(
+        self, title: str, caption: str, mosaic: Sequence[Sequence[str]], heights: Sequence[int]
+    ) -> None:
         from matplotlib.figure import Figure  # noqa: PLC0415
 
         self.title, self.caption = title, caption
-        self._columns, self._heights = columns, heights
-        lines = wrapped(caption, CAPTION_SIZE, WIDTH - 2 * MARGIN)
-        body = TITLE_HEIGHT + sum(height + PANEL_TITLE_HEIGHT for height in heights)
-        self._page_height = body + ABOVE_CAPTION + len(lines) * LEADING
-        self.figure = Figure(
-            figsize=(WIDTH / PX_PER_INCH, self._page_height / PX_PER_INCH),
-            dpi=PX_PER_INCH,
-            facecolor=hexadecimal(PAPER),
+        lines = wrapped(caption, CAPTION_SIZE, FULL_LINE * (WIDTH - 2 * MARGIN), label_width)
+        gap = ABOVE_PANEL + BELOW_PANEL
+        bottom = PANELS_TOP + sum(heights) + gap * (len(heights) - 1)
+        height = bottom + BELOW_PANEL + ABOVE_CAPTION + len(lines) * LEADING
+        size = (WIDTH / PX_PER_INCH, height / PX_PER_INCH)
+        self.figure = Figure(figsize=size, dpi=PX_PER_INCH, facecolor=hexadecimal(PAPER))
+        first = bottom + BELOW_PANEL + ABOVE_CAPTION
+        texts = [(TITLE_BASELINE, title, TITLE_SIZE, TEXT, "bold")]
+        texts += [
+            (first + n * LEADING, line, CAPTION_SIZE, TEXT_MUTED, "normal")
+            for n, line in enumerate(lines)
+        ]
+        for y, text, font_size, colour, weight in texts:
+            self.figure.text(
+                MARGIN / WIDTH, 1 - y / height, text, fontsize=font_size * PX, fontweight=weight,
+                color=hexadecimal(colour), va="baseline", parse_math=False,
+            )  # fmt: skip
+        columns = len(mosaic[0])
+        width = (WIDTH - 2 * MARGIN - (columns - 1) * GAP) / columns
+        self._panels: Any = self.figure.subplot_mosaic(
+            [list(row) for row in mosaic],
+            height_ratios=heights,
+            gridspec_kw={
+                "left": MARGIN / WIDTH,
+                "right": 1 - MARGIN / WIDTH,
+                "top": 1 - PANELS_TOP / height,
+                "bottom": 1 - bottom / height,
+                "wspace": GAP / width,
+                "hspace": gap * len(heights) / sum(heights),
+            },
         )
-        self._write(MARGIN, TITLE_BASELINE, title, TITLE_SIZE, TEXT, weight="bold")
-        for n, line in enumerate(lines):
-            y = body + ABOVE_CAPTION + n * LEADING
-            self._write(MARGIN, y, line, CAPTION_SIZE, TEXT_MUTED)
+        for axes in self._panels.values():
+            axes.set(xticks=[], yticks=[])
+            axes.spines[:].set_edgecolor(hexadecimal(PANEL_EDGE))
 
-    def panel(
-        self, row: int, column: int, title: str, *, columns: int = 1, framed: bool = True
-    ) -> Axes:
-        """Open the panel at `row` and `column`, `columns` wide, under a title of its own."""
-        single = (WIDTH - 2 * MARGIN - (self._columns - 1) * GAP) / self._columns
-        left = MARGIN + column * (single + GAP)
-        width = columns * single + (columns - 1) * GAP
-        above = sum(height + PANEL_TITLE_HEIGHT for height in self._heights[:row])
-        top = TITLE_HEIGHT + above + PANEL_TITLE_HEIGHT
-        height = self._heights[row] - BELOW_PANEL
-        self._write(left, top - BELOW_TITLE, title, PANEL_TITLE_SIZE, TEXT)
-        bottom = self._page_height - top - height
-        axes = self.figure.add_axes(
-            (
-                left / WIDTH,
-                bottom / self._page_height,
-                width / WIDTH,
-                height / self._page_height,
-            )
-        )
-        axes.set_xticks([])
-        axes.set_yticks([])
-        axes.set_xlim(0, width)
-        axes.set_ylim(height, 0)
-        for spine in axes.spines.values():
-            spine.set_visible(framed)
-            spine.set_edgecolor(hexadecimal(PANEL_EDGE))
+    def panel(self, key: str, title: str) -> Axes:
+        """Return the panel of a key, and write its title above it."""
+        axes: Axes = self._panels[key]
+        axes.set_title(
+            title, loc="left", fontsize=PANEL_TITLE_SIZE * PX, pad=PANEL_TITLE_PAD * PX,
+            color=hexadecimal(TEXT), parse_math=False,
+        )  # fmt: skip
         return axes
 
     def encoded(self, file_format: FileFormat) -> bytes:
-        """Return the page as the content of a file; the same page gives the same bytes."""
-        if file_format == "svg":
-            return self._as_svg()
-        return self._as_png()
-
-    def _as_svg(self) -> bytes:
-        about = {**self._about(), "Creator": "fpmatch", "Date": None}
-        labels = {f"label{n}": text for n, text in enumerate(self._labels())}
-        for name, text in labels.items():
-            text.set_gid(name)
-            text.set_path_effects([])
-        file = io.BytesIO()
-        self.figure.savefig(file, format="svg", metadata=about)
-        return with_rims(file.getvalue(), set(labels), _RIM)
-
-    def _as_png(self) -> bytes:
+        """Return the page as the content of a file, its labels with white rims."""
         from matplotlib.patheffects import withStroke  # noqa: PLC0415
-
-        rim = withStroke(linewidth=RIM * POINTS_PER_PX, foreground=hexadecimal(PAPER))
-        for text in self._labels():
-            text.set_path_effects([rim])
-        file = io.BytesIO()
-        about = {**self._about(), "Software": "fpmatch"}
-        self.figure.savefig(file, format="png", dpi=PNG_PIXELS * PX_PER_INCH, metadata=about)
-        return file.getvalue()
-
-    def _about(self) -> dict[str, Any]:
-        return {"Title": self.title, "Description": self.caption}
-
-    def _labels(self) -> list[Annotation]:
-        """Return what `label` wrote: the texts that have a rim."""
         from matplotlib.text import Annotation  # noqa: PLC0415
 
-        return [text for text in self.figure.findobj(Annotation) if isinstance(text, Annotation)]
-
-    def _write(
-        self, x: float, y: float, text: str, size: float, colour: Colour, weight: str = "normal"
-    ) -> None:
-        self.figure.text(
-            x / WIDTH,
-            1 - y / self._page_height,
-            text,
-            fontsize=size * POINTS_PER_PX,
-            color=hexadecimal(colour),
-            fontweight=weight,
-            va="baseline",
-            parse_math=False,
-        )
+        vectors = file_format == "svg"
+        rim = withStroke(linewidth=RIM * PX, foreground=hexadecimal(PAPER))
+        for n, text in enumerate(self.figure.findobj(Annotation)):
+            text.set_gid(f"label{n}")
+            text.set_path_effects([] if vectors else [rim])
+        creator = "Creator" if vectors else "Software"
+        about = {"Title": self.title, "Description": self.caption, creator: "fpmatch"}
+        dpi = PNG_PIXELS * PX_PER_INCH
+        content = figure_bytes(self.figure, f"figure.{file_format}", dpi, about)
+        return _with_rims(content) if vectors else content
 
 
-def show(axes: Axes, points: ArrayLike, margin: float) -> float:
-    """Fit `points` (N, 2), y up, into a panel with `margin` pixels around them.
+def _with_rims(svg: bytes) -> bytes:
+    """Add the rims, which in an SVG would turn texts into outlines; the size is in pixels."""
+    text = svg.decode().replace("<style", f'<style type="text/css">{_RIM_CSS}</style>\n  <style', 1)
+    text = text.replace("<svg ", '<svg role="img" ', 1)
+    return re.sub(
+        r'"([\d.]+)pt"', lambda size: f'"{float(size[1]) / PX:g}"', text, count=2
+    ).encode()
 
-    Parameters
-    ----------
-    axes : Axes
-        The panel, as `Sheet.panel` opened it.
-    points : array_like of float, shape (N, 2)
-        What must be seen.
-    margin : float
-        Pixels to be left free on each side.
 
-    Returns
-    -------
-    float
-        Length of a pixel in the units of the points.
+def label_width(text: str, size: float) -> float:
+    """Return the width of `text` in pixels at `size`, in the font of the figures."""
+    from matplotlib.font_manager import FontProperties  # noqa: PLC0415
+    from matplotlib.textpath import text_to_path  # noqa: PLC0415
+
+    font = FontProperties(family=FONT, size=size)
+    return float(text_to_path.get_text_width_height_descent(text, font, "$" in text)[0])
+
+
+def show(axes: Axes, points: ArrayLike, margin: float = 0.0, *, y_down: bool = False) -> float:
+    """Fit `points` (N, 2) into a panel with `margin` pixels around them.
+
+    Returns the length of a pixel in the units of the points.
     """
-    (left, width), (height, top) = axes.get_xlim(), axes.get_ylim()
-    size = np.array([width - left, height - top])
+    size = np.asarray(axes.bbox.size)
     xy = np.asarray(points, dtype=np.float64)
     low, high = xy.min(axis=0), xy.max(axis=0)
     pixel = float(((high - low) / (size - 2 * margin)).max()) or 1.0
-    middle = (low + high) / 2
-    (x0, y0), (x1, y1) = middle - size / 2 * pixel, middle + size / 2 * pixel
+    (x0, y0), (x1, y1) = ((low + high) / 2 + side * size / 2 * pixel for side in (-1, 1))
     axes.set_xlim(x0, x1)
-    axes.set_ylim(y0, y1)
+    axes.set_ylim((y1, y0) if y_down else (y0, y1))
     return pixel

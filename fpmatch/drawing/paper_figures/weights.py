@@ -1,8 +1,7 @@
-"""The paper's Figure 5: how the weights of eq. (4) come about, a sub-triangle for every point."""
+"""The paper's Figure 5: the weights of eq. (4), from a sub-triangle for every point of a ring."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -11,19 +10,18 @@ import numpy as np
 from fpmatch.drawing.palette import NEUTRAL_INK, TEXT
 from fpmatch.drawing.paper_figures.marks import (
     CENTRE_DOT,
-    LABEL_DISTANCE,
+    LABEL_SIZE,
     SPOKE,
     TINTS,
     dots,
-    label_size,
+    label,
     line,
     polygon,
-    ring_lines,
+    table,
 )
+from fpmatch.drawing.paper_figures.ring_marks import LABEL_DISTANCE, label_size, plane_ring
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
-from fpmatch.drawing.paper_figures.table import table
-from fpmatch.drawing.paper_figures.text import label
-from fpmatch.drawing.paper_figures.words import name, number
+from fpmatch.drawing.words import number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,18 +29,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-    from fpmatch.drawing.paper_figures.ring import Ring
+    from fpmatch.drawing.paper_figures.rings import Ring
 
 COLUMNS: Final = 3
-TRIANGLE_HEIGHT, TABLE_HEIGHT = 200, 270
-ROOM: Final = 30.0  # pixels around a ring, for its names
-WIDE_ROOM: Final = 54.0  # the same, for numbers
-DIGITS: Final = 3
+TRIANGLE_HEIGHT, TABLE_HEIGHT = 192, 262
+ROOM, WIDE_ROOM = 30.0, 54.0  # pixels around a ring, for names and for numbers
 
 
 @dataclass(frozen=True, slots=True)
 class SubTriangle:
-    """Hold the triangle of a ring that one of its points makes with the side across the centre.
+    """Hold the triangle that one point of a ring forms with the side across the centre.
 
     Parameters
     ----------
@@ -58,19 +54,10 @@ class SubTriangle:
 
 
 def sub_triangles(ring: ArrayLike, centre: ArrayLike) -> list[SubTriangle]:
-    """Return the sub-triangle of every point of a ring.
+    """Return the sub-triangle of every point of a ring, in order.
 
-    Parameters
-    ----------
-    ring : array_like of float, shape (d, 2)
-        The ring's points, counter-clockwise, once round the centre.
-    centre : array_like of float, shape (2,)
-        The centre.
-
-    Returns
-    -------
-    list of SubTriangle
-        One a point, in order. The mean share of a point over all of them is its weight λ.
+    The ring (d, 2) is counter-clockwise around the centre (2,). The mean share of a point over all
+    triangles is its weight λ.
 
     Examples
     --------
@@ -101,8 +88,7 @@ def shares_table(triangles: Sequence[SubTriangle]) -> NDArray[np.float64]:
     """
     mu = np.zeros((len(triangles), len(triangles)))
     for column, triangle in enumerate(triangles):
-        for place, share in zip(triangle.corners, triangle.shares, strict=True):
-            mu[place, column] += share
+        mu[list(triangle.corners), column] += triangle.shares
     return mu
 
 
@@ -110,42 +96,51 @@ def weights(ring: Ring) -> Sheet:
     """Draw Figure 5: each sub-triangle with its shares, and the weights as their means."""
     triangles = sub_triangles(ring.points, ring.middle)
     mu = shares_table(triangles)
+    mean = mu.mean(axis=1)
     d, letter = len(ring), ring.side.letter.lower()
     caption = (
         f"For each of the {d} points of the ring, the line from it through the centre "
-        f"{letter} (hollow) leaves the ring by one of its sides. Point and side make a triangle "
-        f"around {letter}; above it stands {letter} in barycentric coordinates δ, which sum to 1. "
+        f"{letter} (hollow) leaves the ring by one of its sides. Point and side form a triangle "
+        f"around {letter}; above it are the barycentric coordinates δ of {letter}, which sum to 1. "
         f"A point's weight λ is the mean of its shares over all {d} triangles (eq. 4): "
-        f"from {number(mu.mean(axis=1).min(), DIGITS)} to {number(mu.mean(axis=1).max(), DIGITS)} "
-        f"here, in all {number(mu.mean(axis=1).sum(), DIGITS)}. With these weights "
-        f"Σ λ{letter} gives {letter} itself."
+        f"from {number(mean.min())} to {number(mean.max())} here, in all {number(mean.sum())}. "
+        f"With these weights Σ λ{letter} equals {letter}."
     )
-    rows = math.ceil(d / COLUMNS)
-    heights = [TRIANGLE_HEIGHT] * rows + [TABLE_HEIGHT]
-    sheet = Sheet("Figure 5. Weights from sub-triangles", caption, COLUMNS, heights)
-    for n, triangle in enumerate(triangles):
-        axes = sheet.panel(n // COLUMNS, n % COLUMNS, _sum(ring, triangle))
-        _sub_triangle(axes, ring, triangle)
-    axes = sheet.panel(rows, 0, "the mean of all: weights λ")
-    _means(axes, ring, mu.mean(axis=1))
-    title = "shares of the points (rows) in the triangles (columns)"
-    axes = sheet.panel(rows, 1, title, columns=COLUMNS - 1, framed=False)
-    _shares(axes, ring, mu)
+    keys = [f"triangle {n}" for n in range(d)]
+    padded = keys + ["."] * (-d % COLUMNS)
+    mosaic = [padded[n : n + COLUMNS] for n in range(0, d, COLUMNS)]
+    heights = [TRIANGLE_HEIGHT] * len(mosaic) + [TABLE_HEIGHT]
+    mosaic.append(["means", *["shares"] * (COLUMNS - 1)])
+    sheet = Sheet("Figure 5. Weights from sub-triangles", caption, mosaic, heights)
+    for key, triangle in zip(keys, triangles, strict=True):
+        terms = (
+            f"{number(share, 2)} {ring.names[place]}"
+            for place, share in zip(triangle.corners, triangle.shares, strict=True)
+        )
+        _sub_triangle(sheet.panel(key, f"{letter} = {' + '.join(terms)}"), ring, triangle)
+    axes = sheet.panel("means", "the mean of all: weights λ")
+    show(axes, ring.points, WIDE_ROOM)
+    plane_ring(axes, ring)
+    for at, weight in zip(ring.points, mean, strict=True):
+        _outside(axes, ring, at, number(weight), label_size(ring))
+    rows = [
+        [name, *(number(share, 2) if share else "·" for share in row), number(weight)]
+        for name, row, weight in zip(ring.names, mu, mean, strict=True)
+    ]
+    head = ["", *(f"l = {place}" for place in range(1, d + 1)), "mean λ"]
+    sums = ["Σ", *(number(value, 2) for value in mu.sum(axis=0)), number(mean.sum())]
+    axes = sheet.panel("shares", "shares of the points (rows) in the triangles (columns)")
+    table(axes, [head, *rows, sums])
     return sheet
 
 
-def _sum(ring: Ring, triangle: SubTriangle) -> str:
-    """Write the centre as the sum of its shares."""
-    letter = ring.side.letter
-    terms = (
-        f"{number(share, 2)} {name(letter, place)}"
-        for place, share in zip(triangle.corners, triangle.shares, strict=True)
-    )
-    return f"{letter.lower()} = {' + '.join(terms)}"
+def _outside(axes: Axes, ring: Ring, at: NDArray[np.float64], text: str, size: float) -> None:
+    away = at - ring.points.mean(axis=0)
+    label(axes, at, text, away=away, distance=LABEL_DISTANCE, size=size)
 
 
 def _sub_triangle(axes: Axes, ring: Ring, triangle: SubTriangle) -> None:
-    tint, letter = TINTS[ring.side.letter], ring.side.letter
+    tint = TINTS[ring.side.letter]
     show(axes, ring.points, ROOM)
     line(axes, np.vstack([ring.points, ring.points[:1]]), NEUTRAL_INK, SPOKE)
     corners = ring.points[list(triangle.corners)]
@@ -155,28 +150,5 @@ def _sub_triangle(axes: Axes, ring: Ring, triangle: SubTriangle) -> None:
     line(axes, [corners[0], leaves], TEXT, SPOKE, dashed=True)
     dots(axes, corners, tint)
     dots(axes, ring.middle, tint, CENTRE_DOT, hollow=True)
-    middle = ring.points.mean(axis=0)
     for place in sorted(set(triangle.corners)):
-        at = ring.points[place]
-        label(axes, at, name(letter, place), away=at - middle, distance=LABEL_DISTANCE)
-
-
-def _means(axes: Axes, ring: Ring, means: NDArray[np.float64]) -> None:
-    show(axes, ring.points, WIDE_ROOM)
-    ring_lines(axes, ring)
-    middle = ring.points.mean(axis=0)
-    for k, at in enumerate(ring.points):
-        text = number(means[k], DIGITS)
-        size = label_size(ring)
-        label(axes, at, text, away=at - middle, distance=LABEL_DISTANCE, size=size)
-
-
-def _shares(axes: Axes, ring: Ring, mu: NDArray[np.float64]) -> None:
-    letter = ring.side.letter
-    head = ["", *(f"l = {place}" for place in range(1, len(ring) + 1)), "mean λ"]
-    rows = [
-        [name(letter, k), *(number(share, 2) if share else "·" for share in row), number(mean)]
-        for k, (row, mean) in enumerate(zip(mu, mu.mean(axis=1), strict=True))
-    ]
-    sums = ["Σ", *(number(value, 2) for value in mu.sum(axis=0)), number(mu.mean(axis=1).sum())]
-    table(axes, head, rows, sums)
+        _outside(axes, ring, ring.points[place], ring.names[place], LABEL_SIZE)

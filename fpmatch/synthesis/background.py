@@ -24,37 +24,11 @@ LEVELS: Final = (-0.1, 0.7)  # of a dark background, from the dark lines to the 
 
 
 def other_background(image: Grey, inside: Mask, kind: str, rng: np.random.Generator) -> Grey:
-    """Give an image of a print another background.
+    """Replace the background of an image (H, W) of a print; raise ImageError for an unknown kind.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (H, W)
-        Image.
-    inside : ndarray of bool, shape (H, W)
-        Where the finger lies on the sensor.
-    kind : str
-        One of `BACKGROUNDS`: "own" leaves the image as it is; "none" cuts out a square that the
-        print fills; "dark" puts noise between the grey levels of dark lines and of nearly bright
-        ones beside the print; "vignette" darkens the corners.
-    rng : numpy.random.Generator
-        Where sizes, levels and noise come from.
-
-    Returns
-    -------
-    ndarray of uint8, shape (h, w)
-        The image.
-
-    Raises
-    ------
-    ImageError
-        If the kind is unknown.
-
-    Examples
-    --------
-    >>> image, inside = np.full((90, 90), 250, np.uint8), np.zeros((90, 90), bool)
-    >>> inside[30:60, 30:60], image[30:60, 30:60:9] = True, 20
-    >>> other_background(image, inside, "dark", np.random.default_rng(1))[0].max() < 250
-    np.True_
+    `inside` is True where the finger touches the sensor. The kind "own" leaves the image; "none"
+    cuts out a square that the print fills; "dark" puts noise between the grey levels of dark lines
+    and of nearly bright ones beside the print; "vignette" darkens the corners.
     """
     if kind not in BACKGROUNDS:
         raise ImageError(f"no background {kind!r}: there are {', '.join(BACKGROUNDS)}")

@@ -1,4 +1,4 @@
-"""The five classes of prints, their natural shares, and where their singular points lie."""
+"""The five classes of prints, their natural shares, and the positions of their singular points."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Range = tuple[float, float]
 
 
 class PatternClass(StrEnum):
-    """Class of a print, by the course of its ridges."""
+    """Class of a print."""
 
     ARCH = "arch"
     TENTED_ARCH = "tented arch"
@@ -35,10 +35,9 @@ NATURAL_SHARES: Final = {  # of all fingers, Wilson, Candela, Watson 1994
 
 @dataclass(frozen=True, slots=True)
 class SingularRanges:
-    """Set the rectangles in which the singular points of one class lie.
+    """Set the rectangles that contain the singular points of one class.
 
-    Each is a range of x and one of y in pixels from the middle of the fingertip, x to the right
-    and y up.
+    Each is a range of x and one of y in pixels from the middle of the fingertip, y up.
     """
 
     cores: tuple[tuple[Range, Range], ...] = ()
@@ -66,26 +65,14 @@ NEVER_MIRRORED: Final = (PatternClass.LEFT_LOOP,)
 
 @dataclass(frozen=True, slots=True)
 class SingularPoints:
-    """Hold the singular points of one print.
-
-    Parameters
-    ----------
-    cores, deltas : ndarray of float64, shape (K, 2)
-        Positions in pixels, x to the right and y down.
-    """
+    """Hold positions of the singular points of one print, (K, 2), in pixels, x right and y down."""
 
     cores: NDArray[np.float64]
     deltas: NDArray[np.float64]
 
 
 def draw_pattern(rng: np.random.Generator) -> PatternClass:
-    """Draw a class in the natural proportions.
-
-    Examples
-    --------
-    >>> str(draw_pattern(np.random.default_rng(1)))
-    'right loop'
-    """
+    """Draw a class in the natural proportions."""
     classes = list(NATURAL_SHARES)
     limits = np.cumsum(list(NATURAL_SHARES.values()))
     return classes[int(np.searchsorted(limits, rng.random() * limits[-1], side="right"))]
@@ -98,29 +85,10 @@ def draw_singular_points(
     *,
     size: float = 1.0,
 ) -> SingularPoints:
-    """Draw the singular points of one finger of a class.
+    """Draw the singular points of a finger: none for an arch, two of each for a whorl, else one.
 
-    Parameters
-    ----------
-    pattern : PatternClass
-        Class of the print.
-    centre : (float, float)
-        Middle of the fingertip, x and y in pixels.
-    rng : numpy.random.Generator
-        Where the positions come from.
-    size : float, optional
-        Size of the finger beside one of average size (default 1).
-
-    Returns
-    -------
-    SingularPoints
-        One core and one delta; two of each for a whorl; none for an arch.
-
-    Examples
-    --------
-    >>> points = draw_singular_points(PatternClass.WHORL, (220, 280), np.random.default_rng(1))
-    >>> points.cores.shape, points.deltas.shape
-    ((2, 2), (2, 2))
+    `centre` is the middle of the fingertip, x and y in pixels; `size` is relative to an average
+    finger.
     """
     ranges = SINGULAR_RANGES[pattern]
     mirrored = rng.random() < 0.5

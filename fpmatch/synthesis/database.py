@@ -1,8 +1,8 @@
-"""Make FVC-style databases of synthetic prints, with the truth about each, on disk.
+"""Make FVC-style databases of synthetic prints, with their ground truth, on disk.
 
 A database is a folder of images ``FFF_M.tif`` (finger FFF, impression M), a file ``dataset.toml``
-that says what they were made from, and a folder ``truth`` with one file ``FFF.json`` a finger,
-written last: a finger that has it is finished.
+that describes their parameters, and a folder ``truth`` with one file ``FFF.json`` a finger, which
+is written last: a finger that has it is complete.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.engine.workers import no_progress, run_chunks
 from fpmatch.errors import DatasetError, OutputError
 from fpmatch.output import atomic_write_bytes, reason, remove_unfinished
+from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import (
     DEFAULT_SENSOR,
     DESCRIPTION_FILE,
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 
     from fpmatch.engine.workers import Progress
     from fpmatch.synthesis.impression import Impression
-    from fpmatch.synthesis.master import MasterParameters
     from fpmatch.synthesis.sensor import Sensor
 
 FIRST_FINGER: Final = 101
@@ -45,16 +45,16 @@ STAGE: Final = "synth"
 
 @dataclass(frozen=True, slots=True)
 class DatabaseMade:
-    """Hold what was made, and what lies there now.
+    """Hold what `make_database` made, and the size of the result.
 
     Parameters
     ----------
     folder : Path
-        Where.
+        Folder of the database.
     fingers, impressions : int
-        Fingers asked for, all of which are finished, and impressions of each.
+        Requested fingers, all of them complete, and impressions of each.
     made : int
-        Fingers that were made now; the others were there.
+        Fingers that this call made.
     size : int
         Bytes of all their files.
     """
@@ -79,43 +79,38 @@ def make_database(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> DatabaseMade:
-    """Make a database of synthetic prints, or what is missing of it.
+    """Make a database of synthetic prints, or complete one.
 
-    Same arguments, same bytes, however often interrupted. More fingers extend a database without
-    changing what is there.
+    The same arguments give the same bytes, however often interrupted. More fingers extend a
+    database without changing its files.
 
     Parameters
     ----------
     out : path
-        Its folder: a new or empty one, or one that this function made of the same arguments.
+        Its folder: a new or empty one, or one that the same arguments made.
     fingers, impressions : int
         How many fingers, and how many impressions of each.
     preset : str
-        ``"clean"``, ``"easy"``, ``"normal"`` or ``"hard"``.
+        ``"clean"``, ``"easy"``, ``"normal"``, ``"hard"`` or ``"stretched"``.
     seed : int
-        Name of the family of fingers, from 0.
+        Family of fingers, from 0.
     sensors : sequence of str or Sensor
-        What takes the impressions, in turn.
+        Sensors that take the impressions in turn.
     first_finger : int
         Number of the first finger (default 101), from 1.
     master : MasterParameters, optional
-        How masters are made.
+        Parameters of the masters.
     workers : int, optional
         Processes to use (default: one a core).
     progress : callable
-        Told how many fingers of the stage ``"synth"`` are finished.
-
-    Returns
-    -------
-    DatabaseMade
-        What was made.
+        Called with the number of complete fingers of the stage ``"synth"``.
 
     Raises
     ------
     DatasetError
         If a count or the seed is impossible, or the folder holds other files or another database.
     ImageError
-        If there is no such preset.
+        If the preset is unknown.
     OutputError
         If a file cannot be written.
 
@@ -137,11 +132,7 @@ def make_database(
             f"there must be at least 1, numbered within 1 to {LAST_FINGER}"
         )
     chosen = sensors_named(sensors)
-    plan = (
-        Plan(seed, preset, chosen, impressions)
-        if master is None
-        else Plan(seed, preset, chosen, impressions, master)
-    )
+    plan = Plan(seed, preset, chosen, impressions, master or MasterParameters())
     folder = Path(out)
     numbers = range(first_finger, first_finger + fingers)
     _make_folder(folder)
@@ -175,16 +166,16 @@ def _make_finger(folder: Path, plan: Plan, number: int) -> None:
 
     master = make_master(plan.seed, number, plan.master)
     preset = preset_named(plan.preset)
-    *pictures, truth = _files(folder, number, plan)
-    said = {}
-    for m, path in enumerate(pictures, start=1):
+    *images, truth = _files(folder, number, plan)
+    truths = {}
+    for m, path in enumerate(images, start=1):
         sensor = plan.sensor_of(m)
         impression = make_impression(master, m, preset, sensor)
         content = _tiff(impression)
         _write(path, content)
         digest = hashlib.sha256(content).hexdigest()
-        said[path.stem] = impression_truth(impression, sensor, digest)
-    _write(truth, finger_truth(master, said))
+        truths[path.stem] = impression_truth(impression, sensor, digest)
+    _write(truth, finger_truth(master, truths))
 
 
 def _files(folder: Path, number: int, plan: Plan) -> list[Path]:
@@ -203,15 +194,15 @@ def _tiff(impression: Impression) -> bytes:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a file where there is none, leave one that is the same, refuse another."""
+    """Write a new file, leave an identical one, refuse to replace another."""
     try:
-        there = path.read_bytes()
+        existing = path.read_bytes()
     except FileNotFoundError:
         atomic_write_bytes(path, content)
         return
     except OSError as error:
         raise OutputError(f"{path}: cannot be read: {reason(error)}") from error
-    if there != content:
+    if existing != content:
         raise DatasetError(f"{path}: is in the way: it is not what would be made there")
 
 
@@ -223,7 +214,7 @@ def _make_folder(folder: Path) -> None:
 
 
 def _claim(folder: Path, plan: Plan) -> None:
-    """Make sure that a folder is, from now on, the database of `plan` and no other."""
+    """Check that a folder is empty or the database of `plan`; write its description."""
     description = folder / DESCRIPTION_FILE
     truths = folder / TRUTH_FOLDER
     try:
@@ -245,7 +236,7 @@ def _claim(folder: Path, plan: Plan) -> None:
 
 @contextmanager
 def _alone_in(folder: Path) -> Iterator[None]:
-    """Refuse to work where another process of ours does; the system lets go when we end."""
+    """Lock the folder against other processes; the system releases the lock at the end."""
     try:
         import fcntl  # noqa: PLC0415
         import os  # noqa: PLC0415

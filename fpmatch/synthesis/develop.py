@@ -1,4 +1,4 @@
-"""The picture that a sensor takes: what touches becomes grey levels."""
+"""The image that a sensor takes: grey levels of the skin that touches it."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
     Field = NDArray[np.float32]  # a value a pixel
 
-INK_FLOOR: Final = 6.0  # grey: no ink is blacker
+INK_FLOOR: Final = 6.0  # grey level of the blackest ink
 LIGHTEST_INK: Final = 0.35  # share of the contrast that the driest ridge keeps
 RESIDUE_EXTENT_PX: Final = 1.6
 LIFTED: Final = 1.0  # threshold from which skin is off the glass
-RESIDUE_REACH: Final = 8.0  # threshold by which residue has thinned out
-RESIDUE_RARITY: Final = 2.3  # deviations from which roughness leaves a dot where there is residue
+RESIDUE_REACH: Final = 8.0  # threshold at which residue has faded
+RESIDUE_RARITY: Final = 2.3  # standard deviations of roughness above which a dot is left
 
 
 def develop(
@@ -32,37 +32,9 @@ def develop(
     *,
     stain: NDArray[np.floating] | None = None,
 ) -> NDArray[np.uint8]:
-    """Return the picture that a sensor takes of skin that touches it.
+    """Return the image (h, w) that a sensor takes of skin of height `relief`, with dark ridges.
 
-    Parameters
-    ----------
-    relief : ndarray of float, shape (h, w)
-        Height of the skin.
-    contact : Contact
-        How it touches.
-    sensor : Sensor
-        Size, resolution and grey levels.
-    rng : numpy.random.Generator
-        Where noise, dust and residue come from.
-    stain : ndarray of float, shape (h, w), optional
-        Share of the glass that damp or grease covers, ridges or not.
-
-    Returns
-    -------
-    ndarray of uint8, shape (h, w)
-        Dark ridges on a light ground.
-
-    Examples
-    --------
-    >>> from fpmatch.synthesis.contact import Contact
-    >>> from fpmatch.synthesis.sensor import Sensor
-    >>> sensor = Sensor("small", 60, 40)
-    >>> flat = np.zeros(sensor.shape, np.float32)
-    >>> contact = Contact(flat, flat + 1, flat)
-    >>> rng = np.random.default_rng(1)
-    >>> skin, glass = (develop(flat + height, contact, sensor, rng) for height in (1, -1))
-    >>> bool(skin.mean() < 80 < 240 < glass.mean())
-    True
+    `stain` is the share of the glass that damp or grease covers, (h, w).
     """
     import cv2  # noqa: PLC0415
 
@@ -89,24 +61,7 @@ def develop(
 
 
 def framed(sensor: Sensor) -> Field:
-    """Return the two wedges that a white frame cuts off a sensor that narrows to the top.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        Its size and its frame.
-
-    Returns
-    -------
-    ndarray of float32, shape (h, w)
-        Share of each pixel that the frame covers.
-
-    Examples
-    --------
-    >>> from fpmatch.synthesis.sensor import Sensor
-    >>> framed(Sensor("small", 40, 32, frame=0.1))[0].tolist()[:6]
-    [1.0, 1.0, 1.0, 1.0, 0.0, 0.0]
-    """
+    """Return the share of each pixel, (h, w), behind a frame that cuts off the upper corners."""
     rows, columns = sensor.shape
     cut = sensor.frame * columns * np.linspace(1, 0, rows)[:, None]
     from_side = np.minimum(np.arange(columns), np.arange(columns)[::-1])
@@ -114,7 +69,7 @@ def framed(sensor: Sensor) -> Field:
 
 
 def _paper(sensor: Sensor, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the grey of the bare glass."""
+    """Return the grey level of the bare glass."""
     rows, columns = sensor.shape
     y, x = np.linspace(-1, 1, rows)[:, None], np.linspace(-1, 1, columns)
     level = sensor.paper + sensor.exposure * rng.standard_normal()
@@ -131,7 +86,7 @@ def _paper(sensor: Sensor, rng: np.random.Generator) -> NDArray[np.float64]:
 
 
 def _dust(sensor: Sensor, rng: np.random.Generator) -> Field:
-    """Return bits of dust on the glass, 0 to 1."""
+    """Return the dust on the glass, 0 to 1."""
     import cv2  # noqa: PLC0415
 
     specks = np.zeros(sensor.shape, np.float32)
@@ -144,7 +99,7 @@ def _dust(sensor: Sensor, rng: np.random.Generator) -> Field:
 
 
 def _residue(contact: Contact, sensor: Sensor, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the dots around the print, 0 to 1: denser near to it."""
+    """Return the dots of residue around the print, 0 to 1, denser near it."""
     lifted = contact.threshold - LIFTED
     near = sensor.residue * np.exp(-np.clip(lifted, 0, None) / RESIDUE_REACH) * (lifted > 0)
     rough = smooth_noise(sensor.shape, RESIDUE_EXTENT_PX * sensor.px, rng)

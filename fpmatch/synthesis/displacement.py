@@ -1,4 +1,4 @@
-"""Where stretched skin lies beside unstretched skin, as a grid of shifts that a file can hold."""
+"""Displacement of stretched skin from unstretched skin, as a grid of shifts for a file."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ if TYPE_CHECKING:
     Points = NDArray[np.float64]  # shape (N, 2), x and y
 
 FEWEST_NODES: Final = 4  # along a side, so that a cubic fits
-SOLVED_PX: Final = 1e-6  # no point moves further when `stretched` stops
+SOLVED_PX: Final = 1e-6  # largest step of a point when `stretched` stops
 _MOST_ROUNDS: Final = 200  # steps shrink by a constant factor wherever skin does not fold
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DisplacementField:
-    """Tell for each point of a picture where it would lie had the skin not stretched.
+    """Map points of an image to where they would lie in unstretched skin.
 
     Node ``[i, j]`` lies at pixel ``((j - 1) * step, (i - 1) * step)``: one node more than needed
-    on each side, so that the whole picture is interpolated from nodes around it. Between nodes
-    the shift is the cubic convolution (Catmull–Rom, a = -1/2) of the 4 x 4 nodes around.
+    on each side, so that the whole image is interpolated from nodes around it. Between nodes the
+    shift is the cubic convolution (Catmull–Rom, a = -1/2) of the 4 x 4 nodes around.
 
     Parameters
     ----------
     step : float
         Pixels from node to node.
     shift : ndarray of float64, shape (rows, columns, 2)
-        How far the point at a node moves, x and y in pixels; at least 4 x 4 nodes.
+        Displacement at each node, x and y in pixels; at least 4 x 4 nodes.
 
     Raises
     ------
@@ -46,12 +46,6 @@ class DisplacementField:
     ----------
     Keys, "Cubic convolution interpolation for digital image processing", IEEE Trans. ASSP 29
     (1981).
-
-    Examples
-    --------
-    >>> field = DisplacementField.sampled(lambda p: p + (2.0, 0.5), (20, 30), step=10)
-    >>> field.shift.shape, field.relaxed([[7.0, 3.0]]).round(6).tolist()
-    ((5, 6, 2), [[9.0, 3.5]])
     """
 
     step: float
@@ -71,13 +65,13 @@ class DisplacementField:
     def sampled(
         cls, relaxed: Callable[[Points], Points], shape: tuple[int, int], step: float
     ) -> DisplacementField:
-        """Sample a map of points (N, 2) of a picture of `shape` rows and columns."""
+        """Sample a map of points (N, 2) over an image of `shape` rows and columns."""
         y, x = (np.arange(-1, (side - 1) // step + 3) * step for side in shape)
         nodes = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(np.float64)
         return cls(step, (relaxed(nodes) - nodes).reshape(len(y), len(x), 2))
 
     def at(self, points: ArrayLike) -> Points:
-        """Return the shifts at picture `points` (N, 2); beyond the nodes, those at their edge."""
+        """Return the shifts at `points` (N, 2); beyond the nodes, those at their edge."""
         rows, columns = self.shift.shape[:2]
         place = as_points(points) / self.step + 1
         place = np.clip(place, 1, (columns - 2, rows - 2))
@@ -91,14 +85,14 @@ class DisplacementField:
         return shift
 
     def relaxed(self, points: ArrayLike) -> Points:
-        """Return where picture `points` (N, 2) would lie had the skin not stretched."""
+        """Return the positions of `points` (N, 2) of the image in unstretched skin."""
         p = as_points(points)
         return np.asarray(p + self.at(p))
 
     def stretched(self, points: ArrayLike) -> Points:
-        """Return where in the picture skin lies that would lie at `points` (N, 2) unstretched.
+        """Return the positions in the image of `points` (N, 2) of unstretched skin.
 
-        `relaxed` inverted by fixed-point iteration.
+        Inverse of `relaxed`, by fixed-point iteration.
         """
         reached = goal = as_points(points)
         for _ in range(_MOST_ROUNDS):
@@ -109,7 +103,7 @@ class DisplacementField:
 
 
 def _cubic_weights(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    """Return the weights of the four nodes around, for `t` from 0 to 1 beyond the second."""
+    """Return the weights of the four nodes around, for `t` from 0 to 1 after the second."""
     return (
         ((-0.5 * t + 1.0) * t - 0.5) * t,
         (1.5 * t - 2.5) * t * t + 1.0,

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Field = NDArray[np.float32]  # a value a pixel
-    Taps = list[tuple[NDArray[np.intp], np.float32]]  # where to look, flat, and its weight
+    Taps = list[tuple[NDArray[np.intp], np.float32]]  # flat pixel indices, and their weight
 
-_STEPS: Final = 2.0**20  # of cosines and weights: rounded, they hide a machine's last bit
+_STEPS: Final = 2.0**20  # of cosines and weights, which are rounded so that machines agree
 
 
 @dataclass(frozen=True, slots=True)
 class GrowthParameters:
-    """Set how ridges grow; lengths in ridge periods."""
+    """Set the growth of ridges; lengths in ridge periods."""
 
     across_sigma: float = 0.45  # width of the oriented filter
     along_sigma: float = 0.6
@@ -31,12 +31,12 @@ class GrowthParameters:
     taps_across: int = 8  # on either side
     taps_along: int = 8
     seeds_per_square_period: float = 0.7
-    steps: int = 18  # enough to fill the print; each further one anneals minutiae away
+    steps: int = 18  # enough to fill the print; more remove minutiae
     gain: float = 3.0  # before clipping to -1..1; more grows faster
-    blur: float = 0.08  # weight of a neighbour, which hides that taps are whole pixels
-    final_gain: float = 1.0  # of what the filters leave: how flat ridges and valleys are
+    blur: float = 0.08  # weight of a neighbour; hides the rounding of taps to pixels
+    final_gain: float = 1.0  # of the filtered relief: flatness of ridges and valleys
     dot: float = 0.6  # largest area of a spot or hole that is smoothed away, periods squared
-    settling_steps: int = 3  # that are left after that
+    settling_steps: int = 3  # steps after that
 
 
 def grow_ridges(
@@ -47,31 +47,10 @@ def grow_ridges(
 ) -> Field:
     """Grow ridges along an orientation field until they fill the print.
 
-    The Gabor-like filter is separable in the local frame: a cosine under a Gaussian across the
-    ridges, then a Gaussian along them, each a weighted sum of nearest pixels.
-
-    Parameters
-    ----------
-    orientation : ndarray of float32, shape (H, W)
-        Ridge orientation in radians, counter-clockwise on screen.
-    period : ndarray of float32, shape (H, W)
-        Ridge period in pixels.
-    rng : numpy.random.Generator
-        Where the seeds come from.
-    parameters : GrowthParameters, optional
-        Filter, seeds and steps.
-
-    Returns
-    -------
-    ndarray of float32, shape (H, W)
-        Relief, from -1 in the valleys to 1 on the ridges.
-
-    Examples
-    --------
-    >>> level = np.zeros((60, 60), np.float32)
-    >>> relief = grow_ridges(level, np.full_like(level, 9.0), np.random.default_rng(1))
-    >>> float(relief.min()), float(relief.max())
-    (-1.0, 1.0)
+    `orientation` is in radians, counter-clockwise on screen, `period` in pixels, both (H, W). The
+    Gabor-like filter is separable in the local frame: a cosine under a Gaussian across the ridges,
+    then a Gaussian along them, each a weighted sum of nearest pixels. Returns the relief (H, W),
+    from -1 in the valleys to 1 on the ridges.
     """
     p = parameters or GrowthParameters()
     across, along = _filters(orientation, period, p)
@@ -92,33 +71,16 @@ def grow_ridges(
 
 
 def without_dots_and_holes(relief: Field, largest_px: Field) -> Field:
-    """Turn every dot of ridge into valley and fill every hole in a ridge.
+    """Invert dots of ridge and holes in ridges in a relief, (H, W), positive on ridges.
 
-    Parameters
-    ----------
-    relief : ndarray of float32, shape (H, W)
-        Positive on ridges.
-    largest_px : ndarray of float32, shape (H, W)
-        Area in pixels below which a spot is a dot or a hole, place by place.
-
-    Returns
-    -------
-    ndarray of float32, shape (H, W)
-        The same relief with the sign changed there.
-
-    Examples
-    --------
-    >>> relief = np.full((30, 30), -1.0, np.float32)
-    >>> relief[10:12, 10:12] = 1.0
-    >>> float(without_dots_and_holes(relief, np.full_like(relief, 50.0)).max())
-    -1.0
+    `largest_px` (H, W) is the area in pixels below which a spot is a dot or a hole.
     """
     from scipy import ndimage  # noqa: PLC0415
 
-    ridges, _ = ndimage.label(relief > 0, np.ones((3, 3)))  # which join at corners
+    ridges, _ = ndimage.label(relief > 0, np.ones((3, 3)))  # joined at corners
     dots = (ridges > 0) & (np.bincount(ridges.ravel())[ridges] < largest_px)
     cleaned = np.where(dots, -relief, relief)
-    valleys, _ = ndimage.label(cleaned <= 0)  # which do not
+    valleys, _ = ndimage.label(cleaned <= 0)  # not joined at corners
     holes = (valleys > 0) & (np.bincount(valleys.ravel())[valleys] < largest_px)
     return np.asarray(np.where(holes, -cleaned, cleaned), np.float32)
 
@@ -138,7 +100,7 @@ def _filters(orientation: Field, period: Field, p: GrowthParameters) -> tuple[Ta
 def _taps(
     dx: Field, dy: Field, distances: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> Taps:
-    """Return the nearest pixels to so many steps of (dx, dy), y up, from every pixel."""
+    """Return the nearest pixels at the given distances along (dx, dy), y up, from every pixel."""
     rows, columns = dx.shape
     y, x = np.mgrid[:rows, :columns].astype(np.float32)
     taps = []

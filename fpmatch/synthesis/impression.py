@@ -1,4 +1,4 @@
-"""One impression of a finger, and the whole truth about it."""
+"""One impression of a finger, and its ground truth."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 
     Field = NDArray[np.float32]  # a value a pixel
 
-BEYOND_THE_MASTER: Final = -1.0  # relief of what is not there
-SMEARED: Final = 0.5  # share of a smear from which nothing can be read
-ROUNDED_PX: Final = 16.0  # from the border of the print to where its skin lies flat
+BEYOND_THE_MASTER: Final = -1.0  # relief outside its arrays
+SMEARED: Final = 0.5  # share of a smear from which nothing is legible
+ROUNDED_PX: Final = 16.0  # width of the rounded border of the print
 ON_PRINT: Final = 0.5  # share from which skin may touch
-FADING: Final = 0.25  # radius over which damp thins out towards the outline
-FITTED_EVERY_PX: Final = 3  # pixels of the contact that the best similarity is fitted to
+FADING: Final = 0.25  # radius over which damp fades towards the outline
+FITTED_EVERY_PX: Final = 3  # step between the pixels that the similarity is fitted to
 
 
 class _Purpose(IntEnum):
-    """What a stream of random numbers is for; each has its own, so that none disturbs another."""
+    """Purposes of random streams; each has its own, so that they do not influence each other."""
 
     PLACEMENT = 31
     PRESSURE = 32
@@ -47,7 +47,7 @@ class _Purpose(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Impression:
-    """Hold one picture and the truth about it; coordinates are pixels of the picture.
+    """Hold one image and its ground truth; coordinates are pixels of the image.
 
     Parameters
     ----------
@@ -56,19 +56,19 @@ class Impression:
     dpi : float
         Its resolution.
     preset : str
-        Name of the preset that it was drawn from.
+        Name of the preset.
     warp : Warp
-        From the master to the picture, exactly.
+        Exact map from the master to the image.
     transform : Similarity
-        The similarity that comes nearest to it over the contact.
+        The similarity nearest to it over the contact.
     residual_rms_px : float
-        How far, root mean square over the contact, the skin lies from there.
+        Root mean square distance of the two over the contact.
     minutiae : Minutiae
-        All of the master's that fall in the picture, whether they can be seen or not.
+        All of the master's that fall in the image, visible or not.
     master : ndarray of int64, shape (N,)
-        The index of each among the master's minutiae.
+        Index of each among the master's minutiae.
     visible : ndarray of bool, shape (N,)
-        Which of them can be seen.
+        Whether it is visible.
     """
 
     image: NDArray[np.uint8] = field(repr=False)
@@ -89,26 +89,7 @@ class Impression:
 def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor) -> Impression:
     """Press a finger on a sensor once.
 
-    Parameters
-    ----------
-    master : Master
-        The finger.
-    number : int
-        Of the impression, from 1; none depends on another.
-    preset : Preset
-        How carefully it is done.
-    sensor : Sensor
-        What it is done on.
-
-    Returns
-    -------
-    Impression
-        The picture and the truth about it.
-
-    Raises
-    ------
-    ImageError
-        If the number is below 1.
+    Impressions are numbered from 1 (else ImageError); none depends on another.
 
     Examples
     --------
@@ -143,7 +124,7 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
     image = develop(relief, contact, sensor, sensing, stain=damp)
     transform, residual = _best_similarity(touching, origin)
     moved = _moved(master.minutiae, warp)
-    inside = np.flatnonzero(_in_picture(moved.xy, sensor.shape))
+    inside = np.flatnonzero(_in_image(moved.xy, sensor.shape))
     moved = moved.take(inside)
     column, row = np.floor(moved.xy).astype(np.intp).T
     visible = is_legible(moved.xy, contact, px=px) & (smeared[row, column] < SMEARED)
@@ -163,80 +144,38 @@ def make_impression(master: Master, number: int, preset: Preset, sensor: Sensor)
 def corresponding_points(
     probe: Impression, reference: Impression, points: ArrayLike
 ) -> NDArray[np.float64]:
-    """Map points of one impression to where the same skin lies in another of the same finger.
-
-    Parameters
-    ----------
-    probe, reference : Impression
-        Two impressions of one finger.
-    points : array_like of float, shape (N, 2)
-        x and y in pixels of the probe.
-
-    Returns
-    -------
-    ndarray of float64, shape (N, 2)
-        In pixels of the reference, maybe beyond its borders.
-
-    Examples
-    --------
-    >>> from fpmatch.synthesis.master import MasterParameters, make_master
-    >>> from fpmatch.synthesis.presets import PRESETS
-    >>> from fpmatch.synthesis.sensor import Sensor
-    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
-    >>> one = make_impression(finger, 1, PRESETS["clean"], Sensor("small", 100, 120))
-    >>> corresponding_points(one, one, [[50.0, 60.0]]).round(6).tolist()
-    [[50.0, 60.0]]
-    """
+    """Map points (N, 2) of one impression to the same skin in another of the same finger."""
     return reference.warp.from_master(probe.warp.to_master(points))
 
 
 def true_transform(probe: Impression, reference: Impression) -> Similarity:
     """Return the similarity nearest to the true map from one impression to another.
 
-    Parameters
-    ----------
-    probe, reference : Impression
-        Two impressions of one finger.
-
-    Returns
-    -------
-    Similarity
-        From pixels of the probe to pixels of the reference, fitted over the skin that both
-        show; over all that the probe shows where they share none.
-
-    Examples
-    --------
-    >>> from fpmatch.synthesis.master import MasterParameters, make_master
-    >>> from fpmatch.synthesis.presets import PRESETS
-    >>> from fpmatch.synthesis.sensor import Sensor
-    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
-    >>> one = make_impression(finger, 1, PRESETS["clean"], Sensor("small", 100, 120))
-    >>> bool(abs(true_transform(one, one).rotation) < 1e-9)
-    True
+    It is fitted over the skin that both show; over all that the probe shows where they share none.
     """
     points = _pixels(probe.image.shape, FITTED_EVERY_PX)
     points = points[outline_radius(probe.warp.upright(points)) < 1]
     there = corresponding_points(probe, reference, points)
     touching = outline_radius(reference.warp.upright(there)) < 1
-    shared = _in_picture(there, reference.image.shape) & touching
+    shared = _in_image(there, reference.image.shape) & touching
     if shared.any():
         points, there = points[shared], there[shared]
     return Similarity.fit(points, there)
 
 
 def _pixels(shape: tuple[int, ...], step: int = 1) -> NDArray[np.float64]:
-    """Return x and y of every pixel, row by row, shape (N, 2)."""
+    """Return x and y of every `step`-th pixel, row by row, shape (N, 2)."""
     y, x = np.mgrid[: shape[0] : step, : shape[1] : step]
     return np.column_stack([x.ravel(), y.ravel()]).astype(np.float64)
 
 
-def _in_picture(points: NDArray[np.floating], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def _in_image(points: NDArray[np.floating], shape: tuple[int, ...]) -> NDArray[np.bool_]:
     last = (shape[1] - 1, shape[0] - 1)
     return np.asarray(((points >= 0) & (points <= last)).all(axis=1))
 
 
 def _share_of_print(silhouette: NDArray[np.bool_]) -> Field:
-    """Return 1 inside a silhouette, falling to 0 at its border, where the finger rounds away."""
+    """Return 1 inside a silhouette, falling to 0 at its border."""
     import cv2  # noqa: PLC0415
 
     inside = cv2.distanceTransform(silhouette.astype(np.uint8), cv2.DIST_L2, 5)
@@ -259,11 +198,11 @@ def _sampled(layer: Field, origin: Field, beyond: float) -> Field:
 
 
 def _best_similarity(touching: NDArray[np.bool_], origin: Field) -> tuple[Similarity, float]:
-    """Fit the similarity from master to picture over the contact; return it and its residual."""
+    """Fit the similarity from master to image over the contact; return it and its residual."""
     every = (slice(None, None, FITTED_EVERY_PX),) * 2
     pixels = _pixels(touching.shape, FITTED_EVERY_PX)
     used = touching[every].ravel()
-    if not used.any():  # no skin in the picture: all of it, then
+    if not used.any():  # no skin in the image: use all of it
         used[:] = True
     source, target = origin[every].reshape(-1, 2)[used].astype(np.float64), pixels[used]
     transform = Similarity.fit(source, target)
@@ -272,7 +211,7 @@ def _best_similarity(touching: NDArray[np.bool_], origin: Field) -> tuple[Simila
 
 
 def _moved(minutiae: Minutiae, warp: Warp) -> Minutiae:
-    """Carry the master's minutiae to the picture; each direction by a point one pixel ahead."""
+    """Map the master's minutiae to the image; each direction by a point one pixel ahead."""
     start = minutiae.xy.astype(np.float64)
     ahead = start + np.column_stack([np.cos(minutiae.angle), -np.sin(minutiae.angle)])
     start, ahead = warp.from_master(start), warp.from_master(ahead)

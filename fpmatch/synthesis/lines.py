@@ -1,4 +1,4 @@
-"""Thin bent lines across a print: the creases of a finger, the scratches of one impression."""
+"""Thin bent lines across a print: creases of a finger, scratches of one impression."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LineParameters:
-    """Set how lines run; lengths are pixels."""
+    """Set the course of lines; lengths in pixels."""
 
     step_px: float = 8.0
-    steps: tuple[int, int] = (4, 17)  # fewest, and one more than most
+    steps: tuple[int, int] = (4, 17)  # least, and one more than most
     tilt: float = 0.7  # largest angle to the horizontal, radians
     bend: float = 0.06  # standard deviation of the turn at a step, radians
     widths_px: tuple[int, ...] = (1, 1, 2, 2, 3, 4)
-    middle: tuple[float, float] = (0.2, 0.8)  # where they start, shares of the sides
+    middle: tuple[float, float] = (0.2, 0.8)  # of their start, in shares of the sides
     softness_px: float = 1.0
     depth: tuple[float, float] = (0.7, 1.3)
 
@@ -35,31 +35,9 @@ def draw_lines(
     *,
     broken_extent_px: float = 4.0,
 ) -> NDArray[np.float32]:
-    """Draw thin, slightly bent, tapering, broken lines.
+    """Draw `count` thin, slightly bent, tapering, broken lines: 0 beside them to 1 in them.
 
-    Parameters
-    ----------
-    shape : (int, int)
-        Rows and columns.
-    count : int
-        How many lines.
-    rng : numpy.random.Generator
-        Where they come from.
-    parameters : LineParameters, optional
-        How they run.
-    broken_extent_px : float, optional
-        Length over which their depth comes and goes (default 4).
-
-    Returns
-    -------
-    ndarray of float32, shape (rows, columns)
-        0 beside the lines to 1 in them.
-
-    Examples
-    --------
-    >>> lines = draw_lines((200, 160), 3, np.random.default_rng(1))
-    >>> float(lines.min()), bool(0.3 < lines.max() <= 1)
-    (0.0, True)
+    `broken_extent_px` is the length over which their depth varies.
     """
     import cv2  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""A master print: all that makes one finger, before it touches any sensor."""
+"""A master print: all properties of one finger, before it touches a sensor."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ NO_IMPRESSION: Final = 0  # in the place of an impression's number: impressions 
 
 
 class _Purpose(IntEnum):
-    """What a stream of random numbers is for; each has its own, so that none disturbs another."""
+    """Purposes of random streams; each has its own, so that they do not influence each other."""
 
     PATTERN = 1
     POINTS = 2
@@ -45,10 +45,9 @@ class MasterParameters:
     Parameters
     ----------
     shape : (int, int)
-        Rows and columns at 500 dpi (default (560, 440)). The pattern of a smaller print lies
-        closer together; its ridges are as wide as any.
+        Rows and columns at 500 dpi. A smaller print has a smaller pattern of equal ridge width.
     finger_size : (float, float)
-        Range of a finger's size, beside one of average size.
+        Range of a finger's size relative to an average finger.
     pattern : PatternClass, optional
         Class of every finger (default: drawn in the natural proportions).
     orientation, period, silhouette, growth, minutiae
@@ -85,7 +84,7 @@ class Master:
     Parameters
     ----------
     seed, finger : int
-        The finger's name: the same two give the same arrays.
+        Identity of the finger: the same two give the same arrays.
     pattern : PatternClass
         Class of the print.
     orientation : ndarray of float32, shape (H, W)
@@ -114,33 +113,16 @@ class Master:
     deltas: NDArray[np.float64] = field(repr=False)
 
     def __post_init__(self) -> None:
-        for array in (
-            self.orientation,
-            self.period,
-            self.relief,
-            self.silhouette,
-            self.cores,
-            self.deltas,
-        ):
-            array.setflags(write=False)
+        for layer in (self.orientation, self.period, self.relief, self.silhouette):
+            layer.setflags(write=False)
+        for points in (self.cores, self.deltas):
+            points.setflags(write=False)
 
 
 def make_master(seed: int, finger: int, parameters: MasterParameters | None = None) -> Master:
-    """Make one finger of the family that a seed names.
+    """Make one finger, by its number from 0, of the family that `seed` names.
 
-    Parameters
-    ----------
-    seed : int
-        Name of the family, from 0.
-    finger : int
-        Number of the finger in it, from 0; no finger depends on another.
-    parameters : MasterParameters, optional
-        How masters are made.
-
-    Returns
-    -------
-    Master
-        The print and its true minutiae.
+    No finger depends on another.
 
     Examples
     --------
@@ -149,22 +131,17 @@ def make_master(seed: int, finger: int, parameters: MasterParameters | None = No
     ((160, 120), True)
     """
     p = parameters or MasterParameters()
-    streams = {
-        purpose: np.random.default_rng([seed, finger, NO_IMPRESSION, purpose])
-        for purpose in _Purpose
-    }
+    classing, placing, turning, spacing, outlining, growing = (
+        np.random.default_rng([seed, finger, NO_IMPRESSION, purpose]) for purpose in _Purpose
+    )
     rows, columns = p.shape
-    pattern = p.pattern or draw_pattern(streams[_Purpose.PATTERN])
-    size = streams[_Purpose.POINTS].uniform(*p.finger_size) * rows / AVERAGE_ROWS
-    points = draw_singular_points(
-        pattern, (columns / 2, rows / 2), streams[_Purpose.POINTS], size=size
-    )
-    orientation = ridge_orientation(
-        pattern, points, p.shape, streams[_Purpose.ORIENTATION], p.orientation, size=size
-    )
-    period = ridge_period(p.shape, streams[_Purpose.PERIOD], p.period)
-    silhouette = fingertip_silhouette(p.shape, streams[_Purpose.SILHOUETTE], p.silhouette)
-    relief = grow_ridges(orientation, period, streams[_Purpose.GROWTH], p.growth)
+    pattern = p.pattern or draw_pattern(classing)
+    size = placing.uniform(*p.finger_size) * rows / AVERAGE_ROWS
+    points = draw_singular_points(pattern, (columns / 2, rows / 2), placing, size=size)
+    orientation = ridge_orientation(pattern, points, p.shape, turning, p.orientation, size=size)
+    period = ridge_period(p.shape, spacing, p.period)
+    silhouette = fingertip_silhouette(p.shape, outlining, p.silhouette)
+    relief = grow_ridges(orientation, period, growing, p.growth)
     return Master(
         seed=seed,
         finger=finger,

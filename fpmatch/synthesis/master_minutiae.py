@@ -1,4 +1,4 @@
-"""The minutiae of a master print, without those that are only flaws of its ridges."""
+"""The minutiae of a master print, without those that are mere flaws of its ridges."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _BRANCHES: Final = {MinutiaKind.ENDING: 1, MinutiaKind.BIFURCATION: 3}  # = cros
 
 @dataclass(frozen=True, slots=True)
 class MinutiaeParameters:
-    """Set what is no minutia; lengths in local ridge periods."""
+    """Set the limits of flaws; lengths in local ridge periods."""
 
-    branch: float = 1.1  # a ridge that runs less far from its minutia is a spur or an island
-    spacing: float = 0.9  # two nearer than this are one flaw
-    along: float = 1.4  # and so are two on one ridge: a break, an island, a hole, a spur
-    across: float = 0.5  # which they are on when they lie no further apart across the ridges
+    branch: float = 1.1  # a shorter ridge is a spur or an island
+    spacing: float = 0.9  # two nearer minutiae are one flaw
+    along: float = 1.4  # and two on one ridge: a break, an island, a hole, a spur
+    across: float = 0.5  # distance across ridges up to which they are on one ridge
 
 
 def list_minutiae(
@@ -37,35 +37,10 @@ def list_minutiae(
 ) -> Minutiae:
     """List the minutiae of a clean relief, by crossing numbers on the skeleton of its ridges.
 
-    Spurs, islands, breaks, holes and minutiae too near each other are left out: no examiner, and
-    no good extractor, would count them.
-
-    Parameters
-    ----------
-    relief : ndarray of float32, shape (H, W)
-        Positive on ridges.
-    orientation : ndarray of float32, shape (H, W)
-        Ridge orientation in radians, counter-clockwise on screen.
-    period : ndarray of float32, shape (H, W)
-        Ridge period in pixels.
-    silhouette : ndarray of bool, shape (H, W)
-        Where minutiae are listed, short of one ridge period from the border of the arrays.
-    parameters : MinutiaeParameters, optional
-        What is no minutia.
-
-    Returns
-    -------
-    Minutiae
-        Endings and bifurcations with their directions, from top to bottom.
-
-    Examples
-    --------
-    >>> level = np.zeros((60, 60), np.float32)
-    >>> relief = np.full_like(level, -1.0)
-    >>> relief[28:33, 30:] = 1.0  # a ridge that comes from the right and ends in the middle
-    >>> found = list_minutiae(relief, level, level + 9.0, relief < 2)
-    >>> found.kind.tolist(), found.angle.tolist()
-    ([1], [0.0])
+    All arrays are (H, W): relief, positive on ridges; ridge orientation in radians,
+    counter-clockwise; ridge period in pixels; area in which minutiae are listed. Spurs, islands,
+    breaks, holes and minutiae too near each other are left out, as an examiner would. Minutiae are
+    ordered from top to bottom.
     """
     from skimage.morphology import skeletonize  # noqa: PLC0415
 
@@ -98,9 +73,9 @@ def crossing_numbers(skeleton: Mask) -> NDArray[np.int64]:
 
 
 def _ways_out(skeleton: Mask, row: int, column: int, reach: float) -> list[complex]:
-    """Return where the skeleton that starts at a pixel leaves the disk of radius `reach` about it.
+    """Return where the skeleton from a pixel leaves the disk of radius `reach` around it.
 
-    The places are x + iy from the pixel, y up; branches that end within are not among them.
+    The points are x + iy from the pixel, y up; branches that end within are not among them.
     """
     from scipy import ndimage  # noqa: PLC0415
 
@@ -116,13 +91,13 @@ def _ways_out(skeleton: Mask, row: int, column: int, reach: float) -> list[compl
 
 
 def _direction(ways: list[complex], axis: float) -> float:
-    """Return the sense of the ridge orientation in which most of the ways out lie."""
+    """Return the sense of the ridge orientation towards most of the points `ways`."""
     ahead = sum(np.sign((way * np.exp(-1j * axis)).real) for way in ways)
     return axis if ahead > 0 else axis + np.pi
 
 
 def _too_near(found: Minutiae, period: Field, p: MinutiaeParameters) -> Mask:
-    """Tell which minutiae have another so near that the two are one flaw."""
+    """Return which minutiae have another so near that the two are one flaw."""
     place = found.x.astype(np.float64) - 1j * found.y
     along = np.exp(-1j * found.angle.astype(np.float64))[:, None]
     between = (place[None] - place[:, None]) * along / period[:, None]

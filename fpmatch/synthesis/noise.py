@@ -1,4 +1,4 @@
-"""Smooth random fields: what varies slowly over a print and differs from finger to finger."""
+"""Smooth random fields, for what varies slowly over a print."""
 
 from __future__ import annotations
 
@@ -9,33 +9,16 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_SPLINE_DEVIATION = 11 / 23  # of a cubic B-spline sum of unit noise along one axis, squared: 0.479
+_SPLINE_DEVIATION = 11 / 23  # of a cubic B-spline sum of unit noise along one axis: 0.479
 
 
 def smooth_noise(
     shape: tuple[int, int], extent_px: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Draw a smooth random field: normal values on a grid, joined by cubic B-splines.
+    """Draw a smooth random field: normal values on a grid, interpolated by cubic B-splines.
 
-    Parameters
-    ----------
-    shape : (int, int)
-        Rows and columns.
-    extent_px : float
-        Spacing of the grid in pixels: over about twice as far values forget each other.
-    rng : numpy.random.Generator
-        Where the values come from.
-
-    Returns
-    -------
-    ndarray of float64, shape (rows, columns)
-        Mean 0 and standard deviation about 1.
-
-    Examples
-    --------
-    >>> field = smooth_noise((300, 200), 20.0, np.random.default_rng(1))
-    >>> field.shape, bool(np.abs(np.diff(field, axis=0)).max() < 0.2)
-    ((300, 200), True)
+    The grid has a spacing of `extent_px` pixels; values about twice as far apart are independent.
+    Mean 0, standard deviation about 1.
     """
     rows, columns = (int(side / extent_px) + 4 for side in shape)
     values = rng.standard_normal((rows, columns))

@@ -3,7 +3,7 @@
 References
 ----------
 Cappelli, Erol, Maio, Maltoni, "Synthetic fingerprint-image generation", ICPR 2000 (SFinGe), for
-the steps and the arch; `fpmatch.synthesis.zero_pole` for what cores and deltas do.
+the steps and the arch; `fpmatch.synthesis.zero_pole` for cores and deltas.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ ORIENTATION_LEVELS: Final = 2048
 
 @dataclass(frozen=True, slots=True)
 class Arching:
-    """Set how the ridges of one class arch over the fingertip, beyond what singular points do."""
+    """Set how the ridges of one class arch, in addition to the effect of singular points."""
 
     steepness_deg: Range  # of the flanks
-    half_width_px: Range  # where, either side of the middle
+    half_width_px: Range  # position on either side of the middle
 
 
 ARCHING: Final = {
@@ -44,14 +44,14 @@ ARCHING: Final = {
 
 @dataclass(frozen=True, slots=True)
 class OrientationParameters:
-    """Set how a finger's orientation field leaves the plain zero-pole model; lengths at size 1."""
+    """Set the deviation from the plain zero-pole model; lengths at size 1."""
 
     zero_pole: ZeroPoleParameters = field(default_factory=ZeroPoleParameters)
-    variation_deg: Range = (2.5, 5.0)  # standard deviation of what no model explains
+    variation_deg: Range = (2.5, 5.0)  # standard deviation of the random part
     variation_extent_px: float = 34.0
-    joint_px: float = 105.0  # how far below the middle the arches have flattened by half
+    joint_px: float = 105.0  # distance below the middle at which arches are half as steep
     joint_softness_px: float = 32.0
-    widening_px: float = 400.0  # so far above the middle arches are twice as wide
+    widening_px: float = 400.0  # distance above the middle at which arches are twice as wide
 
 
 def ridge_orientation(
@@ -63,34 +63,10 @@ def ridge_orientation(
     *,
     size: float = 1.0,
 ) -> NDArray[np.float32]:
-    """Draw the ridge orientation field of one finger.
+    """Draw the ridge orientation field of one finger, (rows, columns).
 
-    Parameters
-    ----------
-    pattern : PatternClass
-        Class of the print, which sets how its ridges arch.
-    points : SingularPoints
-        Cores and deltas, in pixels.
-    shape : (int, int)
-        Rows and columns.
-    rng : numpy.random.Generator
-        Where the corrections and the variation come from.
-    parameters : OrientationParameters, optional
-        How far the field leaves the plain model.
-    size : float, optional
-        Size of the finger beside one of average size (default 1).
-
-    Returns
-    -------
-    ndarray of float32, shape (rows, columns)
-        Radians in [0, π), counter-clockwise on screen from +x.
-
-    Examples
-    --------
-    >>> none = SingularPoints(np.empty((0, 2)), np.empty((0, 2)))
-    >>> rng = np.random.default_rng(1)
-    >>> ridge_orientation(PatternClass.ARCH, none, (200, 160), rng, size=0.36).shape
-    (200, 160)
+    Radians in [0, π), counter-clockwise on screen from +x. `points` are in pixels; `size` is
+    relative to an average finger.
     """
     p = parameters or OrientationParameters()
     rows, columns = shape
@@ -111,7 +87,7 @@ def _arching(
     rng: np.random.Generator,
     p: OrientationParameters,
 ) -> NDArray[np.float64]:
-    """Return how much steeper ridges rise left of the middle and fall right of it, radians."""
+    """Return the additional angle of ridges left and right of the middle, in radians."""
     steepness = math.radians(rng.uniform(*arching.steepness_deg))
     u = x / (rng.uniform(*arching.half_width_px) * (1 + np.clip(y / p.widening_px, 0, None)))
     above_joint = 1 / (1 + np.exp(-(y + p.joint_px) / p.joint_softness_px))

@@ -1,4 +1,4 @@
-"""The ridge period of a master print: how far apart its ridges run, place by place."""
+"""The ridge period of a master print."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PeriodParameters:
     mean_px: float = 8.5
     between_fingers_px: float = 0.55  # standard deviation of a finger's mean
     mean_range_px: Range = (7.4, 10.0)
-    tip_share: float = -0.05  # how much wider than the mean at the tip
+    tip_share: float = -0.05  # width at the tip relative to the mean
     joint_share: float = 0.10  # and at the joint
     variation_share: float = 0.07  # standard deviation within a finger
     variation_extent_px: float = 32.0
@@ -37,28 +37,7 @@ def ridge_period(
     rng: np.random.Generator,
     parameters: PeriodParameters | None = None,
 ) -> NDArray[np.float32]:
-    """Draw the ridge period map of one finger, in pixels: smooth, and wider towards the joint.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Rows, from the tip to the joint, and columns.
-    rng : numpy.random.Generator
-        Where the mean and the variation come from.
-    parameters : PeriodParameters, optional
-        How wide the ridges are and how much that varies.
-
-    Returns
-    -------
-    ndarray of float32, shape (rows, columns)
-        Pixels from ridge to ridge.
-
-    Examples
-    --------
-    >>> period = ridge_period((200, 160), np.random.default_rng(1))
-    >>> bool(6 < period.min() < period.max() < 13)
-    True
-    """
+    """Draw the ridge period map (rows, columns) of a finger in pixels, wider towards the joint."""
     p = parameters or PeriodParameters()
     drawn = p.mean_px + p.between_fingers_px * rng.standard_normal()
     mean = float(np.clip(drawn, *p.mean_range_px))

@@ -1,4 +1,4 @@
-"""What a database of synthetic prints is made of, as its ``dataset.toml`` says it."""
+"""Parameters of a database of synthetic prints, as written to its ``dataset.toml``."""
 
 from __future__ import annotations
 
@@ -32,33 +32,27 @@ _LABELS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Fix all that a print of a database depends on but its finger.
+    """Fix all parameters of the prints of a database.
 
     Parameters
     ----------
     seed : int
-        Name of the family of fingers, 0 to 2**63 - 1.
+        Family of fingers, 0 to 2**63 - 1.
     preset : str
-        Name of the preset that impressions are drawn from.
+        Name of the preset of the impressions.
     sensors : tuple of Sensor
         Impression m is taken by the one with index ``(m - 1) % len(sensors)``.
     impressions : int
         Of each finger, 1 to 1000.
     master : MasterParameters
-        How masters are made.
+        Parameters of the masters.
 
     Raises
     ------
     DatasetError
         If a number is out of its range, or there is no sensor.
     ImageError
-        If there is no such preset.
-
-    Examples
-    --------
-    >>> plan = Plan(7, "normal", (SENSORS["optical-388x374"],), 4)
-    >>> print(plan.description().splitlines()[0])
-    name = "synthetic, normal, seed 7"
+        If the preset is unknown.
     """
 
     seed: int
@@ -83,7 +77,7 @@ class Plan:
         return self.sensors[(number - 1) % len(self.sensors)]
 
     def table(self) -> dict[str, Any]:
-        """Return the table ``[synthesis]`` of the description: databases agree if these do."""
+        """Return the table ``[synthesis]`` of the description, equal for equal databases."""
         ranges = repr((preset_named(self.preset), self.sensors, self.master)).encode()
         return {
             "seed": self.seed,
@@ -95,7 +89,7 @@ class Plan:
         }
 
     def description(self) -> str:
-        """Return the text of ``dataset.toml``; it does not tell how many fingers there are."""
+        """Return the text of ``dataset.toml``, which does not depend on the number of fingers."""
         resolutions = {sensor.dpi for sensor in self.sensors}
         top: dict[str, Any] = {"name": f"synthetic, {self.preset}, seed {self.seed}"}
         if len(resolutions) == 1:
@@ -106,58 +100,12 @@ class Plan:
 
 
 def plain_sensor(width: int, height: int, dpi: float = STANDARD_DPI) -> Sensor:
-    """Return a sensor of any size, with a white ground and no faults of its own.
-
-    Parameters
-    ----------
-    width, height : int
-        Of the picture, 32 to 4096 pixels.
-    dpi : float
-        Resolution, 100 to 4000.
-
-    Returns
-    -------
-    Sensor
-        Named by its size and resolution.
-
-    Raises
-    ------
-    ImageError
-        If a side is out of its range.
-    ResolutionError
-        If the resolution is.
-
-    Examples
-    --------
-    >>> plain_sensor(500, 600, 1000).name
-    '500x600@1000dpi'
-    """
+    """Return a sensor of any size, with a white ground and no faults, named by its size."""
     return Sensor(f"{width}x{height}@{dpi:g}dpi", width, height, dpi)
 
 
 def sensors_named(sensors: Sequence[str | Sensor]) -> tuple[Sensor, ...]:
-    """Return sensors, those given by name among `SENSORS`.
-
-    Parameters
-    ----------
-    sensors : sequence of str or Sensor
-        Names, or sensors as they are.
-
-    Returns
-    -------
-    tuple of Sensor
-        The sensors, in order.
-
-    Raises
-    ------
-    DatasetError
-        If there is none of a name.
-
-    Examples
-    --------
-    >>> sensors_named(["plain-288x384"])[0].shape
-    (384, 288)
-    """
+    """Return sensors, those given by name from `SENSORS`; raise DatasetError if one is unknown."""
     for sensor in sensors:
         if isinstance(sensor, str) and sensor not in SENSORS:
             raise DatasetError(f"no sensor {sensor!r}: there are {', '.join(SENSORS)}")
@@ -165,20 +113,7 @@ def sensors_named(sensors: Sequence[str | Sensor]) -> tuple[Sensor, ...]:
 
 
 def check_same_plan(path: Path, plan: Plan) -> None:
-    """Refuse the description of a database that was not made by this plan.
-
-    Parameters
-    ----------
-    path : Path
-        Its ``dataset.toml``.
-    plan : Plan
-        What is to be made.
-
-    Raises
-    ------
-    DatasetError
-        If the file cannot be read, or says something else; the message tells what.
-    """
+    """Raise DatasetError if the ``dataset.toml`` at `path` describes another plan."""
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8")).get("synthesis")
     except OSError as error:
@@ -192,7 +127,7 @@ def check_same_plan(path: Path, plan: Plan) -> None:
         if found.get(key) != value:
             raise DatasetError(
                 f"{path}: the prints there were made with {_LABELS.get(key, key)} "
-                f"{_in_words(found.get(key))}, not {_in_words(value)}"
+                f"{_as_text(found.get(key))}, not {_as_text(value)}"
             )
 
 
@@ -201,5 +136,5 @@ def _toml(entries: dict[str, Any]) -> str:
     return "".join(f"{key} = {json.dumps(value)}\n" for key, value in entries.items())
 
 
-def _in_words(value: object) -> str:
+def _as_text(value: object) -> str:
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)

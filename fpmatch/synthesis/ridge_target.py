@@ -1,4 +1,4 @@
-"""The ridges that a picture shows, without all that hides them: what enhancement aims at."""
+"""The ideal ridges of an image: the target of enhancement."""
 
 from __future__ import annotations
 
@@ -19,35 +19,10 @@ if TYPE_CHECKING:
 def ridge_target(
     impression: Impression, master: Master
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Carry a master's relief to where it lies in one of its impressions.
+    """Map a master's relief to one of its impressions, of shape (h, w).
 
-    Parameters
-    ----------
-    impression : Impression
-        The picture and how it was taken.
-    master : Master
-        The finger that it shows.
-
-    Returns
-    -------
-    ndarray of float32, shape (h, w)
-        Height of the skin at every pixel of the picture, -1 in valleys to 1 on ridges, as if it
-        touched everywhere; 0 off the print.
-    ndarray of bool, shape (h, w)
-        Where the finger lies on the sensor.
-
-    Examples
-    --------
-    >>> from fpmatch.synthesis.impression import make_impression
-    >>> from fpmatch.synthesis.master import MasterParameters, make_master
-    >>> from fpmatch.synthesis.presets import PRESETS
-    >>> from fpmatch.synthesis.sensor import Sensor
-    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
-    >>> made = make_impression(finger, 1, PRESETS["clean"], Sensor("small", 100, 120))
-    >>> relief, inside = ridge_target(made, finger)
-    >>> dark = made.image < 128
-    >>> bool((dark == (relief > 0))[inside].mean() > 0.8)
-    True
+    Returns the height of the skin, -1 in valleys to 1 on ridges and 0 off the print, as if it
+    touched everywhere, and where the finger touches the sensor.
     """
     shape = impression.image.shape
     y, x = np.mgrid[: shape[0], : shape[1]]

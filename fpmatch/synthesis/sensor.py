@@ -1,4 +1,4 @@
-"""Sensors: size and resolution of the picture, and its grey levels."""
+"""Sensors: size and resolution of the image, and its grey levels."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ LARGEST_SIDE_PX: Final = 4096
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """Describe a sensor; grey levels run from 0 to 255, lengths are pixels of the picture.
+    """Describe a sensor; grey levels are 0 to 255, lengths pixels of the image.
 
     Parameters
     ----------
     name : str
-        What it is called.
+        Name of the sensor.
     width, height : int
-        Of the picture.
+        Of the image.
     dpi : float
         Resolution.
     paper, ink : float
-        Grey of bare glass and of skin that lies on it.
+        Grey level of bare glass and of touching skin.
     ceiling : float
-        Brightest grey that it gives; less than `paper` where bare glass saturates.
+        Brightest output; less than `paper` where bare glass saturates.
     ink_variation, paper_variation : float
-        Standard deviation of either over the picture.
+        Standard deviation of either over the image.
     exposure : float
-        Standard deviation of `paper` from picture to picture.
+        Standard deviation of `paper` from image to image.
     ink_fading : float
-        Grey levels by which drier skin prints lighter, a unit of relief.
+        Grey levels by which drier skin prints lighter, per unit of relief.
     softness : float
         Height of relief over which an edge goes from paper to ink.
     blur : float
@@ -62,11 +62,6 @@ class Sensor:
         If a side is not between 32 and 4096 pixels.
     ResolutionError
         If `dpi` is outside 100 to 4000.
-
-    Examples
-    --------
-    >>> SENSORS["optical-388x374"].shape
-    (374, 388)
     """
 
     name: str
@@ -99,96 +94,32 @@ class Sensor:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of the picture."""
+        """Rows and columns of the image."""
         return self.height, self.width
 
     @property
     def px(self) -> float:
-        """Pixels of the picture for one at 500 dpi."""
+        """Pixels of the image for one at 500 dpi."""
         return self.dpi / STANDARD_DPI
 
 
-SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType(
-    {
-        sensor.name: sensor
-        for sensor in (
-            Sensor("optical-388x374", 388, 374),
-            Sensor(
-                "optical-296x560",
-                296,
-                560,
-                569.0,
-                paper=189.0,
-                ink=34.0,
-                paper_variation=3.0,
-                exposure=6.0,
-                ink_variation=8.0,
-                ink_fading=26.0,
-                softness=0.25,
-                blur=0.7,
-                noise=2.6,
-                vignette=70.0,
-                residue=0.9,
-            ),
-            Sensor(
-                "capacitive-300x300",
-                300,
-                300,
-                paper=127.0,
-                ink=36.0,
-                paper_variation=4.0,
-                exposure=6.0,
-                ink_variation=3.0,
-                ink_fading=14.0,
-                softness=0.2,
-                blur=0.45,
-                noise=3.8,
-                vignette=12.0,
-                stripes=1.6,
-                residue=1.6,
-            ),
-            Sensor(
-                "plain-288x384",
-                288,
-                384,
-                paper=194.0,
-                ink=42.0,
-                paper_variation=3.0,
-                exposure=3.0,
-                ink_variation=10.0,
-                ink_fading=40.0,
-                softness=0.26,
-                noise=3.0,
-                vignette=45.0,
-                residue=0.25,
-            ),
-            Sensor(
-                "optical-640x480",
-                640,
-                480,
-                ink=34.0,
-                ceiling=255.0,
-                ink_variation=18.0,
-                specks=3,
-            ),
-            Sensor(
-                "optical-328x364",
-                328,
-                364,
-                paper=202.0,
-                ink=48.0,
-                ceiling=255.0,
-                exposure=7.0,
-                paper_variation=4.0,
-                ink_variation=12.0,
-                ink_fading=34.0,
-                softness=0.3,
-                blur=0.75,
-                noise=3.0,
-                vignette=10.0,
-                frame=0.13,
-            ),
-        )
-    }
+# fmt: off
+_SENSORS: Final = (
+    Sensor("optical-388x374", 388, 374),
+    Sensor("optical-296x560", 296, 560, 569.0, paper=189.0, ink=34.0, paper_variation=3.0,
+           exposure=6.0, ink_variation=8.0, ink_fading=26.0, softness=0.25, blur=0.7, noise=2.6,
+           vignette=70.0, residue=0.9),
+    Sensor("capacitive-300x300", 300, 300, paper=127.0, ink=36.0, paper_variation=4.0,
+           exposure=6.0, ink_variation=3.0, ink_fading=14.0, softness=0.2, blur=0.45, noise=3.8,
+           vignette=12.0, stripes=1.6, residue=1.6),
+    Sensor("plain-288x384", 288, 384, paper=194.0, ink=42.0, paper_variation=3.0, exposure=3.0,
+           ink_variation=10.0, ink_fading=40.0, softness=0.26, noise=3.0, vignette=45.0,
+           residue=0.25),
+    Sensor("optical-640x480", 640, 480, ink=34.0, ceiling=255.0, ink_variation=18.0, specks=3),
+    Sensor("optical-328x364", 328, 364, paper=202.0, ink=48.0, ceiling=255.0, exposure=7.0,
+           paper_variation=4.0, ink_variation=12.0, ink_fading=34.0, softness=0.3, blur=0.75,
+           noise=3.0, vignette=10.0, frame=0.13),
 )
+# fmt: on
+SENSORS: Final[Mapping[str, Sensor]] = MappingProxyType({s.name: s for s in _SENSORS})
 """The sensors of FVC2002 DB1 to DB4 and of FVC2004 DB1 and DB2, by name, in that order."""

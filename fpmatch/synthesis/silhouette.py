@@ -1,4 +1,4 @@
-"""The silhouette of a master print: all the skin that a sensor may touch."""
+"""The silhouette of a master print: all skin that a sensor may touch."""
 
 from __future__ import annotations
 
@@ -33,28 +33,7 @@ def fingertip_silhouette(
     rng: np.random.Generator,
     parameters: SilhouetteParameters | None = None,
 ) -> NDArray[np.bool_]:
-    """Draw the outline of one fingertip and return what lies inside.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Rows and columns.
-    rng : numpy.random.Generator
-        Where the outline's measures come from.
-    parameters : SilhouetteParameters, optional
-        Their ranges.
-
-    Returns
-    -------
-    ndarray of bool, shape (rows, columns)
-        True on the print.
-
-    Examples
-    --------
-    >>> inside = fingertip_silhouette((200, 160), np.random.default_rng(1))
-    >>> bool(inside[100, 80]), bool(inside[0].any()), bool(0.5 < inside.mean() < 0.8)
-    (True, False, True)
-    """
+    """Draw the outline of one fingertip; return its inside, (rows, columns)."""
     p = parameters or SilhouetteParameters()
     rows, columns = shape
     half_width = rng.uniform(*p.half_width) * columns

@@ -1,4 +1,4 @@
-"""The skin of one finger in close-up: what all its impressions share beside its ridges."""
+"""The skin of one finger in detail: what all its impressions share besides its ridges."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class _Purpose(IntEnum):
-    """What a stream of random numbers is for; the master's own come before these."""
+    """Purposes of random streams; those of the master come before these."""
 
     TEXTURE = 21
     PORES = 22
@@ -36,21 +36,21 @@ class SkinParameters:
     texture_extent_px: float = 1.6
     pore_depth: float = 0.9
     pore_radius_px: float = 0.9  # standard deviation of a pore's profile
-    pore_spacing_px: int = 9  # no two lie nearer
-    pore_floor: float = 0.6  # relief from which a ridge has pores
+    pore_spacing_px: int = 9  # least distance of two pores
+    pore_floor: float = 0.6  # relief above which a ridge has pores
     mean_creases: float = 1.2
     max_creases: int = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Skin:
-    """Hold the skin of one finger, in pixels of its master.
+    """Hold the skin of one finger, in pixels of its master, (H, W).
 
     Parameters
     ----------
-    relief : ndarray of float32, shape (H, W)
+    relief : ndarray of float32
         Ridges with their roughness and pores: about -1 in the valleys to 1 on the ridges.
-    creases : ndarray of float32, shape (H, W)
+    creases : ndarray of float32
         0 to 1: where a crease keeps the skin off every sensor.
     """
 
@@ -58,31 +58,11 @@ class Skin:
     creases: Field = field(repr=False)
 
 
-BROKEN_EXTENT_PX: Final = 5.0  # over which a crease comes and goes
+BROKEN_EXTENT_PX: Final = 5.0  # over which the depth of a crease varies
 
 
 def skin_of(master: Master, parameters: SkinParameters | None = None) -> Skin:
-    """Return the skin of a finger: the same for every impression of it.
-
-    Parameters
-    ----------
-    master : Master
-        The finger.
-    parameters : SkinParameters, optional
-        How rough it is.
-
-    Returns
-    -------
-    Skin
-        Relief and creases.
-
-    Examples
-    --------
-    >>> from fpmatch.synthesis.master import MasterParameters, make_master
-    >>> skin = skin_of(make_master(7, 1, MasterParameters(shape=(160, 120))))
-    >>> skin.relief.shape, bool(skin.creases.min() >= 0)
-    ((160, 120), True)
-    """
+    """Return the skin of a finger, the same for every impression of it."""
     p = parameters or SkinParameters()
     texture, pores, creases = (
         np.random.default_rng([master.seed, master.finger, NO_IMPRESSION, purpose])
@@ -96,22 +76,7 @@ def skin_of(master: Master, parameters: SkinParameters | None = None) -> Skin:
 
 
 def draw_pores(relief: Field, rng: np.random.Generator, parameters: SkinParameters) -> Field:
-    """Return the depth of the pores: pits along the crests of the ridges.
-
-    Parameters
-    ----------
-    relief : ndarray of float32, shape (H, W)
-        Clean ridges.
-    rng : numpy.random.Generator
-        Where the pores come from.
-    parameters : SkinParameters
-        Their depth, size and spacing.
-
-    Returns
-    -------
-    ndarray of float32, shape (H, W)
-        What to take off the relief.
-    """
+    """Return the depth of the pores, (H, W): pits along the crests of the ridges."""
     import cv2  # noqa: PLC0415
 
     p = parameters

@@ -1,4 +1,4 @@
-"""Smudges: skin that moved while it touched, and what earlier fingers left on the glass."""
+"""Smudges: skin that moved while it touched, and residue of earlier fingers on the glass."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SmearParameters:
-    """Set how often and how far skin moves; lengths are pixels at 500 dpi."""
+    """Set how often and how far skin moves; lengths in pixels at 500 dpi."""
 
-    chance: float = 0.1  # of an impression to be smeared somewhere
+    chance: float = 0.1  # probability of a smear in an impression
     length_px: Range = (5.0, 11.0)
-    share: Range = (0.03, 0.12)  # of the print, about
+    share: Range = (0.03, 0.12)  # approximate share of the print
     extent_px: float = 45.0
-    stain: Range = (0.0, 0.1)  # darkest share of ink that damp leaves between the ridges
+    stain: Range = (0.0, 0.1)  # largest share of ink between ridges by damp
     stain_extent_px: float = 35.0
 
 
@@ -36,29 +36,9 @@ def stain(
     *,
     px: float = 1.0,
 ) -> Field:
-    """Return what damp and grease leave on the glass between the ridges.
+    """Return the share of ink that damp and grease leave between the ridges, (h, w).
 
-    Parameters
-    ----------
-    touching : ndarray of float, shape (h, w)
-        1 where the finger touches, 0 beyond.
-    rng : numpy.random.Generator
-        Where patches come from.
-    parameters : SmearParameters, optional
-        How dark and how large they are.
-    px : float, optional
-        Pixels of the picture for one at 500 dpi (default 1).
-
-    Returns
-    -------
-    ndarray of float32, shape (h, w)
-        Share of ink, 0 on clean glass.
-
-    Examples
-    --------
-    >>> left = stain(np.ones((90, 80)), np.random.default_rng(2))
-    >>> bool(0 <= left.min() <= left.max() <= 0.1)
-    True
+    `touching` is 1 where the finger touches; `px` is the number of image pixels for one at 500 dpi.
     """
     p = parameters or SmearParameters()
     darkest = rng.uniform(*p.stain)
@@ -74,33 +54,10 @@ def smear(
     *,
     px: float = 1.0,
 ) -> tuple[Field, Field]:
-    """Blur the skin in patches along one direction, as if it had moved there.
+    """Blur the skin (h, w) in patches along one direction, as if it had moved there.
 
-    Parameters
-    ----------
-    relief : ndarray of float32, shape (h, w)
-        Height of the skin, in pixels of the picture.
-    rng : numpy.random.Generator
-        Where patches and directions come from.
-    parameters : SmearParameters, optional
-        How often and how far.
-    px : float, optional
-        Pixels of the picture for one at 500 dpi (default 1).
-
-    Returns
-    -------
-    smeared : ndarray of float32, shape (h, w)
-        The relief with patches blurred.
-    share : ndarray of float32, shape (h, w)
-        0 where it is as it was, 1 in the middle of a patch.
-
-    Examples
-    --------
-    >>> skin = np.random.default_rng(1).standard_normal((90, 80)).astype(np.float32)
-    >>> always = SmearParameters(chance=1.0, share=(0.3, 0.3))
-    >>> smeared, share = smear(skin, np.random.default_rng(2), always)
-    >>> bool(np.array_equal(smeared[share == 0], skin[share == 0]))
-    True
+    Returns the relief, and the share of the blur: 0 where it is unchanged, 1 in the middle of a
+    patch.
     """
     import cv2  # noqa: PLC0415
 

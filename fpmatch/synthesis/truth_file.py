@@ -1,4 +1,4 @@
-"""The whole truth about a finger and its impressions, as one JSON file holds it."""
+"""The ground truth of a finger and its impressions, as one JSON file."""
 
 from __future__ import annotations
 
@@ -28,26 +28,9 @@ FACTOR_DIGITS: Final = 8  # of scale and radians: a millionth of a pixel across 
 
 
 def finger_truth(master: Master, impressions: Mapping[str, dict[str, Any]]) -> bytes:
-    """Return the content of a finger's truth file.
+    """Return the content of a finger's truth file: JSON in one line.
 
-    Parameters
-    ----------
-    master : Master
-        The finger.
-    impressions : dict of dict
-        What `impression_truth` says of each impression, by the stem of its image's name.
-
-    Returns
-    -------
-    bytes
-        JSON in one line.
-
-    Examples
-    --------
-    >>> from fpmatch.synthesis.master import MasterParameters, make_master
-    >>> content = finger_truth(make_master(7, 101, MasterParameters(shape=(96, 96))), {})
-    >>> json.loads(content)["master_size"]
-    [96, 96]
+    `impressions` holds the result of `impression_truth` by the stem of each image's name.
     """
     rows, columns = master.relief.shape
     truth = {
@@ -64,23 +47,10 @@ def finger_truth(master: Master, impressions: Mapping[str, dict[str, Any]]) -> b
 
 
 def impression_truth(impression: Impression, sensor: Sensor, sha256: str) -> dict[str, Any]:
-    """Return what a truth file says of one impression.
+    """Return the ground truth of one impression, ready for JSON.
 
-    Parameters
-    ----------
-    impression : Impression
-        The impression.
-    sensor : Sensor
-        What it was taken with.
-    sha256 : str
-        Digest of its image file.
-
-    Returns
-    -------
-    dict
-        Ready for JSON. `displacement` belongs to `transform` as it stands there, rounded: a
-        point p of the picture comes from ``transform.inverse().apply(p + displacement(p))`` of the
-        master.
+    `displacement` belongs to `transform` as it is rounded there: a point p of the image comes from
+    ``transform.inverse().apply(p + displacement(p))`` of the master.
     """
     transform = _rounded_transform(impression.transform)
     height, width = impression.image.shape
@@ -110,20 +80,7 @@ def impression_truth(impression: Impression, sensor: Sensor, sha256: str) -> dic
 
 
 def displacement_of(impression: Impression, transform: Similarity) -> DisplacementField:
-    """Return where an impression's skin would lie had `transform` alone moved it.
-
-    Parameters
-    ----------
-    impression : Impression
-        The impression.
-    transform : Similarity
-        From the master to the picture.
-
-    Returns
-    -------
-    DisplacementField
-        Over the picture, a node every 12 pixels at 500 dpi.
-    """
+    """Return the displacement of an impression's skin from where `transform` alone maps it."""
     step = max(1, round(NODE_EVERY_PX * impression.dpi / 500))
     rows, columns = impression.image.shape
     return DisplacementField.sampled(
@@ -152,5 +109,5 @@ def _columns(minutiae: Minutiae) -> dict[str, list[Any]]:
 
 
 def _rounded(values: NDArray[np.floating]) -> list[Any]:
-    # adding 0 turns -0.0, which JSON would tell from 0.0, into the latter
+    # adding 0 turns -0.0, which JSON distinguishes, into 0.0
     return (values.astype(np.float64).round(POSITION_DIGITS) + 0.0).tolist()  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""The geometry of one impression: where each point of the master comes to lie in the picture.
+"""The geometry of one impression: the map from the master to the image.
 
 References
 ----------
@@ -26,43 +26,33 @@ if TYPE_CHECKING:
     Points = NDArray[np.float64]  # shape (N, 2), x and y
     Pair = tuple[float, float]
 
-STICKING_RADIUS: Final = 0.35  # share of the contact that does not slide
-SOLVED_PX: Final = 1e-7  # no point moves further when `from_master` stops
+STICKING_RADIUS: Final = 0.35  # radius of the contact that does not slide
+SOLVED_PX: Final = 1e-7  # largest step of a point when `from_master` stops
 _MOST_ROUNDS: Final = 500  # never reached: steps shrink by a constant factor
 
 
 @dataclass(frozen=True, slots=True)
 class Warp:
-    """Map the master to the picture: laid on the sensor, then dragged over it.
+    """Map the master to the image: placed on the sensor, then dragged over it.
 
-    The firmly pressed middle of the contact sticks to the glass. Around it the skin slips, the
-    more the further out; beyond, it follows the finger, which turns and slides as a whole.
+    The firmly pressed middle of the contact sticks to the glass. Around it the skin slips, the more
+    the further out; beyond, it follows the finger, which turns and slides as a whole.
 
     Parameters
     ----------
     placement : Similarity
-        From the master to the picture before the finger moves; its scale holds the resolution.
-    centre : (float, float)
-        Of the contact, x and y in pixels of the picture.
-    half_axes : (float, float)
-        Of the contact ellipse, across and along the finger, in pixels of the picture.
+        From the master to the image before the finger moves; its scale includes the resolution.
+    centre, half_axes : (float, float)
+        Of the contact ellipse, in pixels of the image; half axes across and along the finger.
     torsion : float
-        Turn of the finger after it touched, radians, clockwise on screen.
+        Rotation of the finger after it touched, radians, clockwise on screen.
     traction : (float, float)
-        Its slide, x and y in pixels of the picture.
+        Its slide, x and y in pixels of the image.
 
     Raises
     ------
     ImageError
         If the contact is empty, or the skin would fold over itself.
-
-    Examples
-    --------
-    >>> warp = Warp(Similarity(tx=5.0), (100.0, 120.0), (60.0, 80.0), 0.05, (3.0, -2.0))
-    >>> warp.from_master([[95.0, 120.0]]).tolist()  # the middle sticks
-    [[100.0, 120.0]]
-    >>> warp.to_master(warp.from_master([[10.0, 20.0]])).round(6).tolist()
-    [[10.0, 20.0]]
     """
 
     placement: Similarity
@@ -83,7 +73,7 @@ class Warp:
 
     @property
     def steepness(self) -> float:
-        """Most by which the drag can differ between two points, as a share of their distance.
+        """Largest difference of the drag between two points, as a share of their distance.
 
         The share of slip rises by at most π/2 a unit of radius. Distance from the centre times
         slope of the radius is at most the radius times (a/b + b/a) / 2 (Kantorovich).
@@ -95,16 +85,16 @@ class Warp:
         return turn + 0.5 * math.pi * (by_turn + by_slide)
 
     def radius(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Return how far out picture `points` (N, 2) lie: 0 in the middle, 1 on the ellipse."""
+        """Return the radius of `points` (N, 2): 0 in the middle, 1 on the ellipse."""
         return np.asarray(np.hypot(*self.upright(points).T))
 
     def upright(self, points: ArrayLike) -> Points:
-        """Return picture `points` (N, 2) across and along the finger, in half axes."""
+        """Return `points` (N, 2) across and along the finger, in half axes."""
         turned = (as_points(points) - self.centre) @ _rotation(-self.placement.rotation).T
         return np.asarray(turned / self.half_axes)
 
     def drag(self, points: ArrayLike) -> Points:
-        """Return how far the skin that lies at picture `points` (N, 2) was dragged, in pixels."""
+        """Return the drag of the skin at `points` (N, 2), in pixels."""
         p = as_points(points)
         slip = np.clip(self.radius(p) - STICKING_RADIUS, 0, 1)
         share = 0.5 * (1 - np.cos(np.pi * slip))
@@ -114,14 +104,14 @@ class Warp:
         )
 
     def to_master(self, points: ArrayLike) -> Points:
-        """Map picture `points` (array_like, shape (N, 2)) to the master; returns float64."""
+        """Map `points` (N, 2) of the image to the master."""
         p = as_points(points)
         return self.placement.inverse().apply(p - self.drag(p))
 
     def from_master(self, points: ArrayLike) -> Points:
-        """Map master `points` (array_like, shape (N, 2)) to the picture; returns float64.
+        """Map `points` (N, 2) of the master to the image.
 
-        `to_master` inverted by fixed-point iteration, which converges wherever skin cannot fold.
+        Inverse of `to_master`, by fixed-point iteration, which converges unless skin folds.
         """
         placed = reached = self.placement.apply(points)
         for _ in range(_MOST_ROUNDS):
@@ -133,7 +123,7 @@ class Warp:
 
 @dataclass(frozen=True, slots=True)
 class PlacementParameters:
-    """Set how fingers are laid on a sensor; lengths are pixels at 500 dpi, signs drawn apart."""
+    """Set how fingers are placed; lengths in pixels at 500 dpi; signs are drawn separately."""
 
     rotation_deg: Range = (0.0, 6.0)
     shift: Range = (0.0, 12.0)  # along each axis
@@ -142,11 +132,11 @@ class PlacementParameters:
     traction: Range = (0.0, 3.0)
     off_centre: Range = (0.0, 10.0)  # from the middle of the finger to that of the contact
     half_width: Range = (112.0, 132.0)  # of the contact
-    elongation: Range = (1.35, 1.6)  # its height beside its width
-    tip_only: float = 0.0  # chance that a side or the tip of the finger touches, not its middle
+    elongation: Range = (1.35, 1.6)  # ratio of height to width
+    tip_only: float = 0.0  # probability that only a side or the tip touches
     tip_off_centre: Range = (60.0, 110.0)
-    tip_size: Range = (0.75, 0.95)  # of that contact, beside the others
-    cut_off: float = 0.0  # chance that the finger reaches far over the border of the sensor
+    tip_size: Range = (0.75, 0.95)  # of that contact relative to others
+    cut_off: float = 0.0  # probability that the finger reaches far beyond the sensor
     cut_shift: Range = (0.22, 0.42)  # then from the middle, shares of the sides
 
 
@@ -159,27 +149,7 @@ def draw_warp(
 ) -> Warp:
     """Draw where and how a finger touches a sensor.
 
-    Parameters
-    ----------
-    master_shape, sensor_shape : (int, int)
-        Rows and columns of the master, which has 500 dpi, and of the picture.
-    dpi : float
-        Resolution of the picture.
-    rng : numpy.random.Generator
-        Where the numbers come from.
-    parameters : PlacementParameters, optional
-        Their ranges.
-
-    Returns
-    -------
-    Warp
-        From the master to the picture.
-
-    Examples
-    --------
-    >>> warp = draw_warp((560, 440), (374, 388), 500.0, np.random.default_rng(1))
-    >>> bool(abs(warp.placement.rotation_deg) < 6)
-    True
+    Shapes are rows and columns of the master, which has 500 dpi, and of the image, which has `dpi`.
     """
     p = parameters or PlacementParameters()
     px = dpi / STANDARD_DPI
@@ -200,7 +170,7 @@ def draw_warp(
     if only_the_tip:
         half_width *= rng.uniform(*p.tip_size)
     half_height = half_width * rng.uniform(*p.elongation)
-    # what touches lies about the middle of the sensor, whichever part of the finger it is
+    # the contact is about the middle of the sensor, whichever part of the finger touches
     centre = middle_of_sensor + shift
     tx, ty = centre - scale * _rotation(rotation) @ (middle_of_master + towards)
     return Warp(

@@ -1,4 +1,4 @@
-"""How ridges turn around cores and deltas: the zero-pole model with piecewise-linear correction.
+"""Ridges around cores and deltas: the zero-pole model with piecewise-linear correction.
 
 References
 ----------
@@ -26,17 +26,17 @@ _UP: Final = math.pi / 2
 
 @dataclass(frozen=True, slots=True)
 class ZeroPoleParameters:
-    """Set how far the arguments are bent away from the plain model."""
+    """Set the deviation of the arguments from the plain model."""
 
     corner_count: int = 8  # of each piecewise-linear correction
     correction_deg: float = 7.0  # standard deviation at a corner, of any correction
-    uprightness: Range = (0.3, 0.8)  # how far a delta turns the axis of its loop to the vertical
-    loop_narrowing_deg: Range = (16.0, 44.0)  # how far a core's flanks lean towards its axis
+    uprightness: Range = (0.3, 0.8)  # rotation of a loop's axis to the vertical by its delta
+    loop_narrowing_deg: Range = (16.0, 44.0)  # inclination of a core's flanks towards its axis
 
 
 @dataclass(frozen=True, slots=True)
 class _Turn:
-    """Hold one singular point: where, and by what share of its bent argument ridges turn."""
+    """One singular point, and the share of its corrected argument by which ridges turn."""
 
     place: complex
     share: float
@@ -57,34 +57,11 @@ def zero_pole_turning(
     rng: np.random.Generator,
     parameters: ZeroPoleParameters | None = None,
 ) -> NDArray[np.float64]:
-    """Draw how far the ridges turn from the horizontal because of the singular points.
+    """Draw the rotation of ridges from the horizontal by the singular points, (H, W).
 
-    Beside what is drawn at random, deltas are bent so that loops stand more upright than in the
-    plain model, and cores so that the two legs of a loop run nearly side by side.
-
-    Parameters
-    ----------
-    place : ndarray of complex, shape (H, W)
-        Where: x + iy, y up.
-    cores, deltas : list of complex
-        Singular points, likewise.
-    rng : numpy.random.Generator
-        Where the corrections come from.
-    parameters : ZeroPoleParameters, optional
-        How large they are.
-
-    Returns
-    -------
-    ndarray of float64, shape (H, W)
-        Radians, counter-clockwise; whole turns by π mean nothing.
-
-    Examples
-    --------
-    >>> plain = ZeroPoleParameters(correction_deg=0, uprightness=(0, 0), loop_narrowing_deg=(0, 0))
-    >>> place = np.array([[1 + 1j]])
-    >>> turning = zero_pole_turning(place, [0j], [], np.random.default_rng(1), plain)
-    >>> round(math.degrees(turning[0, 0]), 1)
-    22.5
+    Radians, counter-clockwise, modulo π. Points and `place` (H, W) are x + iy, y up. Besides random
+    corrections, deltas are bent so that loops are more upright than in the plain model, and cores
+    so that the two legs of a loop are nearly parallel.
     """
     p = parameters or ZeroPoleParameters()
     corners = np.arange(p.corner_count) * (2 * np.pi / p.corner_count)

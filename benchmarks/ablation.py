@@ -4,11 +4,11 @@
     .venv/bin/python benchmarks/ablation.py DIR... [--json FILE] [--variant NAME]... [--keep FOLDER]
 
 Each DIR is an FVC-style database. A variant is the package with a few lines of its source replaced,
-in a temporary copy that is compiled anew. Its score weights and its prefilter are learned on the
-synthetic prints on which ``scripts/train_score`` learns those of the package, one impostor
-comparison in twelve, and its sums are conditioned on how much was compared; the base is learned so,
-too. Then all pairs of every database are compared by the extended protocol, with the templates as
-they are extracted and on their minutiae alone.
+in a temporary copy that is compiled again. Its score weights and its prefilter are trained on the
+synthetic prints of ``python -m research train score``, on one impostor comparison in twelve, and
+its sums are conditioned on how much was compared; the base is trained in the same way. Then all
+pairs of every database are compared by the extended protocol, with the templates as they are
+extracted and on their minutiae alone.
 
 Printed are, for each variant, mean and pooled EER and FMR1000 in percent, the difference of the
 mean EER from the base with its 95 % bootstrap interval (fingers resampled), and the share of all
@@ -31,13 +31,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from repository import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-ROOT: Final = Path(__file__).resolve().parents[1]
-FINGERS: Final = 30
-FIRST_SEED: Final = 601
 EVERY_IMPOSTOR: Final = 12
 PROBES: Final = 30  # of each kind and database, to measure what impostors reach
 RESAMPLES: Final = 1000
@@ -241,13 +239,11 @@ def extracted(folders: Sequence[Path], workers: int | None) -> dict[str, list[tu
 
 def synthetic_templates(folder: Path, workers: int | None) -> dict[str, list[tuple[int, Any]]]:
     """Return the templates of the synthetic prints, made where they are not kept from before."""
-    from research.synthetic_sets import make_synthetic_sets  # noqa: PLC0415
+    from research.synthetic_sets import TRAINING_SEED, make_synthetic_sets  # noqa: PLC0415
 
     kept = folder / "templates.pickle"
     if not kept.exists():
-        folders = make_synthetic_sets(
-            folder / "prints", fingers=FINGERS, first_seed=FIRST_SEED, workers=workers
-        )
+        folders = make_synthetic_sets(folder / "prints", first_seed=TRAINING_SEED, workers=workers)
         kept.write_bytes(pickle.dumps(extracted(folders, workers)))
     found: dict[str, list[tuple[int, Any]]] = pickle.loads(kept.read_bytes())
     return found
@@ -276,11 +272,12 @@ def run_worker(work: Path, variant: int, base_weights: Path, into: Path) -> None
     from fpmatch.evaluation.all_pairs import compare_all_pairs  # noqa: PLC0415
     from fpmatch.matching import score  # noqa: PLC0415
     from fpmatch.minutiae import Minutiae, Template  # noqa: PLC0415
-    from research.amount_fit import AmountParameters, fit_amounts  # noqa: PLC0415
-    from research.score_fit import FitParameters, fit_weights, samples_of  # noqa: PLC0415
+    from research.training.evidence_quantiles import AmountParameters, fit_amounts  # noqa: PLC0415
+    from research.training.score_fit import fit_weights  # noqa: PLC0415
+    from research.training.score_samples import SampleParameters, samples_of  # noqa: PLC0415
 
     given: Work = pickle.loads(work.read_bytes())
-    parameters = FitParameters(
+    parameters = SampleParameters(
         every_impostor=EVERY_IMPOSTOR, every_window_impostor=4 * EVERY_IMPOSTOR
     )
     sets = [_as_extracted(name, rows) for name, rows in given.learned.items()]
@@ -426,7 +423,7 @@ def main() -> int:
     options = parser.parse_args()
     from fpmatch.errors import FpmatchError  # noqa: PLC0415
     from fpmatch.output import atomic_write_bytes, check_writable  # noqa: PLC0415
-    from research.ablation_table import format_ablation  # noqa: PLC0415
+    from research.tables.accuracy import format_ablation  # noqa: PLC0415
 
     try:
         if options.json:

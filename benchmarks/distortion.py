@@ -13,7 +13,7 @@ below the default threshold of 40, and FNMR at an FMR of 0.1 % of the impostor p
 prints; for whole prints, and for partial ones, which have fewer minutiae. The same seed gives the
 same figures; one core takes about two minutes.
 
-``--json`` writes what `scripts/make_accuracy_tables --distortion` reads.
+``--json`` writes what `python -m research tables accuracy --distortion` reads.
 """
 
 from __future__ import annotations
@@ -23,15 +23,13 @@ import json
 import sys
 from pathlib import Path
 
+import repository  # noqa: F401
+
 from fpmatch.errors import FpmatchError
 from fpmatch.output import atomic_write_bytes, check_writable
 from fpmatch.text_table import text_table
-from research.distortion import (
-    KINDS,
-    DistortionParameters,
-    distortion_rows,
-    measure_distortion,
-)
+from research.experiments.distortion import KINDS, DistortionParameters, measure_distortion
+from research.tables.distortion import distortion_rows
 
 
 def main() -> int:

@@ -9,9 +9,9 @@ FVC-style database, MINUTIAE a folder of files FFF_M.csv with the columns x, y, 
 quality. Printed are, for the border, the core, faint, smeared and other places and for all
 together, how many minutiae are known, the share of them that is found (recall), and the share of
 the extracted ones that is known (precision), within 12 px and 22.5 degrees. Which places are which,
-`research.minutiae_places` says; cores are known of synthetic prints alone.
+`research.experiments.minutiae_places` says; cores are known of synthetic prints alone.
 
-``--json`` writes what `scripts/make_accuracy_tables --places` reads.
+``--json`` writes what `python -m research tables accuracy --places` reads.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import tempfile
 from collections import defaultdict
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import repository  # noqa: F401
 
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.evaluation.extraction import extract_datasets
@@ -34,21 +34,19 @@ from fpmatch.evaluation.run import load_datasets
 from fpmatch.formats.files import load_record
 from fpmatch.image.io.read import read_image
 from fpmatch.output import atomic_write_bytes, check_writable
-from research.minutiae_places import (
+from research.experiments.minutiae_places import (
     PLACES,
     PlaceCounts,
     count_by_place,
     format_places,
     places_of,
 )
-from research.synthetic_sets import make_synthetic_sets
+from research.synthetic_sets import TEST_SEED, synthetic_sets
 
 if TYPE_CHECKING:
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.minutiae import Minutiae
 
-FINGERS = 30
-FIRST_SEED = 641  # beside those of what is learned from
 Counts = dict[str, PlaceCounts]
 Known = tuple["Minutiae", "np.ndarray", "np.ndarray | None"]  # minutiae, visible, cores
 
@@ -102,21 +100,21 @@ def as_json(counts: Counts) -> dict[str, dict[str, int]]:
     return {place: asdict(counts[place]) for place in PLACES}
 
 
+def _synthetic(kept_in: Path | None, workers: int | None) -> list[Counts]:
+    """Return the counts of synthetic databases."""
+    with synthetic_sets(TEST_SEED, kept_in, workers) as folders:
+        sets = extract_datasets(load_datasets(folders), workers=workers)
+        return [counted(extracted, true_minutiae(extracted)) for extracted in sets]
+
+
 def measure(options: argparse.Namespace) -> dict[str, dict[str, dict[str, int]]]:
     """Return the counts of each source of known minutiae."""
     rows = {}
     if options.synthetic:
-        with tempfile.TemporaryDirectory() as temporary:
-            folders = make_synthetic_sets(
-                options.prints or Path(temporary),
-                fingers=FINGERS,
-                first_seed=FIRST_SEED,
-                workers=options.workers,
-            )
-            total: Counts = defaultdict(PlaceCounts)
-            for extracted in extract_datasets(load_datasets(folders), workers=options.workers):
-                for place, counts in counted(extracted, true_minutiae(extracted)).items():
-                    total[place] += counts
+        total: Counts = defaultdict(PlaceCounts)
+        for found in _synthetic(options.prints, options.workers):
+            for place, counts in found.items():
+                total[place] += counts
         rows["synthetic prints"] = as_json(total)
     for images, minutiae, name in options.against:
         (extracted,) = extract_datasets(load_datasets([Path(images)]), workers=options.workers)

@@ -2,7 +2,7 @@
 """Measure what the paper leaves open: rho and the area tolerance, on prints and on point sets.
 
     .venv/bin/python benchmarks/paper_choices.py DIR... --json choices.json
-    .venv/bin/python scripts/make_point_tables --choices choices.json
+    .venv/bin/python python -m research tables points --choices choices.json
 
 DIR are FVC-style databases of prints, compared as by `fpmatch evaluate --protocol extended`. On
 random point sets, those of `fpmatch points bench` up to 200 points, it measures the area tolerance,
@@ -17,6 +17,7 @@ from typing import Any
 
 import click
 import numpy as np
+import repository  # noqa: F401
 
 from fpmatch.engine.engine import processes
 from fpmatch.evaluation.dataset_names import named_apart
@@ -24,8 +25,8 @@ from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.matchers.paper import matcher_with
 from fpmatch.output import atomic_write_bytes
-from research.point_choices import AREA_TOLERANCES, measure_points
-from research.point_sets_page import count_accepted
+from research.experiments.point_choices import AREA_TOLERANCES, measure_points
+from research.tables.points import count_accepted
 
 
 @click.command(help=__doc__.splitlines()[0])

@@ -29,6 +29,7 @@ from typing import Final
 
 import numpy as np
 from numpy.random import default_rng
+from repository import ROOT
 
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.dataset import load_dataset
@@ -37,12 +38,11 @@ from fpmatch.evaluation.rates import error_rates
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.finger import Finger, fused_score
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.output import atomic_write_bytes
 from fpmatch.synthesis.database import make_database
 from fpmatch.synthesis.plan import plain_sensor
-from research.markdown import markdown_table
+from fpmatch.text_table import markdown_table
+from research.marked_blocks import write_marked_block
 
-ROOT: Final = Path(__file__).resolve().parents[1]
 PAGE: Final = ROOT / "docs" / "explanation" / "accuracy.md"
 TOUCHES: Final = (1, 2, 5, 10, 20)
 WAYS: Final = ("best", "fused", "consolidated", "finger")
@@ -177,11 +177,7 @@ def main() -> int:
             data = options.data or Path(folder)
             text = table(options.folders, data, options.fingers, options.workers)
         if options.page:
-            sys.path.insert(0, str(ROOT / "scripts"))
-            from marked_page import with_tables  # noqa: PLC0415
-
-            page = PAGE.read_text(encoding="utf-8")
-            atomic_write_bytes(PAGE, with_tables(page, text, "touches").encode("utf-8"))
+            write_marked_block(PAGE, "touches", text)
     except FpmatchError as error:
         print(f"touches: {error}", file=sys.stderr)
         return 2

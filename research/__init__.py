@@ -1,4 +1,5 @@
-"""Development code: what trains the package, measures it and writes the tables of its pages.
+"""Development of fpmatch: what trains it, measures it, checks it and draws its documentation.
 
-The package does not import it and does not install it; scripts, benchmarks and tests do.
+The package is not installed. ``python -m research --help``, run from the repository's root, lists
+its commands; the scripts in ``benchmarks/`` use it too.
 """

@@ -1,15 +1,27 @@
-"""The synthetic databases that the score is learned from, and calibrated on beside real ones."""
+"""The synthetic databases on which the package is trained, calibrated and tested."""
 
 from __future__ import annotations
 
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.workers import Progress, no_progress
+from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.run import load_datasets
 from fpmatch.synthesis.database import make_database
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Iterator
 
+    from fpmatch.evaluation.extraction import ExtractedSet
+
+TRAINING_SEED: Final = 601
+"""First seed of the databases that the score is trained and calibrated on."""
+TEST_SEED: Final = 641
+"""First seed of databases that nothing was trained on."""
+FINGERS: Final = 30  # of each database
 IMPRESSIONS: Final = 8  # of each finger, as in the FVC sets
 KINDS: Final = (  # preset and sensor
     ("normal", "optical-388x374"),
@@ -26,25 +38,25 @@ KINDS: Final = (  # preset and sensor
 def make_synthetic_sets(
     folder: Path,
     *,
-    fingers: int,
     first_seed: int,
+    fingers: int = FINGERS,
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> list[Path]:
-    """Make a database of each of `KINDS`, or what is not there of it.
+    """Make a database of each of `KINDS`, or what is missing of it.
 
     Parameters
     ----------
     folder : Path
-        Where.
-    fingers : int
-        Fingers of each.
+        Where to write them.
     first_seed : int
         Seed of the first; those of the others follow.
+    fingers : int
+        Fingers of each.
     workers : int, optional
         Processes to use (default: one a core).
     progress : callable
-        Told of stage "synth", of each database in turn.
+        Called with stage "synth" for each database in turn.
 
     Returns
     -------
@@ -65,3 +77,22 @@ def make_synthetic_sets(
             progress=progress,
         )
     return made
+
+
+@contextmanager
+def synthetic_sets(
+    first_seed: int, kept_in: Path | None, workers: int | None
+) -> Iterator[list[Path]]:
+    """Make the databases in a folder, or in a temporary one where it is None."""
+    with tempfile.TemporaryDirectory() as temporary:
+        yield make_synthetic_sets(
+            kept_in or Path(temporary), first_seed=first_seed, workers=workers
+        )
+
+
+def extract_synthetic_sets(
+    first_seed: int, kept_in: Path | None, workers: int | None
+) -> list[ExtractedSet]:
+    """Return the databases with the templates of their prints."""
+    with synthetic_sets(first_seed, kept_in, workers) as folders:
+        return extract_datasets(load_datasets(folders), workers=workers)

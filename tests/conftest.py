@@ -17,23 +17,9 @@ from numpy.typing import NDArray
 import fpmatch
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
-
-def _make_importable(folder: Path) -> None:
-    """Make a package of the repository importable, without the repository's root on the path.
-
-    The root holds the sources of `fpmatch` too, which would hide the installed package.
-    """
-    spec = importlib.util.spec_from_file_location(
-        folder.name, folder / "__init__.py", submodule_search_locations=[str(folder)]
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[folder.name] = module
-    spec.loader.exec_module(module)
-
-
-_make_importable(Path(__file__).parents[1] / "research")
+# `research` is not installed. The root stands last on the path: it holds the sources of `fpmatch`,
+# too, which must not hide the installed package.
+sys.path.append(str(Path(__file__).parents[1]))
 
 # One core may be busy with something else: no deadline on single examples, and the same examples
 # in every run.
@@ -158,3 +144,16 @@ def make_database(tmp_path):
         return folder
 
     return make
+
+
+@pytest.fixture
+def run_research():
+    """Return the function that runs ``python -m research`` in this process."""
+    from click.testing import CliRunner
+
+    from research.commands import research
+
+    def run(*words: object):
+        return CliRunner().invoke(research, [*map(str, words)], prog_name="research")
+
+    return run

@@ -1,8 +1,8 @@
 """Our minutia directions are those that three other extractors give on real prints.
 
 The prints and the other extractors' minutiae are not part of the project; where they are not
-beside the checkout, the test is skipped. `scripts/check_conventions` makes the same table from all
-prints.
+beside the checkout, the test is skipped. `python -m research check conventions` makes the same
+table from all prints.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import pytest
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
-from research.direction_agreement import measure_agreement
+from research.experiments.direction_agreement import measure_agreement
 
 SHARED: Final = Path(__file__).resolve().parents[2] / "shared"
 PRINTS: Final = SHARED / "fvc" / "fvc2002"

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch.drawing.palette import PROBE_MARK, REFERENCE_MARK, hexadecimal
+from research.commands import research
 
 ROOT = Path(__file__).resolve().parent.parent
 MAX_BYTES = 400_000
@@ -31,11 +31,10 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 def draw(target: Path, only: str) -> Path:
-    """Let the script draw figures of one kind into a folder."""
-    script = str(ROOT / "scripts" / "make_figures")
-    command = [sys.executable, script, "--out", str(target), "--only", only]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    """Draw figures of one kind into a folder."""
+    words = ["figures", "--out", str(target), "--only", only]
+    done = CliRunner().invoke(research, words)
+    assert done.exit_code == 0, done.output
     return target
 
 

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from research.minutiae_places import PLACES
+from research.experiments.minutiae_places import PLACES
 
 ROOT = Path(__file__).parents[1]
 

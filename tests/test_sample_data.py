@@ -6,10 +6,7 @@ import hashlib
 import itertools
 import json
 import tomllib
-from importlib.machinery import SourceFileLoader
-from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -28,10 +25,10 @@ from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.plan import Plan, sensors_named
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS
+from research.figures import sample_data
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "sample_data"
-SCRIPT = ROOT / "scripts" / "make_sample_data"
 DATASET = load_dataset(FOLDER)
 NAMES = [impression.path.stem for impression in DATASET.impressions]
 TRUTH = dict(zip(NAMES, load_truth(DATASET), strict=True))
@@ -39,16 +36,6 @@ FINGERS = ("101", "102", "103", "104")
 SAID: dict[str, dict[str, Any]] = {
     finger: json.loads((FOLDER / "truth" / f"{finger}.json").read_text()) for finger in FINGERS
 }
-
-
-@pytest.fixture(scope="module")
-def script() -> ModuleType:
-    loader = SourceFileLoader("make_sample_data", str(SCRIPT))
-    spec = spec_from_loader(loader.name, loader)
-    assert spec is not None
-    module = module_from_spec(spec)
-    loader.exec_module(module)
-    return module
 
 
 def said_of(name: str) -> dict[str, Any]:
@@ -146,12 +133,12 @@ def test_ink_lies_where_the_truth_says_ridges_and_valleys_are(name: str) -> None
     assert contrast[1] - contrast[-1] > 60
 
 
-def test_the_prints_are_made_as_they_are_here(script: ModuleType) -> None:
+def test_the_prints_are_made_as_they_are_here() -> None:
     """The skin to the last minutia; the grey levels to what OpenCV's builds may round apart."""
-    finger = make_master(script.SEED, 101)
+    finger = make_master(sample_data.PRINT_SEED, 101)
     np.testing.assert_allclose(finger.minutiae.x, SAID["101"]["minutiae"]["x"], atol=0.01)
-    for number, sensor in enumerate(script.SENSORS, start=1):
-        made = make_impression(finger, number, PRESETS[script.PRESET], SENSORS[sensor])
+    for number, sensor in enumerate(sample_data.SENSORS, start=1):
+        made = make_impression(finger, number, PRESETS[sample_data.PRESET], SENSORS[sensor])
         there = TRUTH[f"101_{number}"]
         assert made.master.tolist() == there.master.tolist()
         assert made.visible.tolist() == there.visible.tolist()
@@ -163,15 +150,20 @@ def test_the_prints_are_made_as_they_are_here(script: ModuleType) -> None:
         assert difference.max() <= 10
 
 
-def test_the_script_asks_for_what_the_folder_was_made_from(script: ModuleType) -> None:
-    plan = Plan(script.SEED, script.PRESET, sensors_named(script.SENSORS), script.IMPRESSIONS)
+def test_the_script_asks_for_what_the_folder_was_made_from() -> None:
+    plan = Plan(
+        sample_data.PRINT_SEED,
+        sample_data.PRESET,
+        sensors_named(sample_data.SENSORS),
+        sample_data.IMPRESSIONS,
+    )
     said = tomllib.loads((FOLDER / "dataset.toml").read_text())["synthesis"]
     assert plan.table() == said
-    assert len(FINGERS) == script.FINGERS
+    assert len(FINGERS) == sample_data.FINGERS
 
 
 def test_the_script_replaces_prints_and_leaves_the_rest(
-    script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def make(folder: Path, **_: object) -> None:
         (folder / "truth").mkdir(parents=True)
@@ -182,9 +174,8 @@ def test_the_script_replaces_prints_and_leaves_the_rest(
     kept = ("README.md", "stars.csv")
     for name in (*kept, "101_1.tif", "105_1.tif", "dataset.toml", "truth/105.json"):
         (tmp_path / name).write_text("old")
-    monkeypatch.setattr(script, "make_database", make)
-    monkeypatch.setattr("sys.argv", ["make_sample_data", str(tmp_path)])
-    script.main()
+    monkeypatch.setattr(sample_data, "make_database", make)
+    sample_data.make_sample_prints(tmp_path)
     found = {str(p.relative_to(tmp_path)): p for p in tmp_path.rglob("*") if p.is_file()}
     assert {name: path.read_text() for name, path in found.items()} == {
         **dict.fromkeys(kept, "old"),

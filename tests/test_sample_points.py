@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +16,8 @@ FOLDER = ROOT / "sample_data"
 FILES = ("stars.csv", "catalogue.csv", "points_truth.json")
 
 
-def test_the_script_makes_the_points_that_are_here(tmp_path: Path) -> None:
-    subprocess.run([sys.executable, ROOT / "scripts" / "make_sample_points", tmp_path], check=True)
+def test_the_command_makes_the_points_that_are_here(tmp_path: Path, run_research) -> None:
+    assert run_research("sample-data", tmp_path, "--only", "points").exit_code == 0
     for name in FILES:
         assert (tmp_path / name).read_text() == (FOLDER / name).read_text()
 

@@ -3,7 +3,7 @@
 A calibration is a curve. *Where impostors reach*, knots measured on impostor comparisons, and
 straight lines between them. *Beyond*, a generalised Pareto tail: with excess e = (x - last knot) /
 scale and shape ξ ≥ 0, the FMR falls as (1 + ξ·e)^(-1/ξ), or as exp(-e) where ξ is 0.
-`fpmatch.evaluation.calibrate` fits one; those of the package come from ``scripts/calibrate``.
+`fpmatch.evaluation.calibrate` fits one; those of the package come from ``python -m research calibrate``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Score: the evidence for and against one finger, and the similarity it amounts to.
 
 The similarity is a likelihood ratio, learned by logistic regression on synthetic prints by
-``scripts/train_score``. With m pairs, of local similarity L in all, and U the unpaired minutiae,
+``python -m research train score``. With m pairs, of local similarity L in all, and U the unpaired minutiae,
 its features are
 
 - of the relaxed local matches: the logarithm of the sum over the pairs;

@@ -1,18 +1,14 @@
 """A batch with damaged files among them is dealt with to the end, and exactly those are named.
 
-A long run is `scripts/check_batches`.
+A long run is `python -m research check batches`.
 """
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from fpmatch.synthesis.sensor import Sensor
-
-sys.path.append(str(Path(__file__).parents[2] / "scripts"))
-
-from batch_check import WAYS, check_batches, make_batches
+from research.checks.batches import WAYS, check_batches, make_batches
 
 SMALL = Sensor("small", 180, 200)
 

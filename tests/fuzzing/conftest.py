@@ -1,4 +1,4 @@
-"""Make `planted_targets` and the parts of `scripts/fuzz` importable for the tests beside it."""
+"""Make `planted_targets` importable for the tests beside it, and for the processes they start."""
 
 from __future__ import annotations
 
@@ -6,4 +6,3 @@ import sys
 from pathlib import Path
 
 sys.path.append(str(Path(__file__).parent))
-sys.path.append(str(Path(__file__).parents[2] / "scripts"))

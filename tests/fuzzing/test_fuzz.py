@@ -1,23 +1,19 @@
-"""`scripts/fuzz`: it finds what is planted, keeps the input, and finds nothing in what is sound."""
+"""`python -m research fuzz`: planted bugs are found, and none in sound readers."""
 
 from __future__ import annotations
 
 import io
 import json
 import random
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from fuzz_loop import damaged, run, with_right_sums
-from fuzz_targets import all_targets
 from PIL import Image
 from planted_targets import GOOD, planted
 
 from fpmatch.formats.registry import CODECS
-
-SCRIPT = Path(__file__).parents[2] / "scripts" / "fuzz.py"
+from research.fuzzing.loop import damaged, run, with_right_sums
+from research.fuzzing.targets import all_targets
 
 
 @pytest.mark.parametrize(
@@ -79,18 +75,12 @@ def test_every_template_format_and_more_is_a_target_with_good_files() -> None:
             target.read(data)
 
 
-def test_the_script_ends_clean_and_counts(tmp_path: Path) -> None:
+def test_the_command_ends_clean_and_counts(tmp_path: Path, run_research) -> None:
     extra = tmp_path / "more.iso"
     extra.write_bytes(b"FMR\x00 20\x00")
     words = ["--seconds", "1", "--target", "iso2005", "--target", "an2", "--into", tmp_path / "out"]
-    done = subprocess.run(
-        [sys.executable, SCRIPT, *words, extra],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = run_research("fuzz", *words, extra)
+    assert done.exit_code == 0, done.output
     first, second, last = done.stdout.splitlines()
     assert first.startswith("iso2005 ")
     assert second.startswith("an2 ")
@@ -98,17 +88,11 @@ def test_the_script_ends_clean_and_counts(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
-def test_the_script_counts_files_and_writes_the_counts(tmp_path: Path) -> None:
+def test_the_command_counts_files_and_writes_the_counts(tmp_path: Path, run_research) -> None:
     report = tmp_path / "report.json"
     words = ["--files", "30", "--target", "image-raw", "--target", "image-gif", "--json", report]
-    done = subprocess.run(
-        [sys.executable, SCRIPT, *words],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = run_research("fuzz", *words)
+    assert done.exit_code == 0, done.output
     document = json.loads(report.read_text())
     assert document["failures"] == 0
     assert [(one["name"], one["damaged"]) for one in document["targets"]] == [

@@ -1,4 +1,4 @@
-"""`research.calibration_check`: impostors counted, and held against the scores."""
+"""`research.experiments.calibration_check`: impostors counted, and held against the scores."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fpmatch.evaluation.comparison import NO_TEMPLATE, OUTCOME
 from fpmatch.evaluation.impostors import ImpostorSet
 from fpmatch.evaluation.run import evaluate
 from fpmatch.matching.calibration import Calibration
-from research.calibration_check import (
+from research.experiments.calibration_check import (
     CalibrationCheck,
     check_calibration,
     check_impostors,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fpmatch.errors import OutputError, ResolutionError
-from research.contact_sheet import PrintTile, print_sheet
+from research.figures.print_sheet import PrintTile, print_sheet
 
 
 def tile(height, width, dpi=500, grey=0, caption=""):

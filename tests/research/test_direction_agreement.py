@@ -1,10 +1,8 @@
-"""`research.direction_agreement`: it counts what it says, and notices a wrong convention."""
+"""`research.experiments.direction_agreement`: counts of directions that agree or are flipped."""
 
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +14,7 @@ from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.minutiae import Minutiae, Template
-from research.direction_agreement import (
+from research.experiments.direction_agreement import (
     Agreement,
     AgreementParameters,
     compare_directions,
@@ -148,34 +146,25 @@ def test_a_print_without_their_minutiae_is_refused(tmp_path: Path) -> None:
         measure_agreement(extracted(Template(ONE, 100, 100)), tmp_path)
 
 
-def run_script(*arguments: object) -> subprocess.CompletedProcess[str]:
-    script = ROOT / "scripts" / "check_conventions"
-    return subprocess.run(
-        [sys.executable, str(script), *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
-
-
-def test_the_script_prints_a_line_for_each_database_and_extractor(tmp_path: Path) -> None:
+def test_the_command_prints_a_line_for_each_database_and_extractor(
+    tmp_path: Path, run_research
+) -> None:
     prints, theirs = tmp_path / "year", tmp_path / "minutiae" / "theirs" / "year" / "DB1"
     (prints / "DB1").mkdir(parents=True)
     theirs.mkdir(parents=True)
     (prints / "DB1" / "101_1.tif").write_bytes((ROOT / "sample_data" / "101_1.tif").read_bytes())
     (theirs / "101_1.csv").write_text("x,y,theta\n")
-    done = run_script(prints, tmp_path / "minutiae", "--workers", 1)
+    done = run_research("check", "conventions", prints, tmp_path / "minutiae", "--workers", 1)
     assert done.stderr == ""
     assert done.stdout.splitlines()[1].split() == [
         *("DB1", "theirs", "0", "nan%", "nan%"),
         *("outside", "the", "limits"),
     ]
-    assert done.returncode == 1
+    assert done.exit_code == 1
 
 
-def test_the_script_refuses_folders_without_minutiae(tmp_path: Path) -> None:
-    done = run_script(tmp_path, tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("check_conventions: ")
+def test_folders_without_minutiae_are_refused(tmp_path: Path, run_research) -> None:
+    done = run_research("check", "conventions", tmp_path, tmp_path)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert done.stderr.startswith("research check conventions: error: ")
     assert len(done.stderr.splitlines()) == 1

@@ -1,4 +1,4 @@
-"""`research.distortion`: strain is what the warp says, and the table is put together."""
+"""`research.experiments.distortion`: the strain of a known warp, and the table."""
 
 from __future__ import annotations
 
@@ -14,16 +14,15 @@ from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import MasterParameters, make_master
 from fpmatch.synthesis.plan import plain_sensor
 from fpmatch.synthesis.presets import PRESETS
-from research.distortion import (
+from research.experiments.distortion import (
     CONDITIONS,
     KINDS,
     DistortionParameters,
     distorted,
     distortion_between,
-    distortion_rows,
     measure_distortion,
-    strain_class,
 )
+from research.tables.distortion import distortion_rows, strain_class
 
 SMALL = DistortionParameters(fingers=2, impressions=2, limits=(0.1, 0.3), min_pairs=1)
 

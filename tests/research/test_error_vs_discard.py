@@ -1,9 +1,8 @@
-"""`research.error_vs_discard`: what is left and lost, and the page that shows it."""
+"""`research.experiments.error_vs_discard`: the pairs that are left and lost."""
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,43 +10,40 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fpmatch.errors import DatasetError
-from research.error_vs_discard import (
-    PARTS,
+from research.experiments.error_vs_discard import (
     QualitySample,
     curves_as_json,
     discard_curve,
-    format_quality_markdown,
     pool,
 )
+from research.tables.quality import discard_tables
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
 
-
-def made(seed: int, prints: int = 20, *, telling: bool) -> QualitySample:
-    """Return prints whose worst ones match nothing, and qualities that tell, or tell nothing."""
+def made(seed: int, prints: int = 20, *, predictive: bool) -> QualitySample:
+    """Return prints whose worst ones match nothing, and qualities that predict this, or do not."""
     rng = np.random.default_rng(seed)
     quality = rng.permutation(np.arange(prints) * 5)
     pairs = np.column_stack(np.triu_indices(prints, 1))
     worst = quality < 10
     genuine = np.where(worst[pairs].any(axis=1), 0.0, 9.0)
-    told = quality if telling else rng.permutation(quality)
-    return QualitySample("made", told, {"partial": 2}, pairs, genuine, rng.uniform(0, 5, 2000))
+    given = quality if predictive else rng.permutation(quality)
+    return QualitySample("made", given, {"partial": 2}, pairs, genuine, rng.uniform(0, 5, 2000))
 
 
-def test_turning_the_worst_away_ends_all_errors() -> None:
-    curve = discard_curve(made(1, telling=True), shares=(0, 0.05, 0.1))
+def test_discarding_the_worst_ends_all_errors() -> None:
+    curve = discard_curve(made(1, predictive=True), shares=(0, 0.05, 0.1))
     assert curve.lost[0] > curve.lost[1] > curve.lost[2] == 0
     assert curve.below == (0, 5, 10)
     assert curve.genuine == (190, 171, 153)
 
 
-def test_a_quality_that_tells_nothing_does_not() -> None:
-    assert discard_curve(made(1, telling=False)).fnmr[2] > 0
+def test_a_quality_that_predicts_nothing_does_not() -> None:
+    assert discard_curve(made(1, predictive=False)).fnmr[2] > 0
 
 
 @given(st.integers(0, 1000), st.integers(2, 12))
-def test_less_is_left_the_more_is_turned_away(seed: int, prints: int) -> None:
-    curve = discard_curve(made(seed, prints, telling=False), shares=(0, 0.2, 0.5, 0.9, 1))
+def test_less_is_left_the_more_is_discarded(seed: int, prints: int) -> None:
+    curve = discard_curve(made(seed, prints, predictive=False), shares=(0, 0.2, 0.5, 0.9, 1))
     assert list(curve.genuine) == sorted(curve.genuine, reverse=True)
     assert list(curve.lost) == sorted(curve.lost, reverse=True)
     assert curve.genuine[-1] == 0
@@ -55,7 +51,7 @@ def test_less_is_left_the_more_is_turned_away(seed: int, prints: int) -> None:
 
 
 def test_pooling_keeps_pairs_with_their_prints() -> None:
-    both = pool([made(1, telling=True), made(2, 10, telling=True)])
+    both = pool([made(1, predictive=True), made(2, 10, predictive=True)])
     assert both.reasons == {"partial": 4}
     assert both.pairs[:190].max() == 19
     assert (both.pairs[190:].min(), both.pairs[190:].max()) == (20, 29)
@@ -63,21 +59,10 @@ def test_pooling_keeps_pairs_with_their_prints() -> None:
 
 def test_too_few_impostors_are_refused() -> None:
     with pytest.raises(DatasetError, match="made: too few impostor pairs for an FMR of 1e-06"):
-        discard_curve(made(1, telling=True), fmr=1e-6)
+        discard_curve(made(1, predictive=True), fmr=1e-6)
 
 
 def test_one_database_needs_no_pooled_row() -> None:
-    document = curves_as_json([made(1, telling=True)])
+    document = curves_as_json([made(1, predictive=True)])
     assert [row["name"] for row in document["sets"]] == ["made"]
-    assert "made" in format_quality_markdown({"fvc": json.loads(json.dumps(document))})
-
-
-def test_the_page_shows_what_was_measured_and_errors_fall() -> None:
-    results = json.loads((DOCS / "data" / "quality.json").read_text(encoding="utf-8"))
-    page = (DOCS / "explanation" / "quality.md").read_text(encoding="utf-8")
-    assert set(results) == set(PARTS)
-    assert format_quality_markdown(results) in page
-    for part in results.values():
-        (pooled,) = (row for row in part["sets"] if row["name"] == "pooled")
-        fnmr = np.divide(pooled["lost"], pooled["genuine"])
-        assert fnmr[part["shares"].index(0.2)] < fnmr[0]
+    assert "made" in discard_tables(json.loads(json.dumps(document)))

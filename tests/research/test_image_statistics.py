@@ -1,4 +1,4 @@
-"""`research.image_statistics`: what is measured on prints, and how it is shown."""
+"""`research.experiments.image_statistics`: what is measured on prints, and how it is shown."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import pytest
 
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import load_dataset
-from research.image_statistics import (
-    FIGURES,
-    PrintFigures,
-    SetFigures,
-    measure_print,
+from research.experiments.image_statistics import (
+    STATISTICS,
+    DatabaseStatistics,
+    ImageStatistics,
+    measure_image,
     measure_sets,
     share_outside,
     span,
 )
-from research.image_statistics_table import figures_as_json, format_print_figures
+from research.experiments.image_statistics_table import format_statistics, statistics_as_json
 
 PERIOD = 10.0
 SIDE = 160
@@ -35,16 +35,16 @@ def stripes(side: int = SIDE, period: float = PERIOD) -> np.ndarray:
     return np.rint(grey).astype(np.uint8)
 
 
-def print_of(**changed: float) -> PrintFigures:
+def print_of(**changed: float) -> ImageStatistics:
     usual = {"period_px": 9.0, "area_mm2": 150.0, "minutiae_per_mm2": 0.2, "mean": 200.0}
     usual |= {"contrast": 60.0, "ridge_contrast": 70.0, "foreground": 0.5}
-    return PrintFigures(**usual | changed)
+    return ImageStatistics(**usual | changed)
 
 
 def test_a_print_of_known_ridges(tmp_path):
     picture = stripes()
     cv2.imwrite(str(tmp_path / "1_1.png"), picture)
-    found = measure_print(tmp_path / "1_1.png", 500)
+    found = measure_image(tmp_path / "1_1.png", 500)
     assert found.period_px == pytest.approx(PERIOD, rel=0.05)
     assert found.area_mm2 == pytest.approx((SIDE * 25.4 / 500) ** 2, rel=0.2)
     assert found.mean == pytest.approx(picture.mean())
@@ -57,18 +57,18 @@ def test_lengths_are_of_500_dpi(tmp_path):
     """The same skin at twice the resolution has the same period and the same area."""
     cv2.imwrite(str(tmp_path / "1_1.png"), stripes())
     cv2.imwrite(str(tmp_path / "1_2.png"), cv2.resize(stripes(), None, fx=2, fy=2))
-    once, twice = (measure_print(tmp_path / f"1_{n}.png", dpi) for n, dpi in ((1, 500), (2, 1000)))
+    once, twice = (measure_image(tmp_path / f"1_{n}.png", dpi) for n, dpi in ((1, 500), (2, 1000)))
     assert twice.period_px == pytest.approx(once.period_px, abs=0.2)
     assert twice.area_mm2 == pytest.approx(once.area_mm2, rel=0.1)
 
 
 def test_a_blank_picture_has_no_ridges_to_measure(tmp_path):
     cv2.imwrite(str(tmp_path / "1_1.png"), np.full((100, 100), 200, np.uint8))
-    found = measure_print(tmp_path / "1_1.png", 500)
+    found = measure_image(tmp_path / "1_1.png", 500)
     assert (found.area_mm2, found.foreground, found.mean) == (0.0, 0.0, 200.0)
     assert math.isnan(found.period_px)
     assert math.isnan(found.minutiae_per_mm2)
-    assert SetFigures("one", (found,)).quantiles("period_px") == pytest.approx(
+    assert DatabaseStatistics("one", (found,)).quantiles("period_px") == pytest.approx(
         (math.nan,) * 5, nan_ok=True
     )
 
@@ -94,31 +94,35 @@ def test_no_database_is_refused():
     with pytest.raises(DatasetError, match="no database"):
         measure_sets([])
     with pytest.raises(DatasetError, match="no database"):
-        format_print_figures([])
+        format_statistics([])
 
 
 def test_what_databases_span_and_what_lies_outside():
-    thin = SetFigures("thin", tuple(print_of(period_px=p) for p in (8.0, 8.0, 8.0)))
-    wide = SetFigures("wide", tuple(print_of(period_px=p) for p in (10.0, 10.0, 10.0)))
-    mixed = SetFigures("mixed", tuple(print_of(period_px=p) for p in (7.0, 8.5, 9.5, math.nan)))
+    thin = DatabaseStatistics("thin", tuple(print_of(period_px=p) for p in (8.0, 8.0, 8.0)))
+    wide = DatabaseStatistics("wide", tuple(print_of(period_px=p) for p in (10.0, 10.0, 10.0)))
+    mixed = DatabaseStatistics(
+        "mixed", tuple(print_of(period_px=p) for p in (7.0, 8.5, 9.5, math.nan))
+    )
     assert span([thin, wide], "period_px") == (8.0, 10.0)
     assert share_outside(mixed, [thin, wide], "period_px") == pytest.approx(1 / 3)
     assert share_outside(mixed, [thin, wide], "mean") == 0.0
 
 
 def test_tables_have_a_row_a_database_and_json_says_the_same():
-    one = SetFigures("one", tuple(print_of(mean=m) for m in (180.0, 190.0, 200.0)), ("bad",))
-    real = SetFigures("real", tuple(print_of(mean=m) for m in (188.0, 191.0)))
-    blocks = format_print_figures([one], [real]).split("\n\n")
-    assert len(blocks) == len(FIGURES)
-    head, *rows = blocks[FIGURES.index("mean")].splitlines()
+    one = DatabaseStatistics(
+        "one", tuple(print_of(mean=m) for m in (180.0, 190.0, 200.0)), ("bad",)
+    )
+    real = DatabaseStatistics("real", tuple(print_of(mean=m) for m in (188.0, 191.0)))
+    blocks = format_statistics([one], [real]).split("\n\n")
+    assert len(blocks) == len(STATISTICS)
+    head, *rows = blocks[STATISTICS.index("mean")].splitlines()
     assert head.split() == ["mean", "grey", *QUANTILES, "outside"]
     assert rows[0].split() == ["one", "181", "185", "190", "195", "199", "67", "%"]
     assert rows[1].split()[:2] == ["real", "188"]
     assert rows[2].split() == ["they", "span", "188", "191"]
-    document = json.loads(json.dumps(figures_as_json([one], [real]), allow_nan=False))
+    document = json.loads(json.dumps(statistics_as_json([one], [real]), allow_nan=False))
     assert document["sets"][0]["quantiles"]["mean"] == [181.0, 185.0, 190.0, 195.0, 199.0]
     assert document["sets"][0]["outside"]["mean"] == pytest.approx(2 / 3, abs=1e-4)
     assert document["sets"][0]["failures"] == ["bad"]
     assert document["against"][0]["prints"] == 2
-    assert "outside" not in figures_as_json([one])["sets"][0]
+    assert "outside" not in statistics_as_json([one])["sets"][0]

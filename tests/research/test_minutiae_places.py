@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fpmatch.minutiae import Minutiae
-from research.minutiae_places import (
+from research.experiments.minutiae_places import (
     PLACES,
     PlaceCounts,
     PlaceParameters,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 
 from fpmatch.evaluation.points.places import Place, places
-from research import point_choices
-from research.point_choices import measure_exit, measure_paper
+from research.experiments import point_choices
+from research.experiments.point_choices import measure_exit, measure_paper
 
 PLACE = Place("patch", 0, 2)
 

@@ -1,10 +1,8 @@
-"""What the targets are, and the script that checks a file against them."""
+"""The targets on random point sets, and the command that checks results against them."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,9 +11,8 @@ import pytest
 
 from fpmatch.evaluation.points.places import Place, places
 from fpmatch.evaluation.points.results import BenchResults, PointCell, write_results
-from research.point_targets import missed_targets
+from research.experiments.point_targets import missed_targets
 
-SCRIPT = Path(__file__).parents[2] / "scripts" / "check_points"
 OURS = PointCell(Place("patch", 0, 2), "ours", "1" * 100, 0, 100, 1.0, 1.0, 1.0, 1.0)
 BASELINE = replace(OURS, matcher="van-wamelen", outcomes="1" * 17, time_ms=20.01)
 
@@ -123,24 +120,16 @@ def test_recognition_is_compared_on_the_pairs_that_both_tried() -> None:
     assert missed_targets(results(both)) == []
 
 
-def check(path: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(SCRIPT), str(path)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
-
-
-def test_the_script_exits_0_only_where_no_cell_misses(tmp_path: Path) -> None:
+def test_the_exit_status_is_0_only_where_no_cell_misses(tmp_path: Path, run_research) -> None:
     path = tmp_path / "bench.json"
     write_results(path, results())
-    done = check(path)
-    assert (done.returncode, done.stdout) == (0, "no cell misses a target\n")
+    done = run_research("check", "points", path)
+    assert (done.exit_code, done.stdout) == (0, "no cell misses a target\n")
     write_results(path, results({(PATCH, "ours"): None}))
-    done = check(path)
-    assert (done.returncode, done.stdout) == (1, f"ours, {PATCH}: not run\n")
-
-
-def test_the_script_exits_2_on_what_is_no_file_of_results(tmp_path: Path) -> None:
-    path = tmp_path / "bench.json"
+    done = run_research("check", "points", path)
+    assert (done.exit_code, done.stdout) == (1, f"ours, {PATCH}: not run\n")
     path.write_text(json.dumps({"rows": []}))
-    done = check(path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"check_points: {path}: not a file of results: lacks 'cells'\n"
+    done = run_research("check", "points", path)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"research check points: error: {path}: ")
+    assert done.stderr.count("\n") == 1

@@ -24,14 +24,17 @@ from fpmatch.matching.score import (
     evidence_scorer,
 )
 from fpmatch.minutiae import Minutiae, RidgeField, Template
-from research.score_fit import (
+from research.training.score_fit import (
     OF_RIDGES,
     FitParameters,
-    ScoreSample,
     _prefilter,
     fit_model,
     fit_weights,
-    rates_of,
+)
+from research.training.score_rates import rates_of
+from research.training.score_samples import (
+    SampleParameters,
+    ScoreSample,
     sample_of,
     samples_of,
 )
@@ -252,7 +255,7 @@ def two_fingers(folder: Path, impressions: int = 2, lost: bool = True) -> Extrac
 
 
 def test_a_sample_is_all_comparisons_of_a_database(tmp_path: Path) -> None:
-    every = FitParameters(every_impostor=1)
+    every = SampleParameters(every_impostor=1)
     found = sample_of(two_fingers(tmp_path), every)
     assert found.name == "two"
     assert found.features.shape == (len(found.genuine), HYPOTHESES, N)
@@ -265,7 +268,7 @@ def test_a_sample_is_all_comparisons_of_a_database(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("every", "taken"), [(1, 9), (2, 4), (4, 2), (9, 1), (10, 0)])
 def test_of_so_many_impostors_one_is_taken(tmp_path: Path, every: int, taken: int) -> None:
     """And of the genuine comparisons all."""
-    parameters = FitParameters(every_impostor=every)
+    parameters = SampleParameters(every_impostor=every)
     found = sample_of(two_fingers(tmp_path, 3, lost=False), parameters)
     assert found.genuine.sum() + found.nothing[0] == 6
     assert (~found.genuine).sum() + found.nothing[1] == taken
@@ -275,7 +278,7 @@ def test_of_so_many_impostors_one_is_taken(tmp_path: Path, every: int, taken: in
 def test_windows_are_compared_with_whole_prints(tmp_path: Path) -> None:
     """The same windows each time; where one shows less, it is scored by what it shows."""
     extracted = two_fingers(tmp_path, 3, lost=False)
-    parameters = FitParameters(every_impostor=1, every_window_impostor=3, windows_px=(96, 140))
+    parameters = SampleParameters(every_impostor=1, every_window_impostor=3, windows_px=(96, 140))
     whole, alone, windows = samples_of([extracted], parameters, workers=1)
     assert [len(part) for part in (whole, alone, windows)] == [1, 1, 2]
     for one in windows:
@@ -289,7 +292,7 @@ def test_windows_are_compared_with_whole_prints(tmp_path: Path) -> None:
 def test_small_prints_are_looked_for_by_their_ridges_as_well(tmp_path: Path) -> None:
     """So that they have more hypotheses than the local matches give."""
     extracted = two_fingers(tmp_path, 3, lost=False)
-    parameters = FitParameters(every_impostor=1, every_window_impostor=1)
+    parameters = SampleParameters(every_impostor=1, every_window_impostor=1)
     of_ridges = slice(AlignmentParameters().hypotheses, None)
     small = sample_of(extracted, parameters, window_px=140).features[:, of_ridges, 0]
     assert not np.isnan(small).all()
@@ -299,7 +302,7 @@ def test_small_prints_are_looked_for_by_their_ridges_as_well(tmp_path: Path) -> 
 
 def test_a_sample_of_nothing_has_no_features(tmp_path: Path) -> None:
     nothing = ExtractedSet(two_fingers(tmp_path).dataset, (Extraction(None, "no ridges", 0.0),) * 4)
-    found = sample_of(nothing, FitParameters(every_impostor=1))
+    found = sample_of(nothing, SampleParameters(every_impostor=1))
     assert found.features.shape == (0, HYPOTHESES, N)
     assert found.nothing == (2, 4)
 
@@ -307,7 +310,7 @@ def test_a_sample_of_nothing_has_no_features(tmp_path: Path) -> None:
 def test_prints_without_minutiae_are_like_nothing(tmp_path: Path) -> None:
     bare = Extraction(Template(Minutiae.empty(), 99, 99), "", 0.0)
     few = ExtractedSet(two_fingers(tmp_path).dataset, (bare,) * 4)
-    assert sample_of(few, FitParameters(every_impostor=1)).nothing == (2, 4)
+    assert sample_of(few, SampleParameters(every_impostor=1)).nothing == (2, 4)
 
 
 def test_ridges_are_compared_whatever_the_minutiae_say(tmp_path: Path) -> None:
@@ -325,7 +328,7 @@ def test_ridges_are_compared_whatever_the_minutiae_say(tmp_path: Path) -> None:
 def test_without_ridges_none_are_compared(tmp_path: Path) -> None:
     """The print area is then the hull of the minutiae, as of a template without a field."""
     extracted = two_fingers(tmp_path, 3, lost=False)
-    found = sample_of(extracted, FitParameters(every_impostor=1), ridges=False)
+    found = sample_of(extracted, SampleParameters(every_impostor=1), ridges=False)
     bare = ExtractedSet(
         extracted.dataset,
         tuple(
@@ -334,11 +337,11 @@ def test_without_ridges_none_are_compared(tmp_path: Path) -> None:
             if one.template is not None
         ),
     )
-    same = sample_of(bare, FitParameters(every_impostor=1))
+    same = sample_of(bare, SampleParameters(every_impostor=1))
     np.testing.assert_array_equal(found.features, same.features)
     tried = found.features[~np.isnan(found.features[..., 0])]
     assert not tried[:, OF_RIDGES].any()
-    shown = sample_of(extracted, FitParameters(every_impostor=1))
+    shown = sample_of(extracted, SampleParameters(every_impostor=1))
     assert shown.features[0, 0].tolist() != found.features[0, 0].tolist()
 
 
@@ -364,7 +367,7 @@ def test_features_are_those_that_the_matcher_weighs(
     What is found by the ridges is compared in either case.
     """
     extracted = two_fingers(tmp_path, 3, lost=False)
-    found = sample_of(extracted, FitParameters(every_impostor=1), ridges=ridges)
+    found = sample_of(extracted, SampleParameters(every_impostor=1), ridges=ridges)
     weights = some_weights(refine)
     model = weights.models[0 if ridges else 1]
     templates = [one.template for one in extracted.extractions if one.template is not None]
@@ -385,7 +388,7 @@ def test_features_are_those_that_the_matcher_weighs(
 
 def test_descriptors_and_strength_are_those_of_the_prints(tmp_path: Path) -> None:
     extracted = two_fingers(tmp_path, 3, lost=False)
-    found = sample_of(extracted, FitParameters(every_impostor=1))
+    found = sample_of(extracted, SampleParameters(every_impostor=1))
     prints = [MATCHER.prepare(one.template) for one in extracted.extractions if one.template]
     expected = []
     for i, probe in enumerate(prints):

@@ -1,6 +1,6 @@
 """Enhancement by a small network, trained on synthetic prints and their ideal ridges.
 
-``scripts/train_enhancer`` trains it; OpenCV runs it.
+``python -m research train enhancer`` trains it; OpenCV runs it.
 """
 
 from __future__ import annotations

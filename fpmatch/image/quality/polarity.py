@@ -1,7 +1,7 @@
 """Polarity: whether a print shows its ridges white on black.
 
 Ridges and valleys differ as lines (see `fpmatch.image.quality.line_cues`); the weights of these
-cues were learned from synthetic prints by ``scripts/train_polarity``. One sensor has one polarity,
+cues were learned from synthetic prints by ``python -m research train polarity``. One sensor has one polarity,
 so the evidence of several images is summed. For a single image the background is weak evidence too.
 """
 

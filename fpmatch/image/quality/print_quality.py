@@ -2,7 +2,7 @@
 
 The score estimates the similarity of prints like this to good prints of the same finger, in percent
 of the similarity among the good ones. It was learned from synthetic prints by
-``scripts/train_quality``.
+``python -m research train quality``.
 """
 
 from __future__ import annotations

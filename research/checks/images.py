@@ -1,0 +1,159 @@
+"""The command ``check images``: detection of wrong resolutions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+from typing import TYPE_CHECKING, Final
+
+import click
+import numpy as np
+
+from fpmatch import Template, find_scale, verify
+from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.image.assess import assess
+from fpmatch.image.io.read import GreyImage, read_image
+from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.text_table import markdown_table
+from research.commands import PATH, Command, folders
+from research.marked_blocks import write_marked_block
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+MAX_FALSE_ALARMS: Final = 0.01  # share of the pairs at their right resolutions
+EVERY: Final = 7  # genuine pair whose resolution is claimed wrong
+SCALES: Final = {"569": 569 / 500, "600": 600 / 500, "400": 400 / 500, "250": 0.5, "1000": 2.0}
+READ_AS_500: Final = (200, 250, 300, 350, 400, 600, 700, 800, 1000)
+WRONG: Final = "wrong resolution"
+
+
+@dataclass
+class DatabaseCheck:
+    """Hold the images and templates of one database.
+
+    Parameters
+    ----------
+    name : str
+        The database.
+    images : int
+        Its images.
+    doubted : list of str
+        Files whose right resolution was doubted.
+    first : list of (GreyImage, float)
+        The first image of each finger, and its resolution.
+    fingers : dict of int to list of Template
+        The templates of each finger.
+    """
+
+    name: str
+    images: int = 0
+    doubted: list[str] = field(default_factory=list)
+    first: list[tuple[GreyImage, float]] = field(default_factory=list)
+    fingers: dict[int, list[Template]] = field(default_factory=dict)
+
+
+@click.command(cls=Command)
+@folders
+@click.option("--into", metavar="PAGE.md", type=PATH, help="Write the tables into this page.")
+@click.option("--every", default=EVERY, show_default=True, help="Every n-th pair is scaled.")
+@click.pass_context
+def command(
+    context: click.Context, folders: tuple[Path, ...], into: Path | None, every: int
+) -> None:
+    r"""Measure how often a wrong resolution is detected, on FVC-style databases DIR.
+
+    For all genuine pairs: does the scale between the two prints seem to differ? The same for every
+    seventh pair with the probe's resolution claimed wrong. For all images, and for each finger's
+    first image at a wrong resolution: do the ridges show it? The tables are printed and, with
+    --into, written between the marks of a page. The exit status is 1 where an image's right
+    resolution was doubted, or the scale of more than 1 % of the pairs.
+
+    \b
+    Example:
+      python -m research check images fvc/*/* --into docs/explanation/images.md
+    """
+    checks = [read_database(folder) for folder in folders]
+    for check in checks:
+        for name in check.doubted:
+            click.echo(f"{check.name}: {name}: its resolution is doubted")
+    prints = [prints for check in checks for prints in check.fingers.values()]
+    scales, too_many = scale_table(prints, every)
+    resolutions, doubted = resolution_table(checks)
+    click.echo(f"{scales}\n\n{resolutions}")
+    if into:
+        write_marked_block(into, "scales", scales)
+        write_marked_block(into, "resolutions", resolutions)
+    context.exit(int(too_many or doubted))
+
+
+def read_database(folder: Path) -> DatabaseCheck:
+    """Assess the images of a database and extract their templates."""
+    dataset = load_dataset(folder)
+    check = DatabaseCheck(dataset.name)
+    for impression in dataset.impressions:
+        image = read_image(impression.path, polarity="dark")
+        dpi = dataset.dpi or image.dpi or STANDARD_DPI
+        check.images += 1
+        found = assess(image, dpi)
+        if any(reason.code == WRONG for reason in found.quality.reasons):
+            check.doubted.append(impression.path.name)
+        if impression.finger not in check.fingers:
+            check.first.append((image, dpi))
+        check.fingers.setdefault(impression.finger, []).append(found.template)
+    return check
+
+
+def scale_table(fingers: list[list[Template]], every: int) -> tuple[str, bool]:
+    """Return the table of scales, and whether too many right ones are doubted."""
+    pairs = [pair for prints in fingers for pair in combinations(prints, 2)]
+    right = _scale_row("right", pairs, 1.0, set())
+    some = pairs[::every]
+    matching = {k for k, pair in enumerate(some) if verify(*pair).match}
+    rows = [right, *(_scale_row(label, some, s, matching) for label, s in SCALES.items())]
+    head = ["claimed to be 500, is", "scale", "pairs", "match", "detected"]
+    head += ["detected, of those that match at the right one"]
+    head += ["measured: median (5 % to 95 %)"]
+    return markdown_table([head, *rows]), int(right[4]) > MAX_FALSE_ALARMS * len(pairs)
+
+
+def _scale_row(
+    label: str, pairs: list[tuple[Template, Template]], factor: float, matching: set[int]
+) -> list[str]:
+    """Return a row of the table: what is found where probes claim another resolution."""
+    matches, ratios = 0, {}
+    for k, (probe, reference) in enumerate(pairs):
+        decision = verify(replace(probe, dpi=probe.dpi / factor), reference)
+        matches += decision.match
+        found = find_scale(decision)
+        if found is not None and found.differs:
+            ratios[k] = found.ratio
+    share = f"{len(matching & set(ratios))} of {len(matching)}" if matching else "–"
+    counts = (str(len(pairs)), str(matches), str(len(ratios)))
+    return [label, f"{1 / factor:.3f}", *counts, share, _range(list(ratios.values()), 3)]
+
+
+def resolution_table(checks: list[DatabaseCheck]) -> tuple[str, bool]:
+    """Return the table of resolutions by the ridges, and whether right ones are doubted."""
+    first = [one for check in checks for one in check.first]
+    images, doubted = sum(one.images for one in checks), sum(len(one.doubted) for one in checks)
+    rows = [["right", str(images), str(doubted), "–"]]
+    for true in READ_AS_500:
+        likely = []
+        for image, dpi in first:
+            # an image of 500 dpi that claims 1000 is one of 250 that claims 500, at twice its size
+            claimed = dpi * STANDARD_DPI / true
+            reasons = assess(image, claimed).quality.reasons
+            probable = next((reason.dpi for reason in reasons if reason.code == WRONG), None)
+            if probable is not None:
+                likely.append(probable / claimed * STANDARD_DPI)
+        rows.append([str(true), str(len(first)), str(len(likely)), _range(likely, 0)])
+    head = ["taken for 500, is", "images", "detected", "estimate: median (5 % to 95 %)"]
+    return markdown_table([head, *rows]), doubted > 0
+
+
+def _range(values: list[float], digits: int) -> str:
+    if not values:
+        return "–"
+    low, middle, high = (f"{q:.{digits}f}" for q in np.percentile(values, [5, 50, 95]))
+    return f"{middle} ({low} to {high})"

@@ -1,0 +1,126 @@
+"""The command ``check polarity``: how often inverted images are recognised."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import click
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.image.extract import extract, resample
+from fpmatch.image.io.read import read_image
+from fpmatch.image.quality.polarity import common_polarity, is_inverted, polarity_evidence
+from fpmatch.image.recorder import StageRecorder
+from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.synthesis.background import other_background
+from fpmatch.synthesis.impression import make_impression
+from fpmatch.synthesis.master import make_master
+from fpmatch.synthesis.presets import PRESETS
+from fpmatch.synthesis.ridge_target import ridge_target
+from fpmatch.synthesis.sensor import SENSORS
+from fpmatch.text_table import markdown_table
+from research.commands import PATH, Command, folders
+from research.marked_blocks import write_marked_block
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+BACKGROUNDS: Final = {"own": "as they are", "none": "cropped", "dark": "dark background"}
+PRESETS_NOT_TRAINED_ON: Final = ("clean", "stretched")
+SEED: Final = 977
+
+Images = Iterator[tuple[NDArray[np.uint8], NDArray[np.bool_]]]
+"""Images at 500 dpi, and masks of the print in them."""
+
+
+@dataclass
+class Counts:
+    """Count the images of one set with one background that were taken for inverted."""
+
+    images: int = 0
+    inverted: int = 0
+    negatives_inverted: int = 0
+    evidence: list[float] = field(default_factory=list)
+    evidence_of_negatives: list[float] = field(default_factory=list)
+
+    def add(self, image: NDArray[np.uint8]) -> None:
+        """Count an image and its negative."""
+        negative = np.asarray(255 - image, np.uint8)
+        self.images += 1
+        self.inverted += is_inverted(image)
+        self.negatives_inverted += is_inverted(negative)
+        self.evidence.append(polarity_evidence(image))
+        self.evidence_of_negatives.append(polarity_evidence(negative))
+
+
+@click.command(cls=Command)
+@folders
+@click.option("--into", metavar="PAGE.md", type=PATH, help="Write the table into this page.")
+@click.option("--fingers", default=5, show_default=True, help="Synthetic fingers of a preset.")
+@click.pass_context
+def command(
+    context: click.Context, folders: tuple[Path, ...], into: Path | None, fingers: int
+) -> None:
+    r"""Count the prints with dark ridges, and their negatives, that are taken for inverted.
+
+    The images of the FVC-style databases DIR are taken as they are, as squares that the print
+    fills, and with a darkened background. Synthetic prints of presets and fingers that the polarity
+    was not trained on are added. The table is printed and, with --into, written between the marks
+    of a page. The exit status is 1 where the images of a database are together taken for inverted.
+
+    \b
+    Example:
+      python -m research check polarity fvc/*/* --into docs/explanation/images.md
+    """
+    head = ["prints", "background", "images", "taken for inverted", "negatives taken for inverted"]
+    table, wrong = [[*head, "together", "negatives together"]], False
+    sets = [(load_dataset(folder).name, _database(folder)) for folder in folders]
+    sets += [(f"synthetic, {name}", _synthetic(name, fingers)) for name in PRESETS_NOT_TRAINED_ON]
+    for name, images in sets:
+        for background, counts in _count(images).items():
+            together = common_polarity(counts.evidence)
+            numbers = (counts.images, counts.inverted, counts.negatives_inverted)
+            of_negatives = common_polarity(counts.evidence_of_negatives)
+            table.append([name, background, *map(str, numbers), together, of_negatives])
+            wrong |= together == "white"
+    click.echo(markdown_table(table))
+    if into:
+        write_marked_block(into, "polarity", markdown_table(table))
+    context.exit(int(wrong))
+
+
+def _database(folder: Path) -> Images:
+    dataset = load_dataset(folder)
+    for impression in dataset.impressions:
+        image = read_image(impression.path, polarity="dark")
+        grey, _ = resample(image.pixels, dataset.dpi or image.dpi or STANDARD_DPI)
+        stages = StageRecorder()
+        extract(grey, STANDARD_DPI, recorder=stages)
+        yield grey, np.asarray(stages.stages["mask"], bool)
+
+
+def _synthetic(preset: str, fingers: int) -> Images:
+    """Yield synthetic prints, each finger once on every sensor."""
+    for finger in range(1, fingers + 1):
+        master = make_master(SEED, finger)
+        for number, sensor in enumerate(SENSORS.values(), start=1):
+            made = make_impression(master, number, PRESETS[preset], sensor)
+            _, inside = ridge_target(made, master)
+            grey, _ = resample(made.image, sensor.dpi)
+            size = grey.shape[::-1]
+            mask = cv2.resize(inside.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+            yield grey, mask.astype(bool)
+
+
+def _count(images: Images) -> dict[str, Counts]:
+    counts = {background: Counts() for background in BACKGROUNDS}
+    rng = np.random.default_rng(SEED)
+    for image, inside in images:
+        for background, count in counts.items():
+            count.add(other_background(image, inside, background, rng))
+    return {BACKGROUNDS[background]: count for background, count in counts.items()}

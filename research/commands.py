@@ -1,0 +1,131 @@
+"""The command ``python -m research``, and the options that its sub-commands share."""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fpmatch.errors import FpmatchError
+from fpmatch.output import atomic_write_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+EXIT_ERROR: Final = 2
+ROOT: Final = Path(__file__).resolve().parents[1]
+PATH: Final = click.Path(path_type=Path)
+
+folders = click.argument("folders", metavar="DIR...", nargs=-1, required=True, type=PATH)
+workers = click.option(
+    "--workers", type=click.IntRange(1), help="Processes to use.  [default: one a core]"
+)
+json_file = click.option(
+    "--json", "json_file", metavar="FILE", type=PATH, help="Write the results to this file."
+)
+synthetic_folder = click.option(
+    "--prints", metavar="FOLDER", type=PATH, help="Keep the synthetic prints in this folder."
+)
+
+
+def write_json(path: Path, document: object) -> None:
+    """Write a document as JSON."""
+    content = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False)
+    atomic_write_bytes(path, f"{content}\n".encode())
+
+
+class Command(click.Command):
+    """A command whose errors are one line on stderr, with exit status 2."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except (FpmatchError, OSError) as error:
+            line = " ".join(str(error).split())
+            click.echo(f"{ctx.command_path}: error: {line}", err=True)
+            ctx.exit(EXIT_ERROR)
+
+
+class LazyGroup(click.Group):
+    """Import a sub-command when it runs.
+
+    Parameters
+    ----------
+    modules : mapping of str to (str, str)
+        For each sub-command its module, which defines it as ``command``, and a summary.
+    **attrs
+        What `click.Group` takes.
+    """
+
+    def __init__(self, *, modules: Mapping[str, tuple[str, str]], **attrs: Any) -> None:
+        super().__init__(**attrs)
+        self._modules = modules
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names, those of eager sub-commands last."""
+        return [*self._modules, *super().list_commands(ctx)]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a sub-command."""
+        if cmd_name not in self._modules:
+            return super().get_command(ctx, cmd_name)
+        module = import_module(f"research.{self._modules[cmd_name][0]}")
+        command: click.Command = module.command
+        command.name = cmd_name
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the summaries."""
+        rows = [(name, summary) for name, (_, summary) in self._modules.items()]
+        rows += [(name, one.get_short_help_str(90)) for name, one in self.commands.items()]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+
+research = LazyGroup(
+    name="research",
+    help="Train, measure and check fpmatch, and write its documentation's tables and figures.",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Run from the repository's root. Exit status: 0 done, 1 a check failed, 2 bad input.",
+    modules={
+        "tables": ("tables.command", "Write measured results into the pages of docs/."),
+        "figures": ("figures.documentation", "Draw the figures of the documentation."),
+        "case-study": ("figures.case_study", "Draw the paper's case study on two prints."),
+        "contact-sheet": ("figures.contact_sheet", "Draw prints of databases on one sheet."),
+        "sample-data": ("figures.sample_data", "Make the prints and points of sample_data."),
+        "compare-prints": ("experiments.compare_prints", "Compare statistics of images."),
+        "error-vs-discard": ("experiments.discard_command", "Measure what quality is worth."),
+        "calibrate": ("training.calibrate", "Fit the package's calibrations."),
+        "fuzz": ("fuzzing.command", "Feed damaged files to every reader."),
+    },
+)
+research.add_command(
+    LazyGroup(
+        name="train",
+        help="Train a model of the package on synthetic prints.",
+        modules={
+            "score": ("training.score", "Weights of the default matcher's score."),
+            "quality": ("training.quality", "Weights of the quality of prints."),
+            "polarity": ("training.polarity", "Weights of the polarity of prints."),
+            "enhancer": ("training.enhancer", "The network that enhances ridges."),
+        },
+    )
+)
+research.add_command(
+    LazyGroup(
+        name="check",
+        help="Check a property of the package on data.",
+        modules={
+            "batches": ("checks.batches_command", "Batches with damaged files among them."),
+            "calibration": ("checks.calibration", "False match rates at calibrated scores."),
+            "conventions": ("checks.conventions", "Minutia directions against other extractors."),
+            "images": ("checks.images", "Detection of wrong resolutions."),
+            "polarity": ("checks.polarity", "Detection of inverted images."),
+            "points": ("checks.points", "Results on random point sets against their targets."),
+        },
+    )
+)

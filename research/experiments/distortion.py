@@ -1,0 +1,316 @@
+"""Genuine scores against the elastic distortion between two prints, which synthesis knows exactly.
+
+Fingers are pressed on a sensor with care, so that nothing but the distortion of the skin grows from
+impression to impression. Each genuine pair then has a known map from print to print. What that map
+has beyond the similarity transform nearest to it is the distortion: the displacement of a point,
+and the strain, by how much the skin is stretched or compressed there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.engine.workers import Progress, no_progress, run_chunks
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.all_pairs import compare_all_pairs
+from fpmatch.evaluation.rates import threshold_at_fmr
+from fpmatch.image.extract import extract
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.synthesis.contact import outline_radius
+from fpmatch.synthesis.impression import corresponding_points, make_impression, true_transform
+from fpmatch.synthesis.master import make_master
+from fpmatch.synthesis.plan import plain_sensor
+from fpmatch.synthesis.presets import preset_named
+from fpmatch.synthesis.sensor import SENSORS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.minutiae import Template
+    from fpmatch.synthesis.impression import Impression
+    from fpmatch.synthesis.master import Master
+    from fpmatch.synthesis.presets import Preset
+    from fpmatch.synthesis.sensor import Sensor
+
+FIRST_FINGER: Final = 1
+CONDITIONS: Final = {
+    "whole print, 388 × 374 px": SENSORS["optical-388x374"],
+    "partial print, 160 × 160 px": plain_sensor(160, 160),
+}
+"""The sensors that the fingers are pressed on, and what the prints are called."""
+PERCENTILE: Final = 95.0  # of the strain over the skin that both prints show
+FMR: Final = 0.001  # at which FNMR is measured, on the impostor pairs of the same prints
+KINDS: Final = ("ridges", "minutiae")
+"""Templates as they are extracted, and without their ridge field."""
+
+
+@dataclass(frozen=True, slots=True)
+class DistortionParameters:
+    """Set the prints and the classes of strain; lengths in pixels at 500 dpi.
+
+    Parameters
+    ----------
+    fingers, impressions : int
+        How many prints: the first two impressions of a finger are not distorted, the last the most.
+    seed : int
+        Of the fingers.
+    max_torsion_deg, max_traction_px : float
+        How far the finger is turned and dragged over the sensor in the last impression; in the
+        others in proportion. In the contacts of the preset "clean" the skin may just not fold.
+    grid_px : int
+        Step of the grid on which strain and displacement are measured.
+    limits : tuple of float
+        Strains at which a class ends and the next begins.
+    min_pairs : int
+        A class of fewer genuine pairs is left out.
+    """
+
+    fingers: int = 24
+    impressions: int = 12
+    seed: int = 17
+    max_torsion_deg: float = 10.0
+    max_traction_px: float = 24.0
+    grid_px: int = 12
+    limits: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+    min_pairs: int = 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PressedFinger:
+    """Hold what is kept of one finger on one sensor.
+
+    Parameters
+    ----------
+    templates : list of Template
+        One an impression.
+    strain, displacement_px : ndarray of float64, shape (K,)
+        Of each pair of impressions, in the order of ``numpy.triu_indices``.
+    """
+
+    templates: list[Template]
+    strain: NDArray[np.float64]
+    displacement_px: NDArray[np.float64]
+
+
+def distorted(preset: Preset, share: float, parameters: DistortionParameters) -> Preset:
+    """Return a preset whose impressions all have one share of the largest distortion.
+
+    Examples
+    --------
+    >>> half = distorted(preset_named("clean"), 0.5, DistortionParameters())
+    >>> half.placement.torsion_deg, half.placement.traction
+    ((5.0, 5.0), (12.0, 12.0))
+    """
+    torsion = share * parameters.max_torsion_deg
+    traction = share * parameters.max_traction_px
+    placement = replace(
+        preset.placement, torsion_deg=(torsion, torsion), traction=(traction, traction)
+    )
+    return replace(preset, placement=placement)
+
+
+def distortion_between(
+    probe: Impression, reference: Impression, grid_px: int = 12
+) -> tuple[float, float]:
+    """Measure how far the map from one impression to another is from a similarity transform.
+
+    Parameters
+    ----------
+    probe, reference : Impression
+        Two impressions of one finger.
+    grid_px : int
+        Step of the grid of points, in pixels of the probe.
+
+    Returns
+    -------
+    strain : float
+        The 95th percentile, over the skin that both show, of the larger principal strain: by what
+        share a length is longer or shorter than the nearest similarity transform makes it.
+    displacement : float
+        The largest distance, there, of a point from where that transform maps it, in pixels of the
+        reference.
+
+    Raises
+    ------
+    DatasetError
+        If the two share too little skin to measure it.
+
+    Examples
+    --------
+    >>> from fpmatch.synthesis.master import MasterParameters
+    >>> finger = make_master(7, 1, MasterParameters(shape=(160, 120)))
+    >>> one = make_impression(finger, 1, preset_named("clean"), SENSORS["plain-288x384"])
+    >>> [round(value, 6) for value in distortion_between(one, one)]
+    [0.0, 0.0]
+    """
+    rows, columns = probe.image.shape
+    y, x = np.mgrid[0:rows:grid_px, 0:columns:grid_px]
+    points = np.stack([x, y], axis=-1).astype(np.float64)
+    shape, flat = points.shape[:2], points.reshape(-1, 2)
+    there = corresponding_points(probe, reference, flat)
+    last = (reference.image.shape[1] - 1, reference.image.shape[0] - 1)
+    shared = ((there >= 0) & (there <= last)).all(axis=1)
+    shared &= outline_radius(probe.warp.upright(flat)) < 1
+    shared &= outline_radius(reference.warp.upright(there)) < 1
+    inside = shared.reshape(shape)
+    nearest = true_transform(probe, reference)
+    off = np.hypot(*(there - nearest.apply(flat)).T)
+    # central differences, where the neighbours on the grid are shared as well
+    whole = inside[1:-1, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
+    whole &= inside[:-2, 1:-1] & inside[2:, 1:-1]
+    if not whole.any():
+        raise DatasetError("the two impressions share too little skin to measure its distortion")
+    image = there.reshape(*shape, 2)
+    along_x = (image[1:-1, 2:] - image[1:-1, :-2]) / (2 * grid_px)
+    along_y = (image[2:, 1:-1] - image[:-2, 1:-1]) / (2 * grid_px)
+    jacobian = np.stack([along_x, along_y], axis=-1)[whole] / nearest.scale
+    stretch = np.linalg.svd(jacobian, compute_uv=False)
+    strain = np.abs(stretch - 1).max(axis=1)
+    return float(np.percentile(strain, PERCENTILE)), float(off[shared].max())
+
+
+def press_finger(parameters: DistortionParameters, finger: int) -> list[PressedFinger]:
+    """Make the impressions of a finger on each sensor, extract them, measure their distortion."""
+    master = make_master(parameters.seed, finger)
+    return [_pressed_on(master, sensor, parameters) for sensor in CONDITIONS.values()]
+
+
+def _pressed_on(master: Master, sensor: Sensor, parameters: DistortionParameters) -> PressedFinger:
+    made = []
+    for number in range(1, parameters.impressions + 1):
+        share = max(0, number - 2) / max(1, parameters.impressions - 2)
+        preset = distorted(preset_named("clean"), share, parameters)
+        made.append(make_impression(master, number, preset, sensor))
+    found = [
+        distortion_between(made[i], made[j], parameters.grid_px)
+        for i, j in zip(*np.triu_indices(len(made), 1), strict=True)
+    ]
+    strain, displacement = np.array(found).reshape(-1, 2).T
+    templates = [extract(impression.image, dpi=impression.dpi) for impression in made]
+    return PressedFinger(templates, strain, displacement)
+
+
+def measure_distortion(
+    parameters: DistortionParameters | None = None,
+    *,
+    workers: int | None = None,
+    progress: Progress = no_progress,
+) -> dict[str, Any]:
+    """Measure what distortion costs the default matcher, with ridges and on minutiae alone.
+
+    Parameters
+    ----------
+    parameters : DistortionParameters, optional
+        The prints and the classes of strain.
+    workers : int, optional
+        Processes to use (default: one a core). The results are the same for any number.
+    progress : callable
+        Called as ``progress(stage, done, total)`` for the stage "press", in fingers.
+
+    Returns
+    -------
+    dict
+        JSON values: the parameters, and ``"conditions"``, one for each of `CONDITIONS`. A condition
+        holds its numbers of pairs and ``"classes"``, from the least strain to the most; a class its
+        limits, the number of genuine pairs, the medians of strain and displacement, and for each of
+        `KINDS` the median and quartiles of the score, the share of scores below the default
+        threshold, and FNMR at an FMR of 0.1 % among the impostor pairs of the condition.
+    """
+    p = parameters or DistortionParameters()
+    done = 0
+
+    def finished(_: int) -> None:
+        nonlocal done
+        done += 1
+        progress("press", done, p.fingers)
+
+    progress("press", 0, p.fingers)
+    numbers = list(range(FIRST_FINGER, FIRST_FINGER + p.fingers))
+    fingers = run_chunks(press_finger, p, numbers, workers=workers, finished=finished)
+    conditions = [
+        {"name": name, **_measured([finger[k] for finger in fingers], p, workers)}
+        for k, name in enumerate(CONDITIONS)
+    ]
+    return {
+        "fingers": p.fingers,
+        "impressions": p.impressions,
+        "seed": p.seed,
+        "max_torsion_deg": p.max_torsion_deg,
+        "max_traction_px": p.max_traction_px,
+        "conditions": conditions,
+    }
+
+
+def _measured(
+    fingers: Sequence[PressedFinger], p: DistortionParameters, workers: int | None
+) -> dict[str, Any]:
+    """Compare all prints of one condition, and summarise the genuine pairs by their strain."""
+    templates = [template for finger in fingers for template in finger.templates]
+    bare = [replace(template, field=None) for template in templates]
+    whose = np.repeat(np.arange(p.fingers), p.impressions)
+    probe, reference = np.triu_indices(len(templates), 1)
+    genuine = whose[probe] == whose[reference]
+    kinds = {}
+    for kind, compared in zip(KINDS, (templates, bare), strict=True):
+        similarity = compare_all_pairs(compared, workers=workers)
+        kinds[kind] = _Scores.of(similarity[genuine], similarity[~genuine])
+    # the genuine pairs come in the order in which the distortions of each finger were measured
+    strain = np.concatenate([finger.strain for finger in fingers])
+    displacement = np.concatenate([finger.displacement_px for finger in fingers])
+    classes = []
+    for low, high in zip((0.0, *p.limits), (*p.limits, math.inf), strict=True):
+        chosen = (strain >= low) & (strain < high)
+        if chosen.sum() >= p.min_pairs:
+            classes.append(
+                {
+                    "from": low,
+                    "to": None if math.isinf(high) else high,
+                    "pairs": int(chosen.sum()),
+                    "strain": _rounded(np.median(strain[chosen])),
+                    "displacement_px": _rounded(np.median(displacement[chosen])),
+                    **{kind: scores.summary(chosen) for kind, scores in kinds.items()},
+                }
+            )
+    return {
+        "genuine": int(genuine.sum()),
+        "impostor": int((~genuine).sum()),
+        "minutiae": float(np.median([len(template.minutiae) for template in templates])),
+        "classes": classes,
+    }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scores:
+    """Hold the genuine similarities and scores of one kind of template, and the bar for FNMR."""
+
+    similarity: NDArray[np.float64]
+    score: NDArray[np.float64]
+    bar: float | None
+
+    @classmethod
+    def of(cls, genuine: NDArray[np.float64], impostor: NDArray[np.float64]) -> _Scores:
+        scores = load_calibration(DEFAULT_MATCHER).scores(genuine)
+        return cls(genuine, scores, threshold_at_fmr(impostor, FMR))
+
+    def summary(self, chosen: NDArray[np.bool_]) -> dict[str, float | None]:
+        lower, median, upper = np.percentile(self.score[chosen], (25, 50, 75))
+        fnmr = None if self.bar is None else float((self.similarity[chosen] <= self.bar).mean())
+        return {
+            "score": _rounded(median),
+            "lower_quartile": _rounded(lower),
+            "upper_quartile": _rounded(upper),
+            "below_threshold": _rounded((self.score[chosen] < DEFAULT_THRESHOLD).mean()),
+            "fnmr": None if fnmr is None else _rounded(fnmr),
+        }
+
+
+def _rounded(value: float | np.floating[Any]) -> float:
+    return round(float(value), 4)

@@ -1,0 +1,251 @@
+"""Where in a print minutiae are found, missed and made up: at its border, core, faint, smeared.
+
+A place belongs to none of these, one or several. All but the core are measured in the image, by no
+part of the extraction: the print is where the local contrast is a quarter of its largest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from fpmatch.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, assign_minutiae
+from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.text_table import markdown_table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.ground_truth.minutiae_counts import Tolerance
+    from fpmatch.minutiae import Minutiae
+
+PLACES: Final = ("border", "core", "faint", "smeared", "elsewhere", "all")
+"""The places, in the order of the table."""
+
+
+REACH: Final = 1.5
+"""By how many standard deviations of its window contrast spreads beyond the print."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceParameters:
+    """Set what the places are; lengths in pixels at 500 dpi.
+
+    Parameters
+    ----------
+    window_px : float
+        Standard deviation of the window in which contrast and brightness are measured.
+    print_contrast : float
+        Share of the largest contrast (its 95th percentile) from which there is a print.
+    closing_px : int
+        Gaps of this width belong to the print.
+    border_px : float
+        Distance from the print's border up to which a place is at the border.
+    core_px : float
+        Distance from a core up to which a place is at the core.
+    faint_contrast : float
+        Share of the print's median contrast below which it is faint.
+    smeared_brightness : float
+        Share of the way from ink (5th percentile) to paper (95th) below which the local mean is
+        that of filled valleys.
+    """
+
+    window_px: float = 8.0
+    print_contrast: float = 0.25
+    closing_px: int = 25
+    border_px: float = 24.0
+    core_px: float = 64.0
+    faint_contrast: float = 0.6
+    smeared_brightness: float = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceCounts:
+    """Count the minutiae of one place; counts add up.
+
+    Parameters
+    ----------
+    known : int
+        Known minutiae: true ones that can be seen, or those of another extractor.
+    found : int
+        Those of them that were extracted.
+    extracted : int
+        Extracted minutiae, without those that are true ones not to be seen.
+    right : int
+        Those of them that are known ones.
+    """
+
+    known: int = 0
+    found: int = 0
+    extracted: int = 0
+    right: int = 0
+
+    def __add__(self, other: PlaceCounts) -> PlaceCounts:
+        return PlaceCounts(
+            self.known + other.known,
+            self.found + other.found,
+            self.extracted + other.extracted,
+            self.right + other.right,
+        )
+
+    @property
+    def recall(self) -> float:
+        """Share of the known minutiae that were found; NaN where there are none."""
+        return self.found / self.known if self.known else float("nan")
+
+    @property
+    def precision(self) -> float:
+        """Share of the extracted minutiae that are known; NaN where there are none."""
+        return self.right / self.extracted if self.extracted else float("nan")
+
+
+def places_of(
+    grey: NDArray[np.uint8],
+    dpi: float,
+    xy: NDArray[np.floating],
+    cores: NDArray[np.floating] | None = None,
+    parameters: PlaceParameters | None = None,
+) -> dict[str, NDArray[np.bool_]]:
+    """Tell in which places of a print some points lie.
+
+    Parameters
+    ----------
+    grey : ndarray of uint8, shape (H, W)
+        The image, ridges dark.
+    dpi : float
+        Its resolution.
+    xy : ndarray of float, shape (N, 2)
+        Points, in pixels of the image.
+    cores : ndarray of float, shape (K, 2), optional
+        Cores of the print, in the same frame; none without them.
+    parameters : PlaceParameters, optional
+        What the places are.
+
+    Returns
+    -------
+    dict
+        For each of `PLACES`, which points lie there, shape (N,).
+    """
+    p = parameters or PlaceParameters()
+    px = dpi / STANDARD_DPI
+    window = p.window_px * px
+    image = grey.astype(np.float32)
+    mean = cv2.GaussianBlur(image, (0, 0), window)
+    variance = cv2.GaussianBlur(image * image, (0, 0), window) - mean * mean
+    contrast = np.sqrt(np.maximum(variance, 0.0))
+    of_print = (contrast >= p.print_contrast * np.percentile(contrast, 95)).astype(np.uint8)
+    side = 2 * round(p.closing_px * px / 2) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    padded = cv2.copyMakeBorder(of_print, side, side, side, side, cv2.BORDER_CONSTANT)
+    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, disc)
+    inward = cv2.distanceTransform(closed, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    inward = inward[side:-side, side:-side] - REACH * window
+    inside = closed[side:-side, side:-side] > 0
+    some = inside if inside.any() else np.ones_like(inside)
+    ink, paper = np.percentile(image, 5), np.percentile(image, 95)
+    column, row = (
+        np.clip(np.rint(axis).astype(np.intp), 0, length - 1)
+        for axis, length in zip(xy.T, (grey.shape[1], grey.shape[0]), strict=True)
+    )
+    found = {
+        "border": inward[row, column] <= p.border_px * px,
+        "core": np.zeros(len(xy), bool),
+        "faint": contrast[row, column] < p.faint_contrast * np.median(contrast[some]),
+        "smeared": mean[row, column] < ink + p.smeared_brightness * (paper - ink),
+    }
+    if cores is not None and len(cores):
+        away = np.linalg.norm(xy[:, None].astype(np.float64) - cores[None], axis=2)
+        found["core"] = away.min(axis=1) <= p.core_px * px
+    found["elsewhere"] = ~np.logical_or.reduce(list(found.values()))
+    found["all"] = np.ones(len(xy), bool)
+    return found
+
+
+def count_by_place(
+    extracted: Minutiae,
+    known: Minutiae,
+    visible: NDArray[np.bool_],
+    places: tuple[Mapping[str, NDArray[np.bool_]], Mapping[str, NDArray[np.bool_]]],
+    tolerance: Tolerance = MAIN_TOLERANCE,
+) -> dict[str, PlaceCounts]:
+    """Count extracted and known minutiae of one print in each place.
+
+    Parameters
+    ----------
+    extracted, known : Minutiae
+        In one frame.
+    visible : ndarray of bool, shape (number of known,)
+        Which of the known ones can be seen.
+    places : tuple of two dict
+        What `places_of` says of the extracted ones and of the known ones.
+    tolerance : Tolerance
+        Within what two minutiae are the same.
+
+    Returns
+    -------
+    dict
+        A PlaceCounts for each of `PLACES`.
+    """
+    pairs = assign_minutiae(extracted, known, visible, tolerance)
+    seen = visible[pairs[:, 1]]
+    right = np.zeros(len(extracted), bool)
+    asked = np.ones(len(extracted), bool)
+    right[pairs[seen, 0]] = True
+    asked[pairs[~seen, 0]] = False
+    found = np.zeros(len(known), bool)
+    found[pairs[seen, 1]] = True
+    of_extracted, of_known = places
+    return {
+        place: PlaceCounts(
+            int((of_known[place] & visible).sum()),
+            int((of_known[place] & found).sum()),
+            int((of_extracted[place] & asked).sum()),
+            int((of_extracted[place] & right).sum()),
+        )
+        for place in PLACES
+    }
+
+
+def format_places(rows: Mapping[str, Mapping[str, Mapping[str, int]]]) -> str:
+    """Return the table in Markdown.
+
+    Parameters
+    ----------
+    rows : mapping
+        For each source of known minutiae, the counts of each place as JSON has them.
+
+    Returns
+    -------
+    str
+        Recall and precision in percent, and how many known minutiae there are.
+
+    Examples
+    --------
+    >>> counts = {"known": 4, "found": 3, "extracted": 5, "right": 3}
+    >>> print(format_places({"truth": {"all": counts}}))
+    | place | truth: known | recall | precision |
+    | --- | ---: | ---: | ---: |
+    | all | 4 | 75.0 % | 60.0 % |
+    """
+    head = ["place"]
+    for name in rows:
+        head += [f"{name}: known", "recall", "precision"]
+    cells = [head]
+    for place in PLACES:
+        line = [place]
+        for counts in rows.values():
+            one = PlaceCounts(**counts[place]) if place in counts else PlaceCounts()
+            shares = (one.recall, one.precision)
+            line += (
+                [f"{one.known:,}", *(f"{100 * x:.1f} %" for x in shares)]
+                if one.known
+                else (["", "", ""])
+            )
+        if any(line[1:]):
+            cells.append(line)
+    return markdown_table(cells)

@@ -1,0 +1,84 @@
+"""The command ``figures``: the pictures of the documentation."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Final
+
+import click
+from PIL import Image
+
+import fpmatch
+from fpmatch.drawing.paper_figures.figures import draw_point_figures
+from fpmatch.drawing.paper_figures.pair import EASY_SEED, random_point_pair
+from fpmatch.drawing.paper_figures.rings import choose_ring_pair
+from fpmatch.drawing.paper_figures.sheet import write_point_figures
+from research.commands import PATH, ROOT, Command
+from research.figures.how_it_works import how_it_works
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+OVERLAY_PAIR: Final = ("101_1", "101_3")
+STEPS_PAIR: Final = ("102_1", "102_4")
+COLOURS: Final = 160  # of a picture's palette
+
+
+@click.command(cls=Command)
+@click.option(
+    "--out", type=PATH, default=ROOT / "docs" / "figures", help="Folder.  [default: docs/figures]"
+)
+@click.option("--only", type=click.Choice(["prints", "points"]), help="Draw no others.")
+def command(out: Path, only: str | None) -> None:
+    """Draw the figures of the documentation.
+
+    overlay.png is what ``fpmatch verify sample_data/101_1.tif sample_data/101_3.tif --overlay``
+    writes, with a palette of fewer colours. how_it_works.png shows two prints at each step of the
+    matcher "unit-circle". points/ holds what ``fpmatch points draw`` writes: the paper's Figures 2
+    to 7.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    written: list[Path] = []
+    if only != "points":
+        written += _draw_prints(out)
+    if only != "prints":
+        pair = random_point_pair(EASY_SEED)
+        figures = draw_point_figures(pair, choose_ring_pair(pair))
+        written += write_point_figures(figures, out / "points")
+    for path in written:
+        click.echo(f"{path}: {path.stat().st_size // 1000} kB")
+
+
+def _draw_prints(folder: Path) -> list[Path]:
+    written = []
+    for name, drawing, pair in (
+        ("overlay.png", _overlay, OVERLAY_PAIR),
+        ("how_it_works.png", how_it_works, STEPS_PAIR),
+    ):
+        prints = [ROOT / "sample_data" / f"{impression}.tif" for impression in pair]
+        written.append(folder / name)
+        written[-1].write_bytes(_small_png(drawing(*prints)))
+    return written
+
+
+def _overlay(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
+    """Draw one print over another as the commands do."""
+    probe, reference = fpmatch.read_image(probe_path), fpmatch.read_image(reference_path)
+    found = fpmatch.verify(fpmatch.extract(probe), fpmatch.extract(reference))
+    return fpmatch.draw(probe, reference, found)
+
+
+def _small_png(picture: NDArray[np.uint8]) -> bytes:
+    """Encode a picture with a palette, which halves its size or better.
+
+    The palette covers all colours, so that small marks keep theirs.
+    """
+    file = io.BytesIO()
+    few = Image.fromarray(picture).quantize(
+        COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+    )
+    few.save(file, "png", optimize=True)
+    return file.getvalue()

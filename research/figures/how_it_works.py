@@ -1,0 +1,384 @@
+"""The figure "how it works": two prints at each step of the matcher "unit-circle"."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import cv2
+import numpy as np
+
+import fpmatch
+from fpmatch.drawing.fonts import wrapped
+from fpmatch.drawing.overlay.marks import (
+    PAIR_PEN,
+    PROBE_PAIRED,
+    PROBE_UNPAIRED,
+    REFERENCE_PAIRED,
+    REFERENCE_UNPAIRED,
+    marks,
+)
+from fpmatch.drawing.overlay.page import Print, frame, ink_of
+from fpmatch.drawing.palette import (
+    BAND,
+    NEUTRAL_INK,
+    PAPER,
+    PROBE_INK,
+    PROBE_MARK,
+    REFERENCE_INK,
+    REFERENCE_MARK,
+    TEXT,
+    TEXT_MUTED,
+    Colour,
+)
+from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Pen, Scene, Text
+from fpmatch.drawing.scene.items import Path as Line
+from fpmatch.drawing.scene.placement import bounds, direction_on_page, moved, of_transform, zoomed
+from fpmatch.drawing.scene.raster import paint
+from fpmatch.errors import FpmatchError
+from fpmatch.matching.neighbourhood import AnchoredRings, anchored_rings
+from fpmatch.matching.prepare import prepare
+from fpmatch.pointset.delaunay.triangulate import triangulate
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from fpmatch.drawing.overlay.marks import MarkStyle
+    from fpmatch.drawing.scene.items import Item, Point
+    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.pointset.delaunay.triangulation import Triangulation
+
+
+# Page pixels: the page is shown at about half its size.
+MARGIN, GAP, ROW_GAP = 22.0, 44.0, 18.0
+PANEL_WIDTH, CIRCLE_WIDTH, OVERLAY_WIDTH = 290.0, 330.0, 520.0
+TITLE_SIZE, CAPTION_SIZE, LABEL_SIZE = 27.0, 22.0, 21.0
+LEADING = 28.0
+PRINT_MARGIN_PX = 6.0  # of a print, around what has ridges
+CIRCLE_RADIUS = 108.0
+LARGEST_DOT = 32.0  # radius of a neighbour that had all the weight; its area shows the weight
+FEWEST_NEIGHBOURS: Final = 6  # of the minutia that is followed
+
+TITLES: Final = (
+    "1  Two prints",
+    "2  Minutiae",
+    "3  Triangulation",
+    "4  On the unit circle",
+    "5  Overlay",
+)
+CAPTIONS: Final = (
+    "Of one finger, turned and stretched.",
+    "Ridges thinned. Circle: a ridge ends, square: it forks; tick: direction.",
+    "Delaunay's. In colour: one minutia, its direction and its ring of neighbours.",
+    "Ring spaced by its sides' lengths, direction to the right. Dot size: weight of a neighbour. "
+    "Pale blue: the probe's again.",
+    "Rings drawn through paired minutiae predict where the others lie; one transform is fitted to "
+    "all pairs. Orange: reference, blue: probe, dark: ridges of both.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Tint:
+    """Hold the colours of one side: of its ridges and of its marks."""
+
+    ink: Colour
+    mark: Colour
+
+
+SKELETON_INK: Final[Colour] = (170, 173, 178)
+MESH: Final[Colour] = (150, 154, 160)
+PROBE: Final = Tint(PROBE_INK, PROBE_MARK)
+REFERENCE: Final = Tint(REFERENCE_INK, REFERENCE_MARK)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Side:
+    """Hold one print on its way through the matcher; all its minutiae take part, in their order."""
+
+    name: str
+    tint: Tint
+    pixels: NDArray[np.uint8]
+    skeleton: NDArray[np.bool_]
+    template: fpmatch.Template
+    field: fpmatch.RidgeField
+    prepared: PreparedTemplate
+    mesh: Triangulation
+    rings: AnchoredRings
+
+    @classmethod
+    def of(cls, name: str, tint: Tint, path: Path) -> Side:
+        """Extract a print, keeping its skeleton, and triangulate its minutiae."""
+        image, recorder = fpmatch.read_image(path), fpmatch.StageRecorder()
+        template = fpmatch.extract(image, recorder=recorder)
+        if template.field is None:
+            raise FpmatchError(f"{path}: no ridges found")
+        prepared = prepare(template)
+        mesh = triangulate(np.ascontiguousarray(prepared.points[:2].T))
+        skeleton = recorder.stages["skeleton"] > 0
+        rings = anchored_rings(prepared.points, mesh)
+        return cls(
+            name, tint, image.pixels, skeleton, template, template.field, prepared, mesh, rings
+        )
+
+    def ring(self, i: int) -> slice:
+        """Return where the one-ring of minutia `i` stands among the entries of all."""
+        start = self.rings.start
+        return slice(int(start[i]), int(start[i + 1]))
+
+    def neighbours(self, i: int) -> list[int]:
+        """Return the one-ring of minutia `i`, counter-clockwise; none where it is not closed."""
+        return [int(k) for k in self.rings.ring[self.ring(i)]]
+
+    def circle(self, i: int) -> NDArray[np.float64]:
+        """Return x, y (up) and weight of the ring of minutia `i` on the unit circle."""
+        return np.asarray(self.rings.circle[:, self.ring(i)])
+
+    def view(self) -> Box:
+        """Return the part of the image that has ridges, in its pixels."""
+        return self._bounds_of_ridges(np.eye(3)).grown(PRINT_MARGIN_PX)
+
+    def view_with(self, other: Side, transform: fpmatch.Similarity) -> Box:
+        """Return the part that has ridges of this print, or of `other` once it is moved."""
+        own, their = self.view(), other._bounds_of_ridges(of_transform(transform))
+        return bounds(
+            [(b.x, b.y) for b in (own, their)] + [(b.right, b.bottom) for b in (own, their)]
+        )
+
+    def _bounds_of_ridges(self, matrix: NDArray[np.float64]) -> Box:
+        """Return the smallest box around the cells with ridges, moved by `matrix`."""
+        rows, columns = np.nonzero(self.field.mask)
+        cells = self.field.step * (np.column_stack([columns, rows]) + 0.5)
+        return bounds(moved(matrix, cells)).grown(self.field.step / 2)
+
+
+def followed_pair(probe: Side, reference: Side, pairs: NDArray[np.int32]) -> tuple[int, int]:
+    """Return the paired minutiae whose rings agree point by point and are easiest to make out."""
+    partner = {int(i): int(j) for i, j in pairs}
+
+    def agrees(i: int, j: int) -> bool:
+        ring = probe.neighbours(i)
+        same = sorted(partner.get(k, -1) for k in ring) == sorted(reference.neighbours(j))
+        return same and len(ring) >= FEWEST_NEIGHBOURS
+
+    def clarity(i: int) -> tuple[bool, float]:
+        points, ring = probe.prepared.points[:2], probe.neighbours(i)
+        nearest = np.hypot(*(points[:, ring] - points[:, [i]])).min()
+        away_from_edge = bool(probe.mesh.interior[ring].all())
+        return away_from_edge, float(nearest * np.ptp(probe.circle(i)[2]))
+
+    agreeing = [pair for pair in sorted(partner.items()) if agrees(*pair)]
+    if not agreeing:
+        raise FpmatchError("no two paired minutiae have the same ring; take other prints")
+    return max(agreeing, key=lambda pair: clarity(pair[0]))
+
+
+def numbered(side: Side, i: int) -> dict[int, int]:
+    """Give the neighbours of minutia `i` numbers, counter-clockwise from its direction on."""
+    x, y, _ = side.circle(i)
+    order = np.argsort(np.mod(np.arctan2(y, x), 2 * np.pi))
+    ring = side.neighbours(i)
+    return {ring[k]: n for n, k in enumerate(order, start=1)}
+
+
+def centred(view: Box, size: tuple[float, float]) -> Box:
+    """Return a box of `size` about the middle of `view`."""
+    width, height = size
+    x, y = view.x + (view.width - width) / 2, view.y + (view.height - height) / 2
+    return Box(x, y, width, height)
+
+
+def into(place: Box, view: Box) -> NDArray[np.float64]:
+    """Return the matrix that takes `view`, in a print's pixels, to `place` on the page."""
+    return zoomed(place.width / view.width, (view.x, view.y), (place.x, place.y))
+
+
+def arrow(start: Point, direction: Point, length: float, pen: Pen, head: float) -> list[Item]:
+    """Draw an arrow of `length` from `start` along the unit vector `direction`."""
+    (x, y), (dx, dy) = start, direction
+    tip, neck = (x + length * dx, y + length * dy), length - head
+    base = (x + neck * dx, y + neck * dy)
+    half = head / 2
+    corners = (
+        tip,
+        (base[0] - half * dy, base[1] + half * dx),
+        (base[0] + half * dy, base[1] - half * dx),
+    )
+    return [Line((start, base), pen), Line(corners, replace(pen, fill=pen.stroke), closed=True)]
+
+
+def panel(place: Box, items: list[Item]) -> list[Item]:
+    """Draw `items` inside `place`, with a frame around it."""
+    return [Group(tuple(items), place), frame(place)]
+
+
+def print_panel(side: Side, place: Box, view: Box) -> list[Item]:
+    """Draw the print as it came."""
+    ink = Ink(np.invert(side.pixels), TEXT, into(place, view))
+    label = Text(
+        place.x + 12, place.y + 30, side.name, CAPTION_SIZE, side.tint.mark, bold=0.5, halo=4.0
+    )
+    return panel(place, [ink, label])
+
+
+def ridge_panel(side: Side, place: Box, view: Box) -> list[Item]:
+    """Draw the skeleton, and the minutiae on it with kind and direction."""
+    matrix = into(place, view)
+    thick = np.asarray(cv2.dilate(side.skeleton.astype(np.uint8) * 255, np.ones((2, 2))), np.uint8)
+    every = range(len(side.template.minutiae))
+    drawn = marks(side.template.minutiae, every, matrix, _small(side.tint.mark), place)
+    return panel(place, [Ink(thick, SKELETON_INK, matrix), *drawn])
+
+
+def _small(colour: Colour) -> MarkStyle:
+    return replace(REFERENCE_PAIRED, colour=colour, radius=5.0, tick_px=10.0, width=2.4, halo=1.6)
+
+
+def mesh_panel(side: Side, place: Box, view: Box, i: int, numbers: dict[int, int]) -> list[Item]:
+    """Draw the triangulation, and in it the ring of minutia `i`, numbered."""
+    matrix = into(place, view)
+    points = moved(matrix, side.template.minutiae.xy)
+    ring = side.neighbours(i)
+    edge, strong = Pen(MESH, width=1.8), Pen(side.tint.mark, width=3.4)
+    items: list[Item] = [Line((points[a], points[b]), edge) for a, b in side.mesh.edges]
+    items.append(
+        Line(tuple(points[k] for k in ring), Pen(fill=side.tint.ink, opacity=0.3), closed=True)
+    )
+    items += [Line((points[i], points[k]), replace(strong, width=2.2)) for k in ring]
+    items.append(Line(tuple(points[k] for k in ring), strong, closed=True))
+    items += [Circle(p, 3.6, Pen(fill=NEUTRAL_INK)) for p in points]
+    middle = np.mean([points[k] for k in ring], axis=0)
+    for k in ring:
+        items.append(Circle(points[k], 5.5, Pen(fill=side.tint.mark)))
+        items.append(_number(numbers[k], points[k], points[k] - middle, 20.0))
+    direction = direction_on_page(matrix, float(side.template.minutiae.angle[i]))
+    items += _pointer(points[i], direction)
+    return panel(place, items)
+
+
+def _number(n: int, at: Point, away: NDArray[Any], distance: float) -> Text:
+    """Write a neighbour's number beside it, on the side that points `away`."""
+    dx, dy = np.asarray(away) / np.hypot(*away) * distance
+    x, y = at[0] + float(dx), at[1] + float(dy) + LABEL_SIZE * 0.36
+    return Text(x, y, str(n), LABEL_SIZE, TEXT, "middle", bold=0.5, halo=3.0)
+
+
+def circle_panel(
+    side: Side, place: Box, i: int, numbers: dict[int, int], beside: NDArray[np.float64] | None
+) -> list[Item]:
+    """Draw the ring of minutia `i` on the unit circle, and hollow the probe's where given."""
+    centre = (place.x + place.width / 2 - 8, place.y + place.height / 2)
+    circle = side.circle(i)
+    spots, image = _on_page(circle[:2], centre), _on_page(circle[:2] @ circle[2:].T, centre)[0]
+    spoke, outline = Pen(side.tint.mark, width=1.4), Pen(side.tint.mark, width=2.6)
+    items: list[Item] = [Circle(centre, CIRCLE_RADIUS, Pen(NEUTRAL_INK, BAND, width=2.0))]
+    items += [Line((image, spot), spoke) for spot in spots]
+    items.append(Line(tuple(spots), outline, closed=True))
+    for spot, weight, k in zip(spots, circle[2], side.neighbours(i), strict=True):
+        items.append(Circle(spot, _dot(weight), Pen(PAPER, side.tint.mark, width=1.5)))
+        away = np.subtract(spot, centre)
+        items.append(_number(numbers[k], spot, away, _dot(weight) + LABEL_SIZE))
+    if beside is not None:
+        for spot, weight in zip(_on_page(beside[:2], centre), beside[2], strict=True):
+            items.append(Circle(spot, _dot(weight) + 2, Pen(PROBE_INK, width=3.0)))
+    ahead = np.subtract((centre[0] + CIRCLE_RADIUS, centre[1]), image)
+    items += _pointer(image, (ahead / np.hypot(*ahead)).tolist())
+    return panel(place, items)
+
+
+def _dot(weight: float) -> float:
+    return LARGEST_DOT * math.sqrt(float(weight))
+
+
+def _on_page(xy: NDArray[np.float64], centre: Point) -> list[Point]:
+    """Return places on the unit circle (2, K), y up, as places on the page."""
+    (x, y), (centre_x, centre_y) = xy * CIRCLE_RADIUS, centre
+    return [(centre_x + float(u), centre_y - float(v)) for u, v in zip(x, y, strict=True)]
+
+
+def _pointer(at: Point, direction: Point) -> list[Item]:
+    """Draw the minutia that is followed, and its direction."""
+    pen = Pen(TEXT, width=4.0, halo=1.6)
+    return [*arrow(at, direction, 44.0, pen, 15.0), Circle(at, 7.0, Pen(TEXT, PAPER, width=3.0))]
+
+
+def overlay_panel(
+    probe: Side,
+    reference: Side,
+    transform: fpmatch.Similarity,
+    pairs: NDArray[np.int32],
+    place: Box,
+) -> list[Item]:
+    """Draw the probe, moved, over the reference, and the pairs."""
+    view = reference.view_with(probe, transform)
+    to_page = zoomed(
+        min(place.width / view.width, place.height / view.height),
+        (view.x + view.width / 2, view.y + view.height / 2),
+        (place.x + place.width / 2, place.y + place.height / 2),
+    )
+    moving = np.asarray(to_page @ of_transform(transform))
+    lower = ink_of(Print(reference.pixels, reference.template), to_page, REFERENCE_INK, "")
+    upper = ink_of(Print(probe.pixels, probe.template), moving, PROBE_INK, "")
+    ours, theirs = probe.template.minutiae, reference.template.minutiae
+    of_probe, of_reference = moved(moving, ours.xy), moved(to_page, theirs.xy)
+    i, j = pairs.T.tolist()
+    rest_i, rest_j = set(range(len(ours))) - set(i), set(range(len(theirs))) - set(j)
+    return panel(
+        place,
+        [
+            *([Overprint(lower, upper)] if lower and upper else []),
+            *marks(theirs, sorted(rest_j), to_page, REFERENCE_UNPAIRED, place),
+            *marks(ours, sorted(rest_i), moving, PROBE_UNPAIRED, place),
+            *marks(theirs, j, to_page, REFERENCE_PAIRED, place),
+            *(Line((of_probe[a], of_reference[b]), PAIR_PEN) for a, b in zip(i, j, strict=True)),
+            *marks(ours, i, moving, PROBE_PAIRED, place),
+        ],
+    )
+
+
+def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
+    """Draw the whole method, from two prints on the left to their overlay on the right."""
+    probe = Side.of("probe", PROBE, probe_path)
+    reference = Side.of("reference", REFERENCE, reference_path)
+    found = fpmatch.verify(probe.template, reference.template)
+    if found.transform is None:
+        raise FpmatchError(f"{probe_path} and {reference_path} do not match")
+    i, j = followed_pair(probe, reference, found.pairs)
+    numbers = numbered(probe, i)
+    of_reference = {int(b): numbers[int(a)] for a, b in found.pairs if int(a) in numbers}
+
+    views = probe.view(), reference.view()
+    size = max(v.width for v in views), max(v.height for v in views)
+    height = PANEL_WIDTH * size[1] / size[0]
+    top = MARGIN + TITLE_SIZE + 14
+    widths = (PANEL_WIDTH, PANEL_WIDTH, PANEL_WIDTH, CIRCLE_WIDTH, OVERLAY_WIDTH)
+    lefts = [MARGIN + sum(widths[:n]) + n * GAP for n in range(len(widths))]
+    bottom = top + 2 * height + ROW_GAP
+
+    items: list[Item] = []
+    for side, minutia, numbering, y in (
+        (probe, i, numbers, top),
+        (reference, j, of_reference, top + height + ROW_GAP),
+    ):
+        view = centred(side.view(), size)
+        places = [Box(x, y, w, height) for x, w in zip(lefts, widths, strict=True)]
+        items += print_panel(side, places[0], view)
+        items += ridge_panel(side, places[1], view)
+        items += mesh_panel(side, places[2], view, minutia, numbering)
+        beside = None if side is probe else probe.circle(i)
+        items += circle_panel(side, places[3], minutia, numbering, beside)
+    place = Box(lefts[4], top, OVERLAY_WIDTH, bottom - top)
+    items += overlay_panel(probe, reference, found.transform, found.pairs, place)
+    foot = bottom
+    for x, width, title, caption in zip(lefts, widths, TITLES, CAPTIONS, strict=True):
+        items.append(Text(x, MARGIN + TITLE_SIZE, title, TITLE_SIZE, TEXT, bold=0.4))
+        for n, line in enumerate(wrapped(caption, CAPTION_SIZE, width), start=1):
+            items.append(Text(x, bottom + 8 + n * LEADING, line, CAPTION_SIZE, TEXT_MUTED))
+            foot = max(foot, bottom + 8 + n * LEADING)
+    for x in lefts[1:]:
+        start = (x - GAP + 8, (top + bottom) / 2)
+        items += arrow(start, (1.0, 0.0), GAP - 16, Pen(TEXT_MUTED, width=4.0), 16.0)
+    page_width = lefts[-1] + widths[-1] + MARGIN
+    return paint(Scene(math.ceil(page_width), math.ceil(foot + MARGIN), tuple(items)))

@@ -1,0 +1,87 @@
+"""The command ``sample-data``: the prints and points of ``sample_data``."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from fpmatch.pointset.random_sets import random_pair
+from fpmatch.synthesis.database import make_database
+from fpmatch.synthesis.plan import DESCRIPTION_FILE
+from fpmatch.synthesis.truth_file import TRUTH_FOLDER
+from research.commands import PATH, ROOT, Command
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+FINGERS, IMPRESSIONS = 4, 4
+PRESET: Final = "normal"
+SENSORS: Final = ("optical-388x374", "optical-328x364")
+PRINT_SEED: Final = 10
+STARS, CATALOGUE = 40, 120
+RHO, ETA, LAMBDA = 0.8, 0.2, 0.6
+POINT_SEED: Final = 7
+SIZE: Final = 100.0  # in units of a hundredth of the sets' mean spacing
+
+
+@click.command(cls=Command)
+@click.argument("folder", metavar="[FOLDER]", type=PATH, default=ROOT / "sample_data")
+@click.option("--only", type=click.Choice(["prints", "points"]), help="Make nothing else.")
+def command(folder: Path, only: str | None) -> None:
+    """Make the prints and the points of sample_data again.
+
+    The prints are four fingers, four impressions of each, on two sensors. Prints, truth and
+    dataset.toml of FOLDER are replaced; its other files stay. stars.csv holds 40 points; 32 of them
+    are in catalogue.csv, slightly displaced, among 88 others. points_truth.json holds the transform
+    from the first to the second, and the true pairs as rows from 0.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    if only != "points":
+        make_sample_prints(folder)
+    if only != "prints":
+        make_sample_points(folder)
+
+
+def make_sample_prints(folder: Path) -> None:
+    """Replace the prints of a folder, and their truth."""
+    with tempfile.TemporaryDirectory() as temporary:
+        made = Path(temporary, "made")
+        make_database(
+            made,
+            fingers=FINGERS,
+            impressions=IMPRESSIONS,
+            preset=PRESET,
+            seed=PRINT_SEED,
+            sensors=SENSORS,
+        )
+        for path in [*folder.glob("[0-9]*_[0-9]*.tif"), folder / DESCRIPTION_FILE]:
+            path.unlink(missing_ok=True)
+        shutil.rmtree(folder / TRUTH_FOLDER, ignore_errors=True)
+        shutil.copytree(made, folder, dirs_exist_ok=True)
+
+
+def make_sample_points(folder: Path) -> None:
+    """Write two sets of points and the truth between them."""
+    made = random_pair(STARS, CATALOGUE, RHO, ETA, LAMBDA, rng=POINT_SEED)
+    assert made.transform is not None
+    truth = asdict(made.transform)
+    truth["tx"], truth["ty"] = truth["tx"] * SIZE, truth["ty"] * SIZE
+    record = {
+        "transform": {name: round(value, 6) for name, value in truth.items()},
+        "jitter": round(made.jitter * SIZE, 6),
+        "pairs": made.pairs.tolist(),
+    }
+    (folder / "stars.csv").write_text(_as_csv(made.p), encoding="utf-8")
+    (folder / "catalogue.csv").write_text(_as_csv(made.q), encoding="utf-8")
+    (folder / "points_truth.json").write_text(json.dumps(record) + "\n", encoding="utf-8")
+
+
+def _as_csv(points: NDArray[np.float64]) -> str:
+    return "".join(["x,y\n", *(f"{x:.2f},{y:.2f}\n" for x, y in points * SIZE)])

@@ -1,0 +1,142 @@
+"""What ``python -m research fuzz`` feeds with bytes: every reader of templates and of images.
+
+A target is a name, good files to begin from, and a function that reads bytes. It may refuse them by
+an error of the family FpmatchError; whatever else it raises is a bug. A new reader is a line in
+`all_targets`, or needs none where a registry lists it.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fpmatch.errors import FpmatchError
+from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord, View
+from fpmatch.formats.registry import CODECS, codec_of_content
+from fpmatch.image.io.limits import ImageLimits
+from fpmatch.image.io.read import decode_image
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+from research.fuzzing.good_images import RAW_SIZES, an2_text, image_files
+
+if TYPE_CHECKING:
+    from fpmatch.formats.codec import Codec
+
+Read = Callable[[bytes], None]
+
+# Smaller than what commands take: a fuzzer gains nothing from a picture of 64 megapixels.
+IMAGE_LIMITS = ImageLimits(max_side_px=4000, max_megapixels=4.0)
+WRITTEN_ONE_IN = 8  # of the templates that are read: writing takes longer
+AN2_BLOCKS = {
+    "standard": [(6, "07"), (12, "001\x1f10000500090\x1f0\x1fA\x1e002\x1f20001000270\x1f2\x1fB")],
+    "iafis": [(14, "07"), (23, "001\x1f10000500270\x1f00\x1fA\x1e002\x1f20001000090\x1f02\x1fC")],
+    "m1": [
+        *((128, "300"), (129, "400"), (130, "2"), (131, "197"), (132, "197"), (134, "07")),
+        (137, "001\x1f100\x1f50\x1f135\x1f1\x1f90\x1e002\x1f200\x1f100\x1f45\x1f2\x1f80"),
+    ],
+    "efs": [
+        (300, "1500\x1f2000\x1f100\x1f200"),
+        (331, "1000\x1f500\x1f270\x1fE\x1e0\x1f0\x1f1\x1fX"),
+    ],
+}
+
+
+@dataclass(frozen=True)
+class Target:
+    """Hold a name, good files, and what reads bytes and raises nothing but FpmatchError."""
+
+    name: str
+    corpus: list[bytes]
+    read: Read
+
+
+def all_targets() -> list[Target]:
+    """Return a target for every template format, and one for each kind of picture."""
+    targets = [
+        Target(codec.name, _template_files(codec), _template_reader(codec)) for codec in CODECS
+    ]
+    return targets + [Target(f"image-{kind}", files, read_picture) for kind, files in image_files()]
+
+
+def read_picture(data: bytes) -> None:
+    """Read bytes as an image of whatever format they begin like, or as bare pixels."""
+    decode_image(data, "it", limits=IMAGE_LIMITS, raw_sizes=RAW_SIZES)
+
+
+def _template_reader(codec: Codec) -> Read:
+    """Return what reads bytes by a codec, and by the one that takes them, and writes them again."""
+
+    def read(data: bytes) -> None:
+        try:
+            _check(codec, data)
+        except FpmatchError:
+            taken = codec_of_content(data)
+            if taken is codec:
+                raise
+            _check(taken, data)
+
+    return read
+
+
+def _check(codec: Codec, data: bytes) -> None:
+    """Read bytes by a codec; what was read must be written, read again and written alike.
+
+    The latter of a part of them only, always the same.
+    """
+    record = codec.decode(data, ReadingOptions())
+    if zlib.crc32(data) % WRITTEN_ONE_IN:
+        return
+    for other in CODECS:
+        if other.encode is None:
+            continue
+        try:
+            once = other.encode(record).data
+        except FpmatchError:  # the format cannot hold such prints
+            continue
+        again = other.encode(other.decode(once, ReadingOptions()))
+        if again.data != once:
+            raise AssertionError(f"{other.name}: what was written, read and written differs")
+
+
+def _template_files(codec: Codec) -> list[bytes]:
+    if codec.encode is None:
+        return [_an2_file(fields) for fields in AN2_BLOCKS.values()]
+    files = []
+    for record in _records():
+        try:
+            files.append(codec.encode(record).data)
+        except FpmatchError:  # several prints, for a format of one
+            continue
+    return files
+
+
+def _records() -> list[TemplateRecord]:
+    """Return records of one print and of two, with and without all that they may have."""
+    rng = np.random.default_rng(1)
+    n = 12
+    minutiae = Minutiae(
+        rng.integers(0, 300, n).astype(np.float32),
+        rng.integers(0, 400, n).astype(np.float32),
+        rng.uniform(0, 2 * np.pi, n).astype(np.float32),
+        rng.integers(0, 3, n).astype(np.uint8),
+        rng.integers(1, 101, n).astype(np.uint8),
+    )
+    orientation = rng.uniform(0, 3, (4, 3)).astype(np.float32)
+    field = RidgeField(100.0, orientation, rng.random((4, 3)) < 0.7)
+    plain = View(Template(minutiae, 300, 400, 500.0), finger=2, quality=80)
+    bare = replace(plain, quality=None, quality_known=False)
+    full = [
+        replace(plain, finger=7, extended=ExtendedData(layout, b"\x00\x02\x00\x08\x01\x00\x01\x00"))
+        for layout in ("iso2005", "iso2011", "ansi2004", "ansi2009")
+    ]
+    views = [plain, bare, replace(plain, template=replace(plain.template, field=field)), *full]
+    return [*(TemplateRecord("", (view,)) for view in views), TemplateRecord("", (plain, full[0]))]
+
+
+def _an2_file(fields: list[tuple[int, str]]) -> bytes:
+    image = [(2, "01"), (6, "300"), (7, "400"), (8, "1"), (9, "500"), (10, "500"), (999, "x")]
+    first = [(2, "0400"), (3, "1\x1f2\x1e9\x1f01\x1e13\x1f01"), (11, "19.69")]
+    return an2_text(1, first) + an2_text(9, [(2, "01"), (3, "1"), *fields]) + an2_text(13, image)

@@ -1,0 +1,250 @@
+"""The generated blocks of the documentation: their results, and the functions that format them.
+
+The results are kept as JSON in ``docs/data``. A page's block stands between the comments
+``MARK:start`` and ``MARK:end``.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.points.plot import save_bench_plot
+from fpmatch.evaluation.points.results import read_results
+from fpmatch.evaluation.points.table import format_bench_markdown
+from fpmatch.output import atomic_write_bytes
+from research.commands import ROOT, write_json
+from research.marked_blocks import marked_block, write_marked_block
+from research.tables.accuracy import error_rates_kept, format_accuracy, format_databases
+from research.tables.headline import format_headline
+from research.tables.performance import format_ratios, format_stages
+from research.tables.points import PARTS as POINT_PARTS
+from research.tables.points import format_paper_choices
+from research.tables.quality import format_quality
+from research.tables.searching import format_searching
+from research.tables.synthesis import format_synthesis, preset_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+DOCS: Final = ROOT / "docs"
+README: Final = ROOT / "README.md"
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file.
+
+    Raises
+    ------
+    DatasetError
+        If it cannot be read.
+    """
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DatasetError(f"{path}: cannot be read: {(error.strerror or '').lower()}") from error
+    except ValueError as error:
+        raise DatasetError(f"{path}: not a JSON file") from error
+
+
+@dataclass(frozen=True)
+class Part:
+    """Describe the results of one measurement.
+
+    Parameters
+    ----------
+    help : str
+        The command that measures them.
+    file : str
+        The file in ``docs/data``.
+    alone : bool
+        Whether the file holds this part alone; otherwise it is an entry of the part's name.
+    keep : callable
+        Takes from the measured results what is kept.
+    read : callable
+        Reads a file that holds the part alone.
+    """
+
+    help: str
+    file: str
+    alone: bool = False
+    keep: Callable[[Any], Any] = lambda found: found
+    read: Callable[[Path], Any] = read_json
+
+
+@dataclass(frozen=True)
+class Page:
+    """Describe a page: the parts that it shows by name, and its blocks by file and mark.
+
+    A block is formatted from all parts. `draw` writes a figure of them.
+    """
+
+    parts: Mapping[str, Part]
+    blocks: Mapping[tuple[Path, str], Callable[[Mapping[str, Any]], str]] = field(repr=False)
+    draw: Callable[[Mapping[str, Any]], None] | None = None
+
+
+def _explanation(name: str) -> Path:
+    return DOCS / "explanation" / name
+
+
+def _paper_choice(part: str, results: Mapping[str, Any]) -> str:
+    return format_paper_choices(results["choices"])[part]
+
+
+def _points_plot(results: Mapping[str, Any]) -> None:
+    save_bench_plot(DOCS / "figures" / "points_bench.svg", results["bench"])
+
+
+_LEARNED: Final = Part("fpmatch evaluate DIR... --json", "accuracy.json", keep=error_rates_kept)
+_FILTERS: Final = replace(_LEARNED, help="fpmatch evaluate DIR... --enhance filters --json")
+_PAPER: Final = replace(_LEARNED, help="fpmatch evaluate DIR... --matcher paper --json")
+_BENCH: Final = Part(
+    "scripts/bench --json", "performance.json", keep=lambda found: found["figures"]
+)
+
+PAGES: Final = {
+    "readme": Page(
+        {"learned": _LEARNED, "paper": _PAPER, "figures": _BENCH},
+        {(README, "headline"): format_headline},
+    ),
+    "accuracy": Page(
+        {
+            "learned": _LEARNED,
+            "filters": _FILTERS,
+            "paper": _PAPER,
+            "ablation": Part("python -m research train score --ablation", "accuracy.json"),
+            "parts": Part("benchmarks/ablation.py --json", "accuracy.json"),
+            "calibration": Part("python -m research check calibration --json", "accuracy.json"),
+            "wolves": Part("benchmarks/wolves.py --json", "accuracy.json"),
+            "distortion": Part("benchmarks/distortion.py --json", "accuracy.json"),
+            "places": Part("benchmarks/minutiae_places.py --json", "accuracy.json"),
+            "distortion_before": Part(
+                "the same as distortion, of an earlier version",
+                "distortion_before.json",
+                alone=True,
+            ),
+        },
+        {
+            (_explanation("accuracy.md"), "measured"): format_accuracy,
+            (_explanation("accuracy.md"), "databases"): format_databases,
+        },
+    ),
+    "performance": Page(
+        {
+            "figures": _BENCH,
+            "before": Part(
+                "benchmarks/stages.py --json, of an earlier version", "performance.json"
+            ),
+            "now": Part("benchmarks/stages.py --json", "performance.json"),
+        },
+        {
+            (_explanation("performance.md"), "figures"): format_ratios,
+            (_explanation("performance.md"), "stages"): format_stages,
+        },
+    ),
+    "points": Page(
+        {
+            "bench": Part(
+                "fpmatch points bench --json", "pointsets_bench.json", alone=True, read=read_results
+            ),
+            "choices": Part("benchmarks/paper_choices.py --json", "paper_choices.json", alone=True),
+        },
+        {
+            (_explanation("point_sets.md"), "measured"): lambda results: format_bench_markdown(
+                results["bench"]
+            ),
+            **{
+                (_explanation("point_sets.md"), part): partial(_paper_choice, part)
+                for part in POINT_PARTS
+            },
+        },
+        draw=_points_plot,
+    ),
+    "quality": Page(
+        {
+            part: Part("python -m research error-vs-discard DIR... --json", "quality.json")
+            for part in ("fvc", "synthetic")
+        },
+        {(_explanation("quality.md"), "measured"): format_quality},
+    ),
+    "searching": Page(
+        {"large": Part("benchmarks/large_galleries.py --json", "searching.json", alone=True)},
+        {
+            (_explanation("searching.md"), "measured"): lambda results: format_searching(
+                results["large"]
+            )
+        },
+    ),
+    "synthesis": Page(
+        {
+            "prints": Part("python -m research compare-prints --json", "synthesis.json"),
+            "presets": Part(
+                "fpmatch evaluate DIR... --minutiae --json, a database a preset",
+                "synthesis.json",
+                keep=preset_rows,
+            ),
+        },
+        {(_explanation("synthesis.md"), "measured"): format_synthesis},
+    ),
+}
+
+
+def load_results(page: Page) -> dict[str, Any]:
+    """Return the kept results of a page by part.
+
+    Raises
+    ------
+    DatasetError
+        If a file cannot be read or lacks a part.
+    """
+    results = {}
+    for name, part in page.parts.items():
+        path = DOCS / "data" / part.file
+        if part.alone:
+            results[name] = part.read(path)
+            continue
+        document = read_json(path)
+        if name not in document:
+            raise DatasetError(f"{path}: lacks {name}")
+        results[name] = document[name]
+    return results
+
+
+def keep_results(page: Page, given: Mapping[str, Path]) -> None:
+    """Put measured results, a file a part, in place of those that are kept."""
+    for name, source in given.items():
+        part, target = page.parts[name], DOCS / "data" / page.parts[name].file
+        if part.alone:
+            part.read(source)  # refuses what the page could not show
+            atomic_write_bytes(target, source.read_bytes())
+        else:
+            known = read_json(target) if target.exists() else {}
+            write_json(target, {**known, name: part.keep(read_json(source))})
+
+
+def write_blocks(changed: Page) -> None:
+    """Write the blocks and the figure of a page, and of those that share its results."""
+    files = {part.file for part in changed.parts.values()}
+    for page in PAGES.values():
+        if files & {part.file for part in page.parts.values()}:
+            results = load_results(page)
+            for (path, mark), format_block in page.blocks.items():
+                write_marked_block(path, mark, format_block(results))
+            if page.draw is not None:
+                page.draw(results)
+
+
+def outdated_blocks() -> list[str]:
+    """Return the blocks of all pages that differ from what their results give."""
+    found = []
+    for page in PAGES.values():
+        results = load_results(page)
+        for (path, mark), format_block in page.blocks.items():
+            if marked_block(path.read_text("utf-8"), mark) != format_block(results).strip():
+                found.append(f"{path.relative_to(ROOT)}: the block {mark!r}")
+    return found

@@ -1,0 +1,79 @@
+"""Tables of the page on synthetic prints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.text_table import markdown_table
+from research.experiments.image_statistics_table import TITLES
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+MAIN_DISTANCE_PX: Final = 12.0  # of the tolerance that is shown
+_EXTREMES: Final = (0, 2, 4)  # of the quantiles: 5, 50 and 95 %
+
+
+def preset_rows(evaluation: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return what the page shows of ``fpmatch evaluate --minutiae --json``, a row a database."""
+    rows = []
+    for row, measured in zip(evaluation["sets"], evaluation["minutiae"]["sets"], strict=True):
+        agreement = next(a for a in measured["agreement"] if a["distance_px"] == MAIN_DISTANCE_PX)
+        rows.append(
+            {
+                "name": row["name"],
+                "eer": row["eer"],
+                "prints": measured["prints"],
+                **{key: agreement[key] for key in ("precision", "recall", "f1")},
+                **{key: measured["transforms"][key] for key in ("judged", "match", "in_place")},
+            }
+        )
+    return rows
+
+
+def format_synthesis(results: Mapping[str, Any]) -> str:
+    """Return the tables in Markdown: statistics of the images, and error rates of the presets."""
+    return "\n\n".join(
+        [
+            "### Statistics of the images",
+            "Median, and in brackets the range from 5 to 95 in 100.",
+            _prints_table(results["prints"]),
+            "### Presets",
+            _presets_table(results["presets"]),
+        ]
+    )
+
+
+def _prints_table(prints: Mapping[str, Any]) -> str:
+    head = ["", "prints", *(title for title, _ in TITLES.values())]
+    rows = [_statistics(s) for s in (*prints["sets"], *prints["against"])]
+    mean = [
+        sum(s["outside"][name] for s in prints["sets"]) / len(prints["sets"]) for name in TITLES
+    ]
+    outside = [f"{100 * share:.0f} %" for share in mean]
+    rows.append(["*synthetic ones outside the others' span*", "", *outside])
+    return markdown_table([head, *rows])
+
+
+def _statistics(entry: Mapping[str, Any]) -> list[str]:
+    cells = [entry["name"], str(entry["prints"])]
+    for name, (_, digits) in TITLES.items():
+        low, middle, high = (entry["quantiles"][name][k] for k in _EXTREMES)
+        cells.append(f"{middle:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})")
+    return cells
+
+
+def _presets_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    head = ["", "prints", "precision", "recall", "F1", "genuine judged", "MATCH", "in place", "EER"]
+    body = [
+        [
+            row["name"],
+            str(row["prints"]),
+            *(f"{row[key]:.3f}" for key in ("precision", "recall", "f1")),
+            str(row["judged"]),
+            *(f"{100 * row[key]:.1f} %" for key in ("match", "in_place")),
+            f"{100 * row['eer']:.2f} %",
+        ]
+        for row in rows
+    ]
+    return markdown_table([head, *body])

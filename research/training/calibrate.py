@@ -1,0 +1,105 @@
+"""Calibrations of all matchers, fitted to impostor comparisons of FVC-style databases."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from fpmatch.evaluation.calibrate import calibrate_on
+from fpmatch.evaluation.extraction import ExtractedSet, extract_datasets
+from fpmatch.evaluation.impostors import ImpostorSet, impostors_among, impostors_of_report
+from fpmatch.evaluation.run import evaluate_templates, load_datasets
+from fpmatch.matching.calibration import CALIBRATION_FOLDER
+from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
+from research.commands import PATH, Command, folders, synthetic_folder, workers
+from research.synthetic_sets import TRAINING_SEED, extract_synthetic_sets
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+WITH_RIDGES: Final = 1 / 3
+"""Weight of the real prints with their ridges, and the same of the synthetic ones."""
+ALONE: Final = 1 / 6
+"""Weight of the same prints on minutiae alone."""
+
+
+@click.command(cls=Command)
+@folders
+@click.option("--synthetic", is_flag=True, help="Also use eight synthetic databases.")
+@click.option("--matcher", "matchers", multiple=True, help="Only this matcher (repeatable).")
+@click.option("--into", type=PATH, default=CALIBRATION_FOLDER, help="Folder to write to.")
+@synthetic_folder
+@workers
+def command(
+    folders: tuple[Path, ...],
+    synthetic: bool,
+    matchers: tuple[str, ...],
+    into: Path,
+    prints: Path | None,
+    workers: int | None,
+) -> None:
+    r"""Fit the package's calibrations to the FVC-style databases DIR.
+
+    Each matcher's calibration is fitted to all impostor comparisons of the extended protocol. With
+    --synthetic eight synthetic databases of thirty fingers are added. The default matcher then
+    compares all synthetic prints with one another, and all prints with their ridges as well as on
+    minutiae alone; real and synthetic prints have half of the weight each, and two thirds of that
+    belong to comparisons with ridges. The same prints give the same files to the last bit.
+
+    \b
+    Example:
+      python -m research calibrate fvc/*/* --synthetic
+    """
+    real = extract_datasets(load_datasets(folders), workers=workers)
+    made = extract_synthetic_sets(TRAINING_SEED, prints, workers) if synthetic else []
+    origin = f"python -m research calibrate DIR...{' --synthetic' if synthetic else ''}"
+    into.mkdir(parents=True, exist_ok=True)
+    for name in matchers or matcher_names():
+        if synthetic and name == DEFAULT_MATCHER:
+            impostors = _impostors_by_form(real, made, workers)
+            shares = [share / len(real) for share in (WITH_RIDGES, ALONE) for _ in real]
+            shares += [WITH_RIDGES, ALONE]
+            calibration = calibrate_on(impostors, name, origin, shares=shares)
+            known = calibration.provenance  # which counts every finger twice
+            calibration = replace(
+                calibration, provenance=replace(known, fingers=known.fingers // 2)
+            )
+        else:
+            report = evaluate_templates([*real, *made], matcher=name, workers=workers)
+            calibration = calibrate_on(impostors_of_report(report), name, origin)
+        target = into / f"{name}.json"
+        target.write_text(calibration.as_json(), encoding="utf-8")
+        click.echo(f"{target}: {calibration.provenance.impostors} impostor comparisons")
+
+
+def _impostors_by_form(
+    real: Sequence[ExtractedSet], synthetic: Sequence[ExtractedSet], workers: int | None
+) -> list[ImpostorSet]:
+    """Return the impostor comparisons of each real database, and of all synthetic prints.
+
+    The real ones come first, with their ridges and then on minutiae alone; then the synthetic ones.
+    """
+    impostors = []
+    for sets in (real, [_without_ridges(one) for one in real]):
+        report = evaluate_templates(sets, matcher=DEFAULT_MATCHER, workers=workers)
+        impostors += impostors_of_report(report)
+    seeds = f"seeds {TRAINING_SEED} to {TRAINING_SEED + len(synthetic) - 1}"
+    for name, sets in (
+        ("synthetic", synthetic),
+        ("synthetic, minutiae alone", [_without_ridges(one) for one in synthetic]),
+    ):
+        impostors.append(impostors_among(sets, f"{name}, {seeds}", workers))
+    return impostors
+
+
+def _without_ridges(extracted: ExtractedSet) -> ExtractedSet:
+    """Return a database whose templates have no ridge field."""
+    name = f"{extracted.dataset.name}, minutiae alone"
+    extractions = tuple(
+        one if one.template is None else replace(one, template=replace(one.template, field=None))
+        for one in extracted.extractions
+    )
+    return ExtractedSet(replace(extracted.dataset, name=name), extractions)

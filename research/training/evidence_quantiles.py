@@ -1,0 +1,361 @@
+"""Measure which sums impostor comparisons reach, given how much was compared.
+
+Whole prints, windows and fragments of prints, and prints of few of their minutiae, with their
+ridges and without, are compared with whole prints of other fingers. The sums that 1 % and 0.1 % of
+them reach are fitted as linear functions of the amount of evidence (see `fpmatch.matching.score`),
+by quantile regression, in which every kind of part has the same weight. Then the same prints and
+parts are compared with other impressions of their fingers: the -ln(FMR) that half of these
+comparisons reach is fitted as a function of the minutiae and the area of the smaller print, and
+says how much is needed to decide.
+
+References
+----------
+Koenker, Bassett, "Regression quantiles", Econometrica 46 (1978). The corner of the loss is rounded
+(Zheng, "Gradient descent algorithms for quantile regression with smooth approximation", 2011), so
+that Newton's steps find the minimum.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.evaluation.partial import fragment, thinned, window
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from fpmatch.matching.one_to_one import Workspace
+from fpmatch.matching.prepare import available
+from fpmatch.matching.score import (
+    AMOUNTS,
+    MINUTIAE_ALONE,
+    MODELS,
+    ONE_WITH_RIDGES,
+    RATES,
+    SMALL_WITH_RIDGES,
+    WITH_RIDGES,
+    amount_terms,
+    evidence_scorer,
+)
+from research.training.rounding import round_significant
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.score import ScoreWeights
+    from fpmatch.minutiae import Template
+
+SEED: Final = 17
+FORMS: Final = {
+    WITH_RIDGES: ((True, True),),
+    MINUTIAE_ALONE: ((False, False),),
+    ONE_WITH_RIDGES: ((True, False), (False, True)),
+    SMALL_WITH_RIDGES: ((True, True),),
+}
+"""Whether the prints or parts, and the whole prints, have ridges, by model."""
+
+
+@dataclass(frozen=True, slots=True)
+class AmountParameters:
+    """Set which comparisons are made, and the fit.
+
+    Parameters
+    ----------
+    fragments : tuple of int
+        Numbers of minutiae of the fragments, and of prints of which only so many minutiae are kept.
+    windows_px : tuple of int
+        Sides of the windows in pixels at 500 dpi.
+    probes, references : int
+        So many prints or parts of each kind are drawn of a database, and each is compared with so
+        many whole prints.
+    whole_weight : float
+        Weight of the comparisons of whole prints against those of one kind of part.
+    thinned_weight : float
+        The same of prints of few of their minutiae, whose minutiae lie farther apart than any
+        sensor shows them.
+    rounding : float
+        Sum over which the corner of the loss is rounded.
+    rounds, settled : int, float
+        Newton's steps at most, and the change of the loss at which they end.
+    digits : int
+        Significant digits kept.
+    """
+
+    fragments: tuple[int, ...] = (3, 4, 5, 6, 8, 10, 12)
+    windows_px: tuple[int, ...] = (48, 64, 96, 128, 160, 200)
+    probes: int = 80
+    references: int = 24
+    mates: int = 6
+    whole_weight: float = 5.0
+    thinned_weight: float = 0.5
+    rounding: float = 0.15
+    rounds: int = 200
+    settled: float = 1e-13
+    digits: int = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AmountSample:
+    """Hold comparisons of one kind: what they come to, and how much was compared.
+
+    Parameters
+    ----------
+    sums : ndarray of float64, shape (N,)
+        Weighted sums of the features; of genuine comparisons -ln(FMR).
+    amounts : ndarray of float64, shape (N, 5)
+        The terms of `fpmatch.matching.score.AMOUNTS`.
+    weight : float
+        Weight of all of them together.
+    """
+
+    sums: NDArray[np.float64]
+    amounts: NDArray[np.float64]
+    weight: float
+
+
+def fit_amounts(
+    weights: ScoreWeights,
+    sets: Sequence[ExtractedSet],
+    *,
+    workers: int | None = None,
+    parameters: AmountParameters | None = None,
+) -> ScoreWeights:
+    """Measure what impostor and genuine comparisons reach, and return the weights with it.
+
+    Parameters
+    ----------
+    weights : ScoreWeights
+        Weights of the features.
+    sets : sequence of ExtractedSet
+        Databases with their templates.
+    workers : int, optional
+        Processes to use (default: one a core).
+    parameters : AmountParameters, optional
+        Comparisons and fit.
+
+    Returns
+    -------
+    ScoreWeights
+        With other quantiles and medians; the same for the same databases.
+    """
+    p = parameters or AmountParameters()
+    with ProcessPoolExecutor(workers) as pool:
+
+        def samples(name: str, *, genuine: bool) -> list[AmountSample]:
+            found = []
+            for ridges in FORMS[name]:
+                task = partial(
+                    amount_samples,
+                    weights=weights,
+                    model=name,
+                    ridges=ridges,
+                    genuine=genuine,
+                    parameters=p,
+                )
+                found += list(pool.map(task, sets, range(SEED, SEED + len(sets))))
+            return [one for rows in found for one in rows]
+
+        models = []
+        for name, model in zip(MODELS, weights.models, strict=True):
+            impostors = samples(name, genuine=False)
+            quantiles = [fit_quantile(impostors, rate, p) for rate in RATES]
+            models.append(replace(model, quantiles=np.stack(quantiles)))
+        weights = replace(weights, models=tuple(models))
+        models = [
+            replace(model, genuine_median=fit_quantile(samples(name, genuine=True), 0.5, p))
+            for name, model in zip(MODELS, weights.models, strict=True)
+        ]
+    return replace(weights, models=tuple(models))
+
+
+def amount_samples(
+    extracted: ExtractedSet,
+    seed: int,
+    *,
+    weights: ScoreWeights,
+    model: str,
+    ridges: tuple[bool, bool],
+    genuine: bool = False,
+    parameters: AmountParameters | None = None,
+) -> list[AmountSample]:
+    """Compare prints and parts of prints of a database with whole prints.
+
+    Impostor comparisons in which nothing is paired are left out: they reach no sum, so that the
+    shares of those that reach one are overestimated rather than underestimated.
+
+    Parameters
+    ----------
+    extracted : ExtractedSet
+        The database and its templates.
+    seed : int
+        Of what is drawn.
+    weights : ScoreWeights
+        Weights of the features.
+    model : str
+        The one of `fpmatch.matching.score.MODELS` whose comparisons are wanted.
+    ridges : tuple of bool
+        Whether the prints and parts, and the whole prints, keep their ridges.
+    genuine : bool
+        Whether they are compared with other impressions of their finger rather than with prints of
+        other fingers; the amount is then that of the smaller print.
+    parameters : AmountParameters, optional
+        What to compare.
+
+    Returns
+    -------
+    list of AmountSample
+        One a kind that gave any comparison.
+    """
+    p = parameters or AmountParameters()
+    whole: list[Template] = []
+    finger: list[int] = []
+    for impression, found in zip(extracted.dataset.impressions, extracted.extractions, strict=True):
+        if found.template is not None and len(found.template.minutiae) >= MIN_MINUTIAE:
+            whole.append(found.template)
+            finger.append(impression.finger)
+    of_parts, of_whole = ridges
+    prepared = [MATCHER.prepare(one if of_whole else _without_ridges(one)) for one in whole]
+    room = max((len(one) for one in prepared), default=0)
+    workspace = Workspace(max(room, 1), evidence_scorer(max(room, 1), weights))
+    compared = _genuine if genuine else _impostor
+    samples = []
+    for number, (make, weight) in enumerate(_kinds(p)):
+        rng = np.random.default_rng([seed, number])
+        rows = []
+        for k in rng.integers(len(whole), size=p.probes if whole else 0).tolist():
+            source = whole[k] if of_parts else _without_ridges(whole[k])
+            probe = MATCHER.prepare(make(source, rng))
+            others = [
+                j for j in range(len(whole)) if j != k and (finger[j] == finger[k]) is genuine
+            ]
+            count = p.mates if genuine else p.references
+            for j in rng.choice(others, count).tolist() if others else ():
+                if weights.model_of(probe, prepared[j]) is weights.models[MODELS.index(model)]:
+                    rows += compared(probe, prepared[j], workspace, weights)
+        if rows:
+            sums, amounts = (np.array(column) for column in zip(*rows, strict=True))
+            samples.append(AmountSample(sums, amounts, weight))
+    return samples
+
+
+def _kinds(
+    p: AmountParameters,
+) -> list[tuple[Callable[[Template, np.random.Generator], Template], float]]:
+    """Return what makes each kind of part of a print, and the weight of the kind."""
+    return [
+        (lambda template, _: template, p.whole_weight),
+        *((partial(_fragment, size=size), 1.0) for size in p.fragments),
+        *((partial(_thinned, size=size), p.thinned_weight) for size in p.fragments),
+        *((partial(_window, side_px=side), 1.0) for side in p.windows_px),
+    ]
+
+
+def _without_ridges(template: Template) -> Template:
+    return replace(template, field=None)
+
+
+def _fragment(template: Template, rng: np.random.Generator, size: int) -> Template:
+    return fragment(template, size, rng)
+
+
+def _thinned(template: Template, rng: np.random.Generator, size: int) -> Template:
+    return thinned(template, size, rng)
+
+
+def _window(template: Template, rng: np.random.Generator, side_px: float) -> Template:
+    return window(template, side_px, rng)
+
+
+def _impostor(
+    probe: PreparedTemplate,
+    reference: PreparedTemplate,
+    workspace: Workspace,
+    weights: ScoreWeights,
+) -> list[tuple[float, NDArray[np.float64]]]:
+    """Return the sum of the best alignment and how much was compared; nothing without one."""
+    if _aligned(probe, reference, workspace) is None:
+        return []
+    sums = weights.model_of(probe, reference).sums(np.array(workspace.scorer.feature))
+    return [(float(sums), np.array(workspace.scorer.term))]
+
+
+def _genuine(
+    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace, _: ScoreWeights
+) -> list[tuple[float, NDArray[np.float64]]]:
+    """Return -ln(FMR), 0 where nothing was found, and how much there was to compare."""
+    if min(len(probe), len(reference)) < MIN_MINUTIAE:
+        return []
+    found = _aligned(probe, reference, workspace)
+    amounts = amount_terms(*available(probe, reference))
+    return [(0.0 if found is None else max(found, 0.0), amounts)]
+
+
+def _aligned(
+    probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace
+) -> float | None:
+    a, b = sorted((probe, reference), key=lambda side: side.key)
+    return None if len(probe) < MIN_MINUTIAE else workspace.align(a, b)
+
+
+def fit_quantile(
+    samples: Sequence[AmountSample], rate: float, parameters: AmountParameters | None = None
+) -> NDArray[np.float64]:
+    """Fit the sum that a share of the comparisons reach, given the amount of evidence.
+
+    Parameters
+    ----------
+    samples : sequence of AmountSample
+        Impostor comparisons.
+    rate : float
+        The share, 0 to 1.
+    parameters : AmountParameters, optional
+        The fit.
+
+    Returns
+    -------
+    ndarray of float64, shape (5,)
+        Coefficients of the terms of `fpmatch.matching.score.AMOUNTS`.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> amounts = np.tile([1.0, 0, 0, 0, 0], (4000, 1))
+    >>> sample = AmountSample(rng.uniform(0, 100, 4000), amounts, 1.0)
+    >>> bool(abs(fit_quantile([sample], 0.1)[0] - 90) < 1)
+    True
+    """
+    p = parameters or AmountParameters()
+    x = np.concatenate([one.amounts for one in samples])
+    y = np.concatenate([one.sums for one in samples])
+    share = np.concatenate([np.full(len(one.sums), one.weight / len(one.sums)) for one in samples])
+    share /= share.sum()
+    below = 1.0 - rate
+    h = p.rounding
+
+    def loss(found: NDArray[np.float64]) -> float:
+        left = y - x @ found
+        return float(share @ (below * left + h * np.logaddexp(0.0, -left / h)))
+
+    found = np.zeros(len(AMOUNTS))
+    found[0] = np.quantile(y, below)
+    least = loss(found)
+    for _ in range(p.rounds):
+        under = 1.0 / (1.0 + np.exp(np.clip((y - x @ found) / h, -50.0, 50.0)))
+        slope = -x.T @ (share * (below - under))
+        curve = (x * (share * under * (1.0 - under) / h)[:, None]).T @ x
+        step = np.linalg.solve(curve + 1e-9 * np.eye(len(found)), slope)
+        length = 1.0
+        while loss(found - length * step) > least and length > p.settled:
+            length /= 2.0
+        found = found - length * step
+        before, least = least, loss(found)
+        if before - least < p.settled:
+            break
+    return round_significant(found, p.digits)

@@ -1,0 +1,259 @@
+"""Learn what a print's figures say of how well it will compare, from synthetic prints.
+
+Every finger is pressed a few times with care, and then badly, each time in another way. What a bad
+impression has in common with the good ones, as a share of what these have among themselves, is what
+its quality is to foretell. It is logistic regression on shares; no weight may praise what is worse.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+import cv2
+import numpy as np
+from scipy.optimize import Bounds, minimize
+
+from fpmatch._version import __version__
+from fpmatch.image.assess import QualityRecorder
+from fpmatch.image.extract import extract
+from fpmatch.image.quality.linear_weights import LinearWeights
+from fpmatch.image.quality.print_quality import (
+    FEATURES,
+    WEIGHTS_FILE,
+    quality_features,
+    quality_score,
+)
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.output import atomic_write_bytes, check_writable
+from fpmatch.synthesis.impression import make_impression
+from fpmatch.synthesis.master import make_master
+from fpmatch.synthesis.presets import PRESETS
+from fpmatch.synthesis.sensor import SENSORS
+from research.commands import PATH, Command, workers
+from research.training.rounding import round_significant
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from fpmatch.image.quality.measures import QualityMeasures
+    from fpmatch.synthesis.master import Master
+    from fpmatch.synthesis.presets import Preset
+    from fpmatch.synthesis.sensor import Sensor
+
+FAULTS: Final = ("dry", "wet", "blurred", "partial", "small", "wrong resolution")
+BETTER: Final = tuple(name in {"ridges", "minutiae"} for name in FEATURES)
+"""Of which features more is better; of the others it is worse."""
+_CARE: Final = ("easy", "normal", "normal", "hard", "hard")
+
+
+FINGERS: Final = 40
+SEED: Final = 801
+
+
+@dataclass(frozen=True, slots=True)
+class QualityFitParameters:
+    """Set how quality is learned.
+
+    Parameters
+    ----------
+    good_impressions : int
+        Careful impressions of a finger, which the others are compared with.
+    ridge : float
+        Penalty on the squared weights of the standardised features, for each example.
+    settled : float
+        Slope at which the search for the weights ends.
+    digits : int
+        Significant digits kept, so that rounding in other orders of summing changes nothing.
+    """
+
+    good_impressions: int = 3
+    ridge: float = 1e-3
+    settled: float = 1e-9
+    digits: int = 4
+
+
+def spoilt_impression(
+    master: Master, number: int, fault: str, sensor: Sensor, rng: np.random.Generator
+) -> tuple[NDArray[np.uint8], float]:
+    """Press a finger with one fault, dry and wet ones carelessly, others with care.
+
+    Parameters
+    ----------
+    master : Master
+        The finger.
+    number : int
+        Of the impression.
+    fault : str
+        One of `FAULTS`.
+    sensor : Sensor
+        What it is pressed on.
+    rng : numpy.random.Generator
+        How bad it gets.
+
+    Returns
+    -------
+    ndarray of uint8, shape (h, w)
+        The picture.
+    float
+        The resolution that is claimed for it.
+    """
+    preset = PRESETS["clean"]
+    if fault in {"dry", "wet"}:  # which is never even, and seldom comes alone
+        dryness = rng.uniform(0.4, 1.1) * (1 if fault == "dry" else -1)
+        uneven = PRESETS["hard"]
+        preset = replace(uneven, pressure=replace(uneven.pressure, dryness=(dryness, dryness)))
+    claimed = sensor.dpi
+    if fault == "wrong resolution":
+        factor = float(rng.choice([rng.uniform(0.5, 0.8), rng.uniform(1.25, 2.0)]))
+        width, height = (round(side * factor) for side in (sensor.width, sensor.height))
+        sensor = replace(sensor, width=width, height=height, dpi=sensor.dpi * factor)
+    image = make_impression(master, number, preset, sensor).image
+    if fault == "blurred":
+        soft = cv2.GaussianBlur(image, (0, 0), rng.uniform(1.0, 3.2) * sensor.px)
+        image = np.asarray(np.clip(soft + rng.normal(0, 1, soft.shape), 0, 255), np.uint8)
+    if fault == "partial":  # the rest of the picture is bare glass
+        rows = np.arange(image.shape[0]) < rng.uniform(0.35, 0.75) * image.shape[0]
+        image = image.copy()
+        image[rows] = np.percentile(image, 95)
+    if fault == "small":
+        side = round(rng.uniform(80, 200) * sensor.px)
+        top, left = (max(0, (length - side) // 2) for length in image.shape)
+        image = np.ascontiguousarray(image[top : top + side, left : left + side])
+    return image, claimed
+
+
+def examples_of_finger(
+    seed: int, finger: int, parameters: QualityFitParameters | None = None
+) -> tuple[list[QualityMeasures], list[float]]:
+    """Press one synthetic finger well and badly, and compare.
+
+    Parameters
+    ----------
+    seed, finger : int
+        Of the master.
+    parameters : QualityFitParameters, optional
+        How many good impressions.
+
+    Returns
+    -------
+    list of QualityMeasures, list of float
+        Figures of the impressions, and the share, 0 to 1, that each has in common with the good
+        ones; those without ridges are left out.
+    """
+    p = parameters or QualityFitParameters()
+    rng = np.random.default_rng([seed, finger])
+    sensors = list(SENSORS.values())
+    master = make_master(seed, finger)
+    good = [
+        MATCHER.prepare(extract(_pressed(master, k + 1, PRESETS["clean"], sensors[0])[0], dpi=500))
+        for k in range(p.good_impressions)
+    ]
+    among = np.mean([MATCHER.compare(a, b).similarity for a, b in combinations(good, 2)])
+    figures, shares = [], []
+    for k, way in enumerate((*_CARE, *FAULTS)):
+        number, sensor = p.good_impressions + 1 + k, sensors[int(rng.integers(len(sensors)))]
+        image, dpi = (
+            _pressed(master, number, PRESETS[way], sensor)
+            if way in PRESETS
+            else spoilt_impression(master, number, way, sensor, rng)
+        )
+        stages = QualityRecorder()
+        template = extract(image, dpi, recorder=stages)
+        found = stages.measures()
+        if found.ridges_mm2 <= 0 or not np.isfinite(quality_features(found)).all():
+            continue
+        prepared = MATCHER.prepare(template)
+        common = [MATCHER.compare(prepared, one).similarity for one in good]
+        figures.append(found)
+        shares.append(min(float(np.mean(common) / among), 1.0))
+    return figures, shares
+
+
+def fit_quality(
+    figures: Sequence[QualityMeasures],
+    shares: Sequence[float],
+    provenance: Mapping[str, Any] | None = None,
+    parameters: QualityFitParameters | None = None,
+) -> LinearWeights:
+    """Fit the weights of the quality.
+
+    Parameters
+    ----------
+    figures : sequence of QualityMeasures
+        Of prints with ridges.
+    shares : sequence of float
+        What each has in common with good prints of its finger, 0 to 1.
+    provenance : mapping, optional
+        From what it is learned.
+    parameters : QualityFitParameters, optional
+        Penalty and steps.
+
+    Returns
+    -------
+    LinearWeights
+        Features, standardised, and their weights.
+    """
+    p = parameters or QualityFitParameters()
+    features = np.array([quality_features(f) for f in figures])
+    middle, spread = round_significant(features.mean(axis=0), p.digits), features.std(axis=0)
+    spread = round_significant(np.where(spread > 0, spread, 1.0), p.digits)
+    design = np.column_stack([np.ones(len(features)), (features - middle) / spread])
+    target = np.asarray(shares, np.float64)
+
+    def loss(weight: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        """Return mean log loss with penalty, and its slope."""
+        total = design @ weight
+        cost = (np.logaddexp(0.0, total) - target * total).mean()
+        slope = design.T @ (0.5 * (1.0 + np.tanh(total / 2)) - target) / len(target)
+        pull = p.ridge * np.concatenate([[0.0], weight[1:]])
+        return float(cost + pull @ weight / 2), slope + pull
+
+    start = np.zeros(1 + len(FEATURES))
+    signs = np.array(BETTER)
+    bounds = Bounds(
+        np.append(-np.inf, np.where(signs, 0.0, -np.inf)),
+        np.append(np.inf, np.where(signs, np.inf, 0.0)),
+    )
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, tol=p.settled)
+    weight = round_significant(np.asarray(found.x, np.float64), p.digits)
+    told = {**(provenance or {}), "prints": len(features), "fpmatch": __version__}
+    return LinearWeights(FEATURES, middle, spread, weight[1:], float(weight[0]), told)
+
+
+def _pressed(
+    master: Master, number: int, preset: Preset, sensor: Sensor
+) -> tuple[NDArray[np.uint8], float]:
+    return make_impression(master, number, preset, sensor).image, sensor.dpi
+
+
+@click.command(cls=Command)
+@click.option("--into", type=PATH, default=WEIGHTS_FILE, help="File to write.")
+@click.option("--fingers", default=FINGERS, show_default=True, help="Synthetic fingers.")
+@workers
+def command(into: Path, fingers: int, workers: int | None) -> None:
+    """Train the weights of the quality of prints on synthetic fingers.
+
+    Every finger is pressed with care and then badly. Quality predicts the similarity of the bad
+    impressions to the good ones. The same package writes the same file.
+    """
+    into.parent.mkdir(parents=True, exist_ok=True)
+    check_writable(into)
+    with ProcessPoolExecutor(workers, initializer=cv2.setNumThreads, initargs=(1,)) as pool:
+        made = list(pool.map(partial(examples_of_finger, SEED), range(1, fingers + 1)))
+    measures = [one for of_finger, _ in made for one in of_finger]
+    shares = [one for _, of_finger in made for one in of_finger]
+    provenance = {"command": "python -m research train quality", "seed": SEED, "fingers": fingers}
+    weights = fit_quality(measures, shares, provenance)
+    atomic_write_bytes(into, weights.as_json().encode())
+    scores = quality_score(np.array([quality_features(one) for one in measures]), weights)
+    correlation = np.corrcoef(scores, shares)[0, 1]
+    click.echo(f"{into}: {len(shares)} prints; correlation with their similarity to good prints")
+    click.echo(f"of their fingers: {correlation:.2f}")

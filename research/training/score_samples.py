@@ -1,0 +1,251 @@
+"""Comparisons of impressions whose fingers are known, from which the score's weights are fitted."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fpmatch.evaluation.partial import window
+from fpmatch.evaluation.protocol import choose_pairs
+from fpmatch.matching.align import AlignmentParameters, aligner_of
+from fpmatch.matching.bit_descriptors import descriptor_similarity
+from fpmatch.matching.local import local_similarity
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.matching.score import (
+    FEATURES,
+    MODELS,
+    NO_PREFILTER,
+    NO_QUANTILES,
+    SMALL_WITH_RIDGES,
+    WITH_RIDGES,
+    ScoreModel,
+    ScoreWeights,
+    evidence_scorer,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.matching._evidence_kernel import EvidenceScorer
+    from fpmatch.matching.prepare import PreparedTemplate
+
+SEED: Final = 18
+LOCAL_HYPOTHESES: Final = AlignmentParameters().hypotheses
+HYPOTHESES: Final = LOCAL_HYPOTHESES + RidgeSearchParameters().found
+
+
+@dataclass(frozen=True, slots=True)
+class SampleParameters:
+    """Set which comparisons are made.
+
+    Parameters
+    ----------
+    every_impostor, every_window_impostor : int
+        One of so many impostor comparisons of a database is made, and one of a window.
+    windows_px : tuple of int
+        Sides of the windows in pixels at 500 dpi.
+    """
+
+    every_impostor: int = 4
+    every_window_impostor: int = 16
+    windows_px: tuple[int, ...] = (128, 160)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoreSample:
+    """Hold the comparisons of one database.
+
+    Parameters
+    ----------
+    name : str
+        The database.
+    features : ndarray of float64, shape (N, H, 13)
+        Those of the comparisons that found something, of each hypothesis, refined, its ridges
+        compared; NaN where there are fewer. See `fpmatch.matching.score.FEATURES`.
+    coarse : ndarray of float64, shape (N, H, 13)
+        Those in coarse alignment, of the minutiae alone.
+    descriptors : ndarray of float64, shape (N, 2)
+        The prefilter's score, and the minutiae of the smaller print.
+    strength : ndarray of float64, shape (N,)
+        That of the relaxed local matches.
+    genuine : ndarray of bool, shape (N,)
+        Whether both prints are of one finger.
+    nothing : tuple of int
+        Numbers of the other genuine and impostor comparisons.
+    """
+
+    name: str
+    features: NDArray[np.float64]
+    coarse: NDArray[np.float64]
+    descriptors: NDArray[np.float64]
+    strength: NDArray[np.float64]
+    genuine: NDArray[np.bool_]
+    nothing: tuple[int, int]
+
+
+def sample_of(
+    extracted: ExtractedSet,
+    parameters: SampleParameters | None = None,
+    *,
+    ridges: bool = True,
+    window_px: float | None = None,
+) -> ScoreSample:
+    """Compare the impressions of a database with one another.
+
+    Parameters
+    ----------
+    extracted : ExtractedSet
+        The database and its templates, which must show their ridges.
+    parameters : SampleParameters, optional
+        What share of the impostors to take.
+    ridges : bool
+        Whether the templates keep their ridges; else their minutiae alone are compared.
+    window_px : float, optional
+        Side in pixels at 500 dpi of the windows of which the probes are made (default: they are
+        whole).
+
+    Returns
+    -------
+    ScoreSample
+        All genuine comparisons, and every so many of the others.
+    """
+    p = parameters or SampleParameters()
+    pairs = choose_pairs(extracted.dataset.impressions)
+    templates = [
+        one if one is None or ridges else replace(one, field=None)
+        for one in (extraction.template for extraction in extracted.extractions)
+    ]
+    every = p.every_impostor
+    prints = probes = [one and MATCHER.prepare(one) for one in templates]
+    if window_px is not None:
+        every = p.every_window_impostor
+        rng = np.random.default_rng([SEED, round(window_px)])
+        parts = (one and window(one, window_px, rng) for one in templates)
+        probes = [one and MATCHER.prepare(one) for one in parts]
+    room = max((len(one) for one in prints if one), default=0)
+    scorers = tuple(evidence_scorer(room, _no_weights(refine)) for refine in (np.inf, -1.0))
+    rows: list[NDArray[np.float64]] = []
+    descriptors, strength, genuine, nothing, passed = [], [], [], [0, 0], 0
+    for i, j, same in zip(pairs.probe, pairs.reference, pairs.genuine, strict=True):
+        passed += not same
+        if not same and passed % every:
+            continue
+        a, b = probes[i], prints[j]
+        row = None if a is None or b is None else _features(a, b, scorers)
+        if a is None or b is None or row is None:
+            nothing[0 if same else 1] += 1
+        else:
+            rows.append(row[0])
+            strength.append(row[1])
+            descriptors.append(_descriptors_of(a, b))
+            genuine.append(bool(same))
+    shape = (len(rows), 2, HYPOTHESES, len(FEATURES))
+    features = np.array(rows).reshape(shape)
+    return ScoreSample(
+        extracted.dataset.name,
+        features[:, 1],
+        features[:, 0],
+        np.array(descriptors, np.float64).reshape(-1, 2),
+        np.array(strength, np.float64),
+        np.array(genuine, bool),
+        (nothing[0], nothing[1]),
+    )
+
+
+def samples_of(
+    sets: Sequence[ExtractedSet],
+    parameters: SampleParameters | None = None,
+    *,
+    workers: int | None = None,
+) -> tuple[list[ScoreSample], list[ScoreSample], list[ScoreSample]]:
+    """Compare the impressions of databases, as `fit_weights` takes the comparisons.
+
+    Parameters
+    ----------
+    sets : sequence of ExtractedSet
+        The databases and their templates, which must show their ridges.
+    parameters : SampleParameters, optional
+        What share of the impostors to take, and the windows.
+    workers : int, optional
+        Processes to use (default: one a core).
+
+    Returns
+    -------
+    tuple of lists of ScoreSample
+        With ridges, on minutiae alone, and of windows against whole prints.
+    """
+    p = parameters or SampleParameters()
+    with ProcessPoolExecutor(workers) as pool:
+        with_ridges, alone = (
+            list(pool.map(partial(sample_of, parameters=p, ridges=ridges), sets))
+            for ridges in (True, False)
+        )
+        windows = [
+            sample
+            for side in p.windows_px
+            for sample in pool.map(partial(sample_of, parameters=p, window_px=side), sets)
+        ]
+    return with_ridges, alone, windows
+
+
+def _no_weights(refine: float) -> ScoreWeights:
+    """Return weights of 0; the ridges are compared where `refine` is negative."""
+    standard = np.zeros((4, len(FEATURES)))
+    standard[1] = 1.0
+    model = ScoreModel(standard, 0.0, NO_PREFILTER, -1.0, refine, np.inf, np.array(NO_QUANTILES))
+    return ScoreWeights((model,) * len(MODELS), {})
+
+
+def _descriptors_of(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int, int]:
+    """Return the prefilter's score of two prints, and the minutiae of the smaller."""
+    a, b = sorted((probe, reference), key=lambda side: side.key)
+    return descriptor_similarity(a.bit_descriptors, b.bit_descriptors), min(len(a), len(b))
+
+
+def _features(
+    probe: PreparedTemplate,
+    reference: PreparedTemplate,
+    scorers: tuple[EvidenceScorer, ...],
+) -> tuple[NDArray[np.float64], float] | None:
+    """Return the features of two prints by each hypothesis, and the strength of the local matches.
+
+    The features, shape (2, H, 12), are those of coarse alignment and of the refined one.
+    """
+    a, b = sorted((probe, reference), key=lambda side: side.key)
+    if min(len(a), len(b)) < MIN_MINUTIAE:
+        return None
+    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+    aligner = aligner_of(a.points, b.points)
+    sides = a.for_kernels(), b.for_kernels()
+    found = np.full((2, HYPOTHESES, len(FEATURES)), np.nan)
+    aligner.relax(similarity)
+    steps: tuple[Callable[[int], bool], ...] = (aligner.start_hypothesis, aligner.refine)
+    for step, scorer, rows in zip(steps, scorers, found, strict=True):
+        for k, row in enumerate(rows[:LOCAL_HYPOTHESES]):
+            if step(k):
+                scorer.score_alignment(*sides, aligner, similarity)
+                row[:] = scorer.feature
+    scorer, search = scorers[1], scorers[1].search
+    shown = [side.region.ridges is not None for side in (a, b)]
+    model = scorer.choose_model(shown[0], shown[1], min(a.region.area, b.region.area))
+    by_ridges = 0
+    if model == MODELS.index(SMALL_WITH_RIDGES):
+        by_ridges = search.search(*sides, scorer.correlator)
+    elif model == MODELS.index(WITH_RIDGES):
+        by_ridges = search.search_candidates(*sides, aligner.relaxation, scorer.correlator)
+    for k in range(by_ridges):
+        if aligner.start_from(search.first[k], search.second[k]):
+            scorer.score_alignment(*sides, aligner, similarity)
+            found[1, LOCAL_HYPOTHESES + k] = scorer.feature
+    if np.isnan(found[1, :, 0]).all():
+        return None
+    return found, aligner.relaxation.strength

@@ -1,0 +1,296 @@
+"""The wolves that are searched for, and how they are changed: templates, and composed images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+import cv2
+import numpy as np
+
+from fpmatch.evaluation.partial import fragment
+from fpmatch.image.extract import extract, resample
+from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
+from research.wolves.probes import grey_of
+from research.wolves.scores import FORMS
+from research.wolves.search import SearchSpace
+from research.wolves.templates import (
+    CELL_PX,
+    FRAME_PX,
+    MANY,
+    Wave,
+    around_minutiae,
+    compact,
+    drawn_field,
+    with_ridges,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from research.wolves.scores import Prints
+
+TEMPLATE_SIZES: Final = (3, 5, 8, 12, 40, 150)
+IMAGE_SIDES_PX: Final = (96, 128, 192)
+FRAGMENT_SHARE: Final = 0.5  # of the candidates of up to `LARGEST_FRAGMENT` minutiae
+LARGEST_FRAGMENT: Final = 40
+MOST_PATCHES: Final = 12
+CELLS: Final = round(FRAME_PX / CELL_PX)
+
+
+@dataclass(frozen=True, eq=False)
+class TemplateCandidate:
+    """Hold a template in the frame of `wolf_templates`, and the finger that it began as part of."""
+
+    made: Template
+    fingers: tuple[int, ...] = ()
+
+    def template(self) -> Template:
+        """Return the template."""
+        return self.made
+
+    def pixels(self) -> None:
+        """Return no image."""
+
+
+def search_spaces(prints: Prints) -> Iterator[SearchSpace]:
+    """Yield what is searched for, given the prints that may be searched on."""
+    for form in FORMS:
+        for size in TEMPLATE_SIZES:
+            start = partial(_start, prints=prints, size=size, ridges=form == FORMS[0])
+            yield SearchSpace("wolf", size, form, start, partial(changed, most=size))
+    for side in IMAGE_SIDES_PX:
+        compose = partial(ImageCandidate.random, prints=prints, side=side)
+        yield SearchSpace("wolf image", side, FORMS[0], compose, changed_image)
+
+
+def _start(
+    rng: np.random.Generator, prints: Prints, size: int, *, ridges: bool
+) -> TemplateCandidate:
+    """Return a fragment of a print, or a template of random minutiae."""
+    if size <= LARGEST_FRAGMENT and rng.random() < FRAGMENT_SHARE:
+        k = rng.integers(len(prints.templates))
+        cut = fragment(prints.templates[k], size, rng)
+        cut = cut if ridges else replace(cut, field=None)
+        return TemplateCandidate(centred(cut), (int(prints.finger[k]),))
+    makers = [compact] if size <= LARGEST_FRAGMENT else list(MANY.values())
+    made = makers[rng.integers(len(makers))](size, rng)
+    return TemplateCandidate(with_ridges(made, Wave.random(rng, (6.0, 14.0))) if ridges else made)
+
+
+def centred(template: Template) -> Template:
+    """Return a template at 500 dpi in the middle of the frame, moved by whole cells."""
+    zoom = STANDARD_DPI / template.dpi
+    m = template.minutiae
+    xy = m.xy * zoom
+    cells = np.round((FRAME_PX / 2 - (xy.min(axis=0) + xy.max(axis=0)) / 2) / CELL_PX)
+    x, y = np.clip((xy + cells * CELL_PX).T, 0.0, FRAME_PX - 1.0)
+    moved = Template(Minutiae(x, y, m.angle, m.kind, m.quality), FRAME_PX, FRAME_PX)
+    field = template.field
+    if field is None or abs(field.step * zoom - CELL_PX) > 0.01:
+        return moved
+    right, down = cells.astype(int)
+    row, column = np.nonzero(field.mask)
+    inside = (row + down >= 0) & (row + down < CELLS) & (column + right >= 0)
+    inside &= column + right < CELLS
+    row, column = row[inside], column[inside]
+    ridges = np.zeros(field.mask.shape, np.uint64) if field.ridges is None else field.ridges
+
+    def shifted(given: NDArray[Any]) -> NDArray[Any]:
+        array = np.zeros((CELLS, CELLS), given.dtype)
+        array[row + down, column + right] = given[row, column]
+        return array
+
+    arrays = (shifted(field.orientation), shifted(field.mask), shifted(ridges))
+    return replace(moved, field=RidgeField(CELL_PX, *arrays))
+
+
+def changed(candidate: TemplateCandidate, rng: np.random.Generator, most: int) -> TemplateCandidate:
+    """Return a template with a few of its minutiae or its ridges changed."""
+    template = candidate.made
+    if template.field is not None and rng.random() < 0.5:
+        return replace(candidate, made=replace(template, field=_changed_field(template, rng)))
+    return replace(
+        candidate, made=replace(template, minutiae=_changed_minutiae(template, rng, most))
+    )
+
+
+def _changed_minutiae(template: Template, rng: np.random.Generator, most: int) -> Minutiae:
+    m = template.minutiae
+    x, y, angle, quality = (
+        getattr(m, name).astype(np.float64) for name in ("x", "y", "angle", "quality")
+    )
+    for _ in range(rng.geometric(0.5)):
+        k = int(rng.integers(len(x)))
+        what = rng.integers(6)
+        if what == 0 and len(x) < most:
+            far = rng.choice([5.0, 20.0, 60.0])
+            x, y = np.append(x, x[k] + rng.normal(0, far)), np.append(y, y[k] + rng.normal(0, far))
+            angle = np.append(angle, rng.uniform(0, 2 * np.pi))
+            quality = np.append(quality, quality[k])
+        elif what == 1 and len(x) > MIN_MINUTIAE:
+            x, y, angle, quality = (np.delete(one, k) for one in (x, y, angle, quality))
+        elif what == 2:
+            quality[k] = rng.choice([1.0, 20.0, 50.0, 100.0])
+        elif what == 3:
+            angle[k] += rng.normal(0, rng.choice([0.1, 0.4, 3.0]))
+        else:
+            far = rng.choice([1.0, 4.0, 16.0])
+            x[k] += rng.normal(0, far)
+            y[k] += rng.normal(0, far)
+    x, y = np.clip(x, 0.0, FRAME_PX - 1.0), np.clip(y, 0.0, FRAME_PX - 1.0)
+    return Minutiae(x, y, angle, quality=quality)
+
+
+def _changed_field(template: Template, rng: np.random.Generator) -> RidgeField:
+    """Return a ridge field of which a disc of cells is drawn anew, added, or cut away."""
+    field = template.field
+    assert field is not None
+    m = template.minutiae
+    k = int(rng.integers(len(m)))
+    x, y = (rng.normal(values[k], 40.0, 1) for values in (m.x, m.y))
+    spot = Minutiae(x, y, np.zeros(1))  # type: ignore[arg-type]
+    if rng.random() < 0.1:
+        whole = around_minutiae(m, float(rng.uniform(8.0, 60.0)))
+        return drawn_field(Wave.random(rng, (6.0, 14.0)), whole)
+    disc = around_minutiae(spot, float(rng.uniform(8.0, 80.0)))
+    new = drawn_field(Wave.random(rng, (6.0, 14.0)), disc)
+    if rng.random() < 0.25 and (field.mask & ~new.mask).any():
+        return RidgeField(CELL_PX, field.orientation, field.mask & ~new.mask, field.ridges)
+    assert field.ridges is not None
+    assert new.ridges is not None
+    return RidgeField(
+        CELL_PX,
+        np.where(new.mask, new.orientation, field.orientation),
+        field.mask | new.mask,
+        np.where(new.mask, new.ridges, field.ridges),
+    )
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Describe a disc of drawn ridges, or of a print where `print_` is not negative.
+
+    Lengths are in pixels at 500 dpi; `shown` is the place in the print that lies in the middle.
+    """
+
+    x: float
+    y: float
+    radius: float
+    wave: Wave
+    print_: int = -1
+    shown: tuple[float, float] = (0.0, 0.0)
+    turn: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class ImageCandidate:
+    """Hold an image as patches, the later on the earlier, the first of which fills it."""
+
+    side: int
+    patches: tuple[Patch, ...]
+    prints: Prints
+
+    @classmethod
+    def random(cls, rng: np.random.Generator, prints: Prints, side: int) -> ImageCandidate:
+        """Return an image of a few random patches."""
+        count = int(rng.integers(1, 6))
+        return cls(side, tuple(random_patch(rng, prints, side) for _ in range(count)), prints)
+
+    @property
+    def fingers(self) -> tuple[int, ...]:
+        """The fingers that patches show."""
+        return tuple(int(self.prints.finger[p.print_]) for p in self.patches if p.print_ >= 0)
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """Return the image."""
+        y, x = np.mgrid[: self.side, : self.side].astype(np.float64)
+        image = np.full((self.side, self.side), 255.0)
+        for number, patch in enumerate(self.patches):
+            seen = _pixels_of(patch, self.prints, x - patch.x, y - patch.y)
+            edge = patch.radius - np.hypot(x - patch.x, y - patch.y)
+            share = np.clip(edge / 4.0 + 0.5, 0.0, 1.0) if number else 1.0
+            image += share * (seen - image)
+        return np.asarray(np.rint(image), np.uint8)
+
+    def template(self) -> Template | None:
+        """Return the template extracted from the image; None where it has too few minutiae."""
+        found = extract(self.pixels(), STANDARD_DPI)
+        return found if len(found.minutiae) >= MIN_MINUTIAE else None
+
+
+def _pixels_of(
+    patch: Patch, prints: Prints, dx: NDArray[np.float64], dy: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return grey values of a patch at places relative to its middle."""
+    if patch.print_ < 0:
+        return np.asarray(127.0 - 110.0 * np.cos(patch.wave.at(dx, dy)))
+    dpi = prints.templates[patch.print_].dpi
+    grey, _ = resample(grey_of(prints.impressions[patch.print_].path).pixels, dpi)
+    c, s = np.cos(patch.turn), np.sin(patch.turn)
+    x = np.asarray(patch.shown[0] + c * dx + s * dy, np.float32)
+    y = np.asarray(patch.shown[1] - s * dx + c * dy, np.float32)
+    shown = cv2.remap(
+        grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(255.0,)
+    )
+    return np.asarray(shown, np.float64)
+
+
+def random_patch(rng: np.random.Generator, prints: Prints, side: int) -> Patch:
+    """Return a patch of drawn ridges, or of a print, as often the one as the other."""
+    x, y = rng.uniform(0, side, 2).tolist()
+    patch = Patch(x, y, float(rng.uniform(10.0, 0.7 * side)), Wave.random(rng, (6.0, 14.0)))
+    if rng.random() < 0.5:
+        return patch
+    k = int(rng.integers(len(prints.templates)))
+    template = prints.templates[k]
+    if template.field is None:
+        return patch
+    cells = np.argwhere(template.field.mask)
+    zoom = STANDARD_DPI / template.dpi
+    row, column = (cells[rng.integers(len(cells))] + 0.5) * template.field.step * zoom
+    turn = float(rng.uniform(0, 2 * np.pi))
+    return replace(patch, print_=k, shown=(float(column), float(row)), turn=turn)
+
+
+def changed_image(candidate: Any, rng: np.random.Generator) -> ImageCandidate:
+    """Return an image of which a patch is added, taken away, replaced or changed."""
+    image: ImageCandidate = candidate
+    patches = list(image.patches)
+    k = int(rng.integers(len(patches)))
+    what = rng.integers(8)
+    if what == 0 and len(patches) < MOST_PATCHES:
+        patches.append(random_patch(rng, image.prints, image.side))
+    elif what == 1 and len(patches) > 1:
+        del patches[k]
+    elif what == 2:
+        patches[k] = random_patch(rng, image.prints, image.side)
+    else:
+        patches[k] = _changed_patch(patches[k], rng)
+    return replace(image, patches=tuple(patches))
+
+
+def _changed_patch(patch: Patch, rng: np.random.Generator) -> Patch:
+    far = rng.choice([1.0, 4.0, 16.0])
+    dx, dy = rng.normal(0, far, 2).tolist()
+    wave, what = patch.wave, rng.integers(4)
+    if what == 0:
+        return replace(patch, x=patch.x + dx, y=patch.y + dy)
+    if what == 1:
+        return replace(patch, radius=max(4.0, patch.radius + dx))
+    if patch.print_ >= 0:
+        turn = patch.turn + float(rng.normal(0, 0.2))
+        return replace(patch, shown=(patch.shown[0] + dx, patch.shown[1] + dy), turn=turn)
+    return replace(
+        patch,
+        wave=Wave(
+            wave.orientation + float(rng.normal(0, 0.2)),
+            float(np.clip(wave.period * np.exp(rng.normal(0, 0.05)), 4.0, 20.0)),
+            wave.phase + float(rng.normal(0, 0.5)),
+            wave.bend + float(rng.normal(0, 0.1)),
+        ),
+    )

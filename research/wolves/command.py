@@ -1,0 +1,172 @@
+"""The command of ``benchmarks/wolves.py``."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import click
+import cv2
+
+from fpmatch.errors import DatasetError
+from fpmatch.evaluation.extraction import extract_datasets
+from fpmatch.evaluation.run import load_datasets
+from fpmatch.formats.files import save_template
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.output import atomic_write_bytes, check_writable
+from fpmatch.text_table import text_table
+from research.commands import PATH, Command, json_file, synthetic_folder, workers, write_json
+from research.synthetic_sets import TEST_SEED, extract_synthetic_sets
+from research.wolves.candidates import search_spaces
+from research.wolves.probes import groups
+from research.wolves.scores import FORMS, Prints, References, measured
+from research.wolves.search import Budget, searched_rows
+from research.wolves.table import factors_kept, format_wolves, share_kept, wolf_cells
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from research.wolves.scores import Row
+
+
+@click.command(cls=Command)
+@click.argument("folders", metavar="[DIR]...", nargs=-1, type=PATH)
+@click.option("--synthetic", is_flag=True, help="Eight synthetic databases as well.")
+@synthetic_folder
+@click.option("--templates", default=200, show_default=True, help="Of each kind and size.")
+@click.option("--kind", "kinds", multiple=True, help="Only these templates (repeatable).")
+@click.option("--search-seconds", default=20.0, show_default=True, help="Of each search.")
+@click.option("--steps", type=int, help="Of each search, instead of seconds.")
+@click.option("--seed", default=0, show_default=True)
+@json_file
+@click.option("--markdown", metavar="FILE", type=PATH, help="Write the short table to this file.")
+@click.option("--keep", metavar="FOLDER", type=PATH, help="Write the worst templates there.")
+@workers
+@click.pass_context
+def command(
+    context: click.Context,
+    folders: tuple[Path, ...],
+    synthetic: bool,
+    prints: Path | None,
+    templates: int,
+    kinds: tuple[str, ...],
+    search_seconds: float,
+    steps: int | None,
+    seed: int,
+    json_file: Path | None,
+    markdown: Path | None,
+    keep: Path | None,
+    workers: int | None,
+) -> None:
+    r"""Measure whether stated false match rates hold for fragments and adversarial templates.
+
+    Each DIR is an FVC-style database. Templates of these kinds are compared with the whole prints
+    of all other fingers, with their ridges and on their minutiae alone:
+
+    \b
+    - whole prints: the prints as they are;
+    - fragments: 2 to 12 neighbouring minutiae of a print, with the ridges around them or without;
+    - crops: squares of 48 to 200 pixels at 500 dpi at random places of the images, extracted again,
+      of those that show a minutia;
+    - random minutiae, 2 to 12 in a small square, and templates of 100 to 250 minutiae: grids,
+      clusters of coincident or nearly coincident minutiae, fans of lines; without ridges, or with
+      drawn stripes or arches of any period;
+    - wolves: templates and images found by hill climbing, to match as many as possible of the
+      prints of every other finger; measured on the prints of the others.
+
+    For each kind and size are printed the number of templates and of comparisons, the share of them
+    at a score of 20, 30 and 40 or more, its ratio to the stated share, the highest score, and the
+    share of unseen prints that the worst template matches at 40: the one that matches the most
+    prints of every other finger, measured on the prints of the others. The shares should be at most
+    twice the stated ones (nothing is stated of wolves), and no template should match more than 1 %
+    of the unseen prints; "!" marks what exceeds its limit. The exit status is 0 if nothing does, 1
+    otherwise, 2 for bad input.
+
+    --json writes what ``python -m research tables accuracy --wolves`` reads; --keep writes the
+    worst template of every row that matches any unseen print. With --steps the search is the same
+    for the same prints and seed.
+    """
+    for target in filter(None, (json_file, markdown)):
+        check_writable(target)
+    sets = extract_datasets(load_datasets(folders), workers=workers) if folders else []
+    if synthetic:
+        sets += extract_synthetic_sets(TEST_SEED, prints, workers)
+    budget = Budget(search_seconds, steps)
+    rows = _measure(_prints_of(sets), templates, kinds, budget, seed, workers)
+    found = [row.as_json() for row in rows]
+    click.echo(text_table(wolf_cells(found)))
+    if json_file:
+        document = {
+            "matcher": MATCHER.name,
+            "seed": seed,
+            "templates": templates,
+            "search_seconds": None if steps is not None else search_seconds,
+            "search_steps": steps,
+            "rows": found,
+        }
+        write_json(json_file, document)
+    if markdown:
+        atomic_write_bytes(markdown, f"{format_wolves(found)}\n".encode())
+    if keep:
+        _keep(rows, keep)
+    context.exit(0 if all(factors_kept(row) and share_kept(row) for row in found) else 1)
+
+
+def _prints_of(sets: Sequence[ExtractedSet]) -> Prints:
+    """Return the prints of some databases; refuse those that leave nothing to compare with."""
+    if sets:
+        prints = Prints.of(sets)
+        if prints.searched.any() and not prints.searched.all():
+            return prints
+    raise DatasetError("the databases have too few fingers with a template: two at least")
+
+
+def _measure(
+    prints: Prints,
+    count: int,
+    kinds: tuple[str, ...],
+    budget: Budget,
+    seed: int,
+    workers: int | None,
+) -> list[Row]:
+    """Return the rows of all kinds."""
+    references = {form: References.of(prints, form) for form in FORMS}
+    hidden = not sys.stderr.isatty()
+    rows = []
+    planned = [one for one in groups(prints, count, seed) if not kinds or one.kind in kinds]
+    with click.progressbar(planned, label="templates", file=sys.stderr, hidden=hidden) as bar:
+        for group in bar:
+            probes = group.make()
+            for form, compared in references.items():
+                forms = (group.form, form)
+                rows.append(
+                    measured(group.kind, group.size, probes, forms, compared, workers=workers)
+                )
+    spaces = search_spaces(prints.take(prints.searched))
+    searches = [one for one in spaces if not kinds or one.kind in kinds]
+    with click.progressbar(searches, label="wolves", file=sys.stderr, hidden=hidden) as bar:
+        rows += searched_rows(
+            searches,
+            prints,
+            references,
+            budget,
+            seed,
+            workers=workers,
+            finished=lambda _: bar.update(1),
+        )
+    return rows
+
+
+def _keep(rows: Sequence[Row], folder: Path) -> None:
+    """Write the worst template of every row that matches unseen prints, and a composed image."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for row in rows:
+        if row.worst is not None and row.worst_share > 0.0:
+            words = (row.kind, str(row.size), row.probes, "against", row.references)
+            name = "-".join(words).replace(" ", "-")
+            save_template(folder / f"{name}.json", row.worst.template)
+            if row.worst.pixels is not None:
+                _, png = cv2.imencode(".png", row.worst.pixels)
+                atomic_write_bytes(folder / f"{name}.png", png.tobytes())

@@ -1,0 +1,211 @@
+"""Scores of templates against whole prints of other fingers, and what they amount to."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.matching.calibration import load_calibration
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.packed_templates import PackedTemplates
+from research.experiments.calibration_check import SCORES, CalibrationCheck
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import NDArray
+
+    from fpmatch.evaluation.extraction import ExtractedSet
+    from fpmatch.matching.calibration import Calibration
+    from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
+    from fpmatch.minutiae import Template
+
+FORMS: Final = ("with ridges", "minutiae alone")
+AT: Final = 40.0  # the score from which on a print counts as matched: the default threshold
+NO_FINGER: Final = -1  # whose a template is that is no finger's
+
+
+@dataclass(frozen=True, eq=False)
+class Prints:
+    """Hold whole prints, and whose they are; fingers of different databases are different ones."""
+
+    templates: list[Template]
+    finger: NDArray[np.intp]
+    impressions: list[Any]
+    dpi: list[float | None]
+
+    @classmethod
+    def of(cls, sets: Sequence[ExtractedSet]) -> Prints:
+        """Return all prints of some databases that gave a template."""
+        rows = [
+            (found.template, (number, impression.finger), impression, one.dataset.dpi)
+            for number, one in enumerate(sets)
+            for impression, found in zip(one.dataset.impressions, one.extractions, strict=True)
+            if found.template is not None
+        ]
+        templates, shown, impressions, dpi = (list(column) for column in zip(*rows, strict=True))
+        _, finger = np.unique(np.array(shown), axis=0, return_inverse=True)
+        return cls(templates, finger.ravel(), impressions, dpi)
+
+    def take(self, chosen: NDArray[np.bool_]) -> Prints:
+        """Return some of the prints."""
+        which = np.flatnonzero(chosen)
+        return Prints(
+            [self.templates[k] for k in which],
+            self.finger[which],
+            [self.impressions[k] for k in which],
+            [self.dpi[k] for k in which],
+        )
+
+    @property
+    def searched(self) -> NDArray[np.bool_]:
+        """Which prints wolves are searched on: those of every other finger."""
+        return np.asarray(self.finger % 2 == 0)
+
+
+@dataclass(frozen=True, eq=False)
+class References:
+    """Hold the prepared prints of a form that templates are compared with."""
+
+    many: PackedTemplates
+    finger: NDArray[np.intp]
+    searched: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, prints: Prints, form: str) -> References:
+        """Prepare prints as they are, or their minutiae alone."""
+        made = [MATCHER.prepare(in_form(template, form)) for template in prints.templates]
+        return cls(PackedTemplates.pack(made), prints.finger, prints.searched)
+
+
+@dataclass(frozen=True, eq=False)
+class Probe:
+    """Hold a template that is to match nothing.
+
+    Parameters
+    ----------
+    template : Template
+        The template.
+    finger : int
+        The finger that it is of; `NO_FINGER` for none.
+    pixels : ndarray of uint8 or None
+        The image that it was extracted from, where that was composed.
+    """
+
+    template: Template
+    finger: int = NO_FINGER
+    pixels: NDArray[np.uint8] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """Hold what templates of one kind and size came to against references of one form.
+
+    Parameters
+    ----------
+    kind, size : str, int
+        What they are; the size is in minutiae, of crops and composed images in pixels.
+    probes, references : str
+        Whether they have ridges, one of `FORMS`.
+    templates : int
+        How many were compared.
+    check : CalibrationCheck
+        The comparisons that reach each score.
+    highest : float
+        The highest score.
+    worst : Probe or None
+        Of the templates, that which matches the most prints that were searched on.
+    worst_share : float
+        The share of the other prints that it matches.
+    adversarial : bool
+        Whether the templates were searched for, so that the rates of scores mean nothing.
+    """
+
+    kind: str
+    size: int
+    probes: str
+    references: str
+    templates: int
+    check: CalibrationCheck
+    highest: float
+    worst: Probe | None
+    worst_share: float
+    adversarial: bool = False
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the row as JSON values."""
+        return {
+            "kind": self.kind,
+            "size": self.size,
+            "probes": self.probes,
+            "references": self.references,
+            "templates": self.templates,
+            "adversarial": self.adversarial,
+            **self.check.as_json(),
+            "highest": round(self.highest, 2),
+            "worst_share": round(self.worst_share, 5),
+        }
+
+
+def in_form(template: Template, form: str) -> Template:
+    """Return a template as it is, or without its ridges."""
+    return template if form == FORMS[0] else replace(template, field=None)
+
+
+def scores_of(
+    matcher: UnitCircleMatcher,
+    calibration: Calibration,
+    probe: Template,
+    references: PackedTemplates,
+) -> NDArray[np.float64]:
+    """Return the score of a template against each of many prints.
+
+    All scores of this benchmark come from here: where a score comes to depend on more than the
+    similarity, this is what to change.
+    """
+    return calibration.scores(matcher.similarities(matcher.prepare(probe), references))
+
+
+def measured(
+    kind: str,
+    size: int,
+    probes: Iterable[Probe],
+    forms: tuple[str, str],
+    references: References,
+    *,
+    adversarial: bool = False,
+    workers: int | None = None,
+) -> Row:
+    """Compare templates with all prints of other fingers."""
+    calibration = load_calibration(MATCHER.name)
+    given = list(probes)
+
+    def of_one(probe: Probe) -> NDArray[np.float64]:
+        return scores_of(MATCHER, calibration, probe.template, references.many)
+
+    with ThreadPoolExecutor(workers) as pool:
+        score = np.array([*pool.map(of_one, given)]).reshape(len(given), len(references.finger))
+    finger = np.array([probe.finger for probe in given], np.intp)
+    other = finger[:, None] != references.finger
+    counted = other & ~references.searched if adversarial else other
+    reached = tuple(int(np.count_nonzero(score[counted] >= at)) for at in SCORES)
+    matched = (score >= AT) & other
+    seen, unseen = references.searched, ~references.searched
+    worst = matched[:, seen].sum(axis=1).argmax() if given else None
+    share = 0.0
+    if worst is not None:
+        share = matched[worst, unseen].sum() / max(int(other[worst, unseen].sum()), 1)
+    return Row(
+        kind,
+        size,
+        *forms,
+        len(given),
+        CalibrationCheck(f"{kind} {size}", int(counted.sum()), reached),
+        float(score[counted].max(initial=0.0)),
+        None if worst is None else given[worst],
+        float(share),
+        adversarial,
+    )

@@ -1,0 +1,121 @@
+"""How often fragments and templates that are to match anything do match, as a table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from fpmatch.matching.calibration import score_to_fmr
+from fpmatch.text_table import markdown_table
+from research.experiments.calibration_check import LARGEST_FACTOR
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+LARGEST_SHARE: Final = 0.01
+"""The largest share of unseen prints that one template may match."""
+
+WHOLE: Final = "whole print"
+"""The kind of template that has no size."""
+
+_NAMED: Final = ("kind", "size", "probes", "references")
+
+
+def factors_kept(row: Mapping[str, Any]) -> bool:
+    """Return whether impostors reach no score more than twice as often as stated.
+
+    Of templates that were searched for, nothing is stated.
+
+    Examples
+    --------
+    >>> scores = [{"score": 40.0, "factor": 2.1}]
+    >>> factors_kept({"scores": scores, "adversarial": False})
+    False
+    """
+    return bool(row["adversarial"]) or all(at["factor"] <= LARGEST_FACTOR for at in row["scores"])
+
+
+def share_kept(row: Mapping[str, Any]) -> bool:
+    """Return whether the worst template matches few enough unseen prints.
+
+    Examples
+    --------
+    >>> share_kept({"worst_share": 0.02})
+    False
+    """
+    return bool(row["worst_share"] <= LARGEST_SHARE)
+
+
+def wolf_cells(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+    """Return the cells of the table, its head first.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        ``"rows"`` of what ``benchmarks/wolves.py --json`` wrote.
+
+    Returns
+    -------
+    list of list of str
+        A row each; "!" marks what is beyond its limit.
+
+    Examples
+    --------
+    >>> row = {"kind": "fragment", "size": 3, "probes": "with ridges", "references": "with ridges",
+    ...        "templates": 2, "adversarial": False, "impostors": 200, "highest": 41.25,
+    ...        "scores": [{"score": 40.0, "share": 0.005, "factor": 50.0}], "worst_share": 0.01}
+    >>> wolf_cells([row])[1][4:]
+    ['2', '200', '0.500 %', '50.00 !', '41.2', '1.00 %']
+    """
+    head = ["templates", "size", "probes", "references", "number", "comparisons"]
+    for at in rows[0]["scores"] if rows else ():
+        head += [f"at {at['score']:g}", f"times {100 * score_to_fmr(at['score']):g} %"]
+    cells = [[*head, "highest", "worst, unseen"]]
+    for row in rows:
+        line = [row["kind"], _size(row["kind"], row["size"]), row["probes"], row["references"]]
+        line += [str(row["templates"]), f"{row['impostors']:,}"]
+        for at in row["scores"]:
+            beyond = not row["adversarial"] and at["factor"] > LARGEST_FACTOR
+            line += [f"{100 * at['share']:.3f} %", f"{at['factor']:.2f}{' !' * beyond}"]
+        share = f"{100 * row['worst_share']:.2f} %{' !' * (not share_kept(row))}"
+        cells.append([*line, f"{row['highest']:.1f}", share])
+    return cells
+
+
+def format_wolves(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return a shorter table in Markdown: a row a kind and size, two columns a pair of forms.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        As for `wolf_cells`.
+
+    Returns
+    -------
+    str
+        For each pair of forms how many times the stated shares reach the scores, "–" of templates
+        that were searched for, and the share of unseen prints that the worst template matches.
+    """
+    pairs = list(dict.fromkeys((row["probes"], row["references"]) for row in rows))
+    lines = list(dict.fromkeys((row["kind"], row["size"]) for row in rows))
+    found = {tuple(row[name] for name in _NAMED): row for row in rows}
+    head = ["templates", "size"]
+    for probes, references in pairs:
+        head += [f"{probes}, against {references}", "worst"]
+    cells = [head]
+    for kind, size in lines:
+        line = [kind, _size(kind, size)]
+        for pair in pairs:
+            row = found.get((kind, size, *pair))
+            line += ["", ""] if row is None or not row["impostors"] else _short(row)
+        cells.append(line)
+    return markdown_table(cells)
+
+
+def _size(kind: str, size: int) -> str:
+    return "" if kind == WHOLE else str(size)
+
+
+def _short(row: Mapping[str, Any]) -> list[str]:
+    """Return the two cells of a row in the shorter table."""
+    times = " / ".join(f"{at['factor']:.3g}" for at in row["scores"])
+    return ["–" if row["adversarial"] else times, f"{100 * row['worst_share']:.2f} %"]

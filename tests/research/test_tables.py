@@ -1,0 +1,135 @@
+"""`research.tables`: the pages show the kept results, and results become tables."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from fpmatch.errors import FpmatchError
+from fpmatch.matching.score import FEATURES
+from fpmatch.synthesis.presets import PRESETS
+from fpmatch.synthesis.sensor import SENSORS
+from research.experiments.image_statistics_table import TITLES
+from research.marked_blocks import marked_block, replace_marked_block
+from research.tables import pages
+from research.tables.accuracy import error_rates_kept, format_ablation
+from research.tables.pages import PAGES, Page, Part, keep_results, load_results, outdated_blocks
+from research.tables.performance import format_ratios, format_stages
+from research.tables.synthesis import format_synthesis, preset_rows
+
+
+def test_the_pages_show_the_kept_results(run_research) -> None:
+    checked = run_research("tables", "--check")
+    assert (checked.exit_code, checked.output) == (0, "")
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_every_row_of_a_table_has_as_many_cells_as_its_head(name: str) -> None:
+    results = load_results(PAGES[name])
+    for format_block in PAGES[name].blocks.values():
+        for block in format_block(results).split("\n\n"):
+            if block.startswith("|"):
+                assert len({line.count("|") for line in block.splitlines()}) == 1
+
+
+def test_the_kept_results_are_of_the_present_features_presets_and_sensors() -> None:
+    ablation = load_results(PAGES["accuracy"])["ablation"]
+    assert list(ablation) == ["all", *(f"without {name}" for name in FEATURES)]
+    synthesis = load_results(PAGES["synthesis"])
+    assert [row["name"].split(", ")[1] for row in synthesis["presets"]] == list(PRESETS)
+    assert len(synthesis["prints"]["sets"]) == len(SENSORS)
+
+
+@pytest.fixture
+def docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a folder of documentation with one page."""
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "kept.json").write_text('{"one": 1, "two": 2}')
+    page = tmp_path / "page.md"
+    page.write_text("<!-- sum:start -->\n\n3\n\n<!-- sum:end -->\n")
+    parts = {name: Part(name, "kept.json", keep=abs) for name in ("one", "two")}
+    one = Page(parts, {(page, "sum"): lambda results: str(results["one"] + results["two"])})
+    monkeypatch.setattr(pages, "DOCS", tmp_path)
+    monkeypatch.setattr(pages, "ROOT", tmp_path)
+    monkeypatch.setattr(pages, "PAGES", {"page": one})
+    return tmp_path
+
+
+def test_a_given_part_replaces_the_kept_one(docs: Path) -> None:
+    page = pages.PAGES["page"]
+    assert outdated_blocks() == []
+    (docs / "new.json").write_text("-7")
+    keep_results(page, {"one": docs / "new.json"})
+    assert json.loads((docs / "data" / "kept.json").read_text()) == {"one": 7, "two": 2}
+    assert outdated_blocks() == ["page.md: the block 'sum'"]
+    pages.write_blocks(page)
+    assert outdated_blocks() == []
+    assert marked_block((docs / "page.md").read_text(), "sum") == "9"
+
+
+@pytest.mark.parametrize("content", ["{", '{"one": 1}', None])
+def test_broken_results_are_refused(docs: Path, content: str | None) -> None:
+    path = docs / "data" / "kept.json"
+    path.unlink()
+    if content is not None:
+        path.write_text(content)
+    with pytest.raises(FpmatchError, match=re.escape(str(path))):
+        outdated_blocks()
+
+
+def test_a_page_without_its_marks_is_refused() -> None:
+    with pytest.raises(FpmatchError, match="no marks a:start"):
+        replace_marked_block("<!-- a:start -->", "a", "new")
+
+
+def test_only_the_rates_that_the_page_shows_are_kept() -> None:
+    row = {"name": "one", "eer": 0.01, "fmr1000": 0.02, "zero_fnmr": 0.9}
+    kept = error_rates_kept({"sets": [row], "mean": row, "pooled": row, "intervals": {}})
+    assert kept["sets"] == [{"name": "one", "eer": 0.01, "fmr1000": 0.02}]
+    assert set(kept) == {"sets", "mean", "pooled"}
+
+
+def test_an_ablation_shows_rates_changes_and_identical_scores() -> None:
+    rates = {"eer": 0.0123, "fmr1000": 0.03}
+    change = {"eer": [-0.001, 0.004], "fmr1000": None}
+    row = {"mean": rates, "pooled": rates, "change": change, "identical": 0.25}
+    table = format_ablation([{"name": "base", "with ridges": row, "minutiae alone": row}])
+    assert table.count("| base | 1.23 / 3.00 | 1.23 / 3.00 | -0.10 to +0.40 | – | 25.0 % |") == 2
+    assert table.index("with ridges") < table.index("minutiae alone")
+
+
+def test_a_ratio_that_misses_its_target_is_marked() -> None:
+    row = {"name": "one", "value": 0.512, "unit": "times the time", "target": "<= 0.5"}
+    row |= {"ok": False, "ours": "30.7 µs", "yardstick": "another: 60 µs"}
+    line = format_ratios({"figures": [row]}).splitlines()[-1]
+    assert line == "| one | 0.512 times the time | ≤ 0.5 | **no** | 30.7 µs | another: 60 µs |"
+
+
+def test_a_stage_of_one_version_alone_is_shown() -> None:
+    before = {"extraction": {"old": 20.0, "both": 1.0}, "matching": {}, "process": {}}
+    now = {"extraction": {"both": 0.5, "new": 2.0}, "matching": {}, "process": {}}
+    table = format_stages({"before": before, "now": now})
+    for row in ("| old | 20 ms | - |", "| both | 1.00 ms | 0.50 ms |", "| new | - | 2.00 ms |"):
+        assert row in table
+    assert "| together | 21 ms | 2.50 ms |" in table
+
+
+def test_presets_are_shown_at_the_main_tolerance() -> None:
+    agreement = [
+        {"distance_px": 16.0, "precision": 1.0, "recall": 1.0, "f1": 1.0},
+        {"distance_px": 12.0, "precision": 0.9, "recall": 0.8, "f1": 0.847},
+    ]
+    transforms = {"genuine": 12, "judged": 10, "match": 0.99, "in_place": 0.975}
+    measured = {"name": "easy", "prints": 8, "agreement": agreement, "transforms": transforms}
+    evaluation = {"sets": [{"name": "easy", "eer": 0.0125}], "minutiae": {"sets": [measured]}}
+    quantiles = {name: [1.0, 2.0, 3.0, 4.0, 5.0] for name in TITLES}
+    one = {"name": "ours", "prints": 8, "quantiles": quantiles}
+    one["outside"] = dict.fromkeys(TITLES, 0.25)
+    prints = {"sets": [one], "against": [{**one, "name": "theirs"}]}
+    page = format_synthesis({"prints": prints, "presets": preset_rows(evaluation)})
+    assert "| ours | 8 | 3.00 (1.00–5.00) |" in page
+    assert "| 25 % | 25 % |" in page
+    assert "| easy | 8 | 0.900 | 0.800 | 0.847 | 10 | 99.0 % | 97.5 % | 1.25 % |" in page

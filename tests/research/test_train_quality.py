@@ -1,0 +1,69 @@
+"""`research.training.quality_fit`: what is learned follows examples and praises no fault."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fpmatch.image.quality.measures import QualityMeasures
+from fpmatch.image.quality.print_quality import (
+    FEATURES,
+    load_quality_weights,
+    quality_features,
+    quality_score,
+)
+from fpmatch.synthesis.master import Master, MasterParameters, make_master
+from fpmatch.synthesis.sensor import Sensor
+from research.training.quality import BETTER, FAULTS, fit_quality, spoilt_impression
+
+SENSOR = Sensor("small", 160, 180)
+
+
+def examples(rng: np.random.Generator, sign: float) -> tuple[list[QualityMeasures], list[float]]:
+    """Return prints that compare the better (sign 1) or worse (-1) the more ridges they have."""
+    areas = rng.uniform(20, 300, 60)
+    figures = [
+        QualityMeasures(370, a, 30, 0.45, rng.uniform(0.3, 1), 0.3, 9, 0.9, 0.02) for a in areas
+    ]
+    shares = 1 / (1 + np.exp(-sign * 2 * np.log(areas / 100)))
+    return figures, shares.tolist()
+
+
+@pytest.fixture(scope="module")
+def master() -> Master:
+    return make_master(7, 1, MasterParameters(shape=(240, 220)))
+
+
+def test_more_ridges_are_better_where_examples_say_so(rng: np.random.Generator) -> None:
+    weights = fit_quality(*examples(rng, 1))
+    assert weights.weight[FEATURES.index("ridges")] > 0.5
+    figures = QualityMeasures(370, 200, 30, 0.45, 0.5, 0.3, 9, 0.9, 0.02)
+    less = replace(figures, ridges_mm2=50)
+    assert quality_score(quality_features(less), weights) < 50
+    assert quality_score(quality_features(figures), weights) > 50
+
+
+def test_no_examples_make_less_of_a_print_better(rng: np.random.Generator) -> None:
+    assert fit_quality(*examples(rng, -1)).weight[FEATURES.index("ridges")] == 0
+
+
+def test_the_weights_of_the_package_praise_no_fault() -> None:
+    weight = load_quality_weights().weight
+    assert all(w >= 0 if better else w <= 0 for w, better in zip(weight, BETTER, strict=True))
+
+
+def test_the_same_examples_give_the_same_file(rng: np.random.Generator) -> None:
+    made = examples(rng, 1)
+    assert fit_quality(*made).as_json() == fit_quality(*made).as_json()
+
+
+@pytest.mark.parametrize("fault", sorted(set(FAULTS)))
+def test_every_fault_can_be_made_and_made_again(master: Master, fault: str) -> None:
+    one, other = (
+        spoilt_impression(master, 1, fault, SENSOR, np.random.default_rng(3)) for _ in range(2)
+    )
+    assert np.array_equal(one[0], other[0])
+    assert one[0].dtype == np.uint8
+    assert one[1] == other[1] == SENSOR.dpi

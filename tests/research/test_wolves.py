@@ -1,0 +1,236 @@
+"""`benchmarks/wolves.py`: what it makes, how it searches, and what it prints."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fpmatch.formats.files import load_template
+from fpmatch.matching._ridge_search_kernel import COMPILED
+from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from fpmatch.minutiae import Minutiae, RidgeField, Template
+from research.wolves import candidates, scores, search, templates
+from research.wolves.table import format_wolves, wolf_cells
+
+ROOT = Path(__file__).resolve().parents[2]
+BENCHMARKS = ROOT / "benchmarks"
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def print_of(seed: int, size: int = 30) -> Template:
+    """Return a template of random minutiae with drawn ridges everywhere."""
+    rng = np.random.default_rng(seed)
+    columns = rng.uniform((20, 20, 0), (380, 380, 2 * np.pi), (size, 3)).T
+    wave = templates.Wave.random(rng, (7.0, 11.0))
+    field = templates.drawn_field(wave, lambda x, y: np.ones(x.shape, bool))
+    return Template(Minutiae(*columns), 400, 400, field=field)
+
+
+def prints(count: int, impressions: int = 1) -> scores.Prints:
+    """Return prints of so many fingers."""
+    made = [print_of(k // impressions) for k in range(count * impressions)]
+    finger = np.arange(count * impressions) // impressions
+    return scores.Prints(made, finger, [None] * len(made), [500.0] * len(made))
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 90, 135])
+def test_stripes_run_as_they_are_said_to(degrees) -> None:
+    wave = templates.Wave(np.radians(degrees), 9.0)
+    field = templates.drawn_field(wave, lambda x, _: x < 200)
+    turned = np.exp(2j * (field.orientation - wave.orientation))
+    assert np.allclose(turned, 1.0, atol=1e-3)
+    assert field.mask.sum() == field.mask.size / 25 * 12  # the middles of 12 columns of 25
+    # along a ridge the phase stays, across it grows by a turn a period
+    c, s = np.cos(wave.orientation), np.sin(wave.orientation)
+    along, across = wave.at(50 * c, -50 * s), wave.at(-9 * s, -9 * c)
+    assert along == pytest.approx(wave.phase)
+    assert abs(across - wave.phase) == pytest.approx(2 * np.pi)
+
+
+@given(SEEDS, st.integers(2, 250), st.sampled_from([*templates.FEW, *templates.MANY]))
+def test_random_templates_have_the_size_that_is_asked_for(seed, size, kind) -> None:
+    make = {**templates.FEW, **templates.MANY}[kind]
+    made = make(size, np.random.default_rng(seed))
+    assert len(made.minutiae) == size
+    assert made.minutiae.xy.min() >= 0
+    assert made.minutiae.xy.max() < templates.FRAME_PX
+    assert made == make(size, np.random.default_rng(seed))
+
+
+def test_a_print_is_moved_to_the_middle_by_whole_cells_with_its_ridges() -> None:
+    mask = np.zeros((30, 40), bool)
+    mask[3:6, 30:35] = True
+    orientation = np.where(mask, np.linspace(0, 3, mask.size).reshape(mask.shape), 0.0)
+    ridges = np.arange(mask.size, dtype=np.uint64).reshape(mask.shape)
+    minutiae = Minutiae([500.0, 520.0], [60.0, 70.0], [0.0, 1.0])
+    field = RidgeField(16.0, orientation, mask, ridges)
+    moved = candidates.centred(Template(minutiae, 640, 480, 500.0, field))
+    right, down = np.round((moved.minutiae.xy - minutiae.xy)[0] / 16.0).astype(int)
+    assert np.allclose(moved.minutiae.xy - minutiae.xy, [16 * right, 16 * down])
+    assert np.abs(moved.minutiae.xy.mean(axis=0) - 200).max() <= 8.0
+    assert moved.field.mask.sum() == mask.sum()
+    row, column = np.argwhere(mask).T
+    assert np.array_equal(moved.field.ridges[row + down, column + right], ridges[mask])
+    assert np.array_equal(
+        moved.field.orientation[row + down, column + right], field.orientation[mask]
+    )
+
+
+@given(SEEDS, st.booleans(), st.sampled_from(candidates.TEMPLATE_SIZES))
+def test_changes_keep_a_template_within_its_limits(seed, ridges, size) -> None:
+    rng = np.random.default_rng(seed)
+    form = scores.FORMS[0 if ridges else 1]
+    (space,) = (
+        one
+        for one in candidates.search_spaces(prints(2))
+        if (one.kind, one.size, one.form) == ("wolf", size, form)
+    )
+    candidate = space.start(rng)
+    for _ in range(10):
+        candidate = space.change(candidate, rng)
+        template = candidate.template()
+        assert MIN_MINUTIAE <= len(template.minutiae) <= size
+        assert 0 <= template.minutiae.xy.min() <= template.minutiae.xy.max() < 400
+        assert (template.field is not None) == ridges
+
+
+@dataclass(frozen=True)
+class Number:
+    """A candidate that is a number: the nearer to 100, the better."""
+
+    value: float
+    fingers: tuple[int, ...] = ()
+
+
+class Nearness:
+    """The objective of such candidates."""
+
+    def of(self, candidate: Number) -> float:
+        return -abs(candidate.value - 100.0)
+
+
+NUMBERS = search.SearchSpace(
+    "number",
+    1,
+    "",
+    lambda rng: Number(rng.uniform(0, 10)),
+    lambda candidate, rng: Number(candidate.value + rng.normal()),
+)
+
+
+def test_a_search_climbs_and_is_the_same_for_the_same_seed() -> None:
+    def reached(steps: int, seed: int = 1) -> float:
+        return search.climb(NUMBERS, Nearness(), search.Budget(0.0, steps), (seed,))[1]
+
+    found = [reached(steps) for steps in (0, 50, 400)]
+    assert found == sorted(found)
+    assert found[0] < -85
+    assert found[2] > -5
+    assert reached(50) == found[1]
+    assert reached(50, seed=2) != found[1]
+
+
+def test_a_search_without_steps_ends_with_its_time() -> None:
+    assert list(search.Budget(0.0).steps_of()) == []
+
+
+def test_prints_of_the_same_finger_are_not_counted() -> None:
+    known = prints(4, impressions=2)
+    references = scores.References.of(known, scores.FORMS[0])
+    probe = scores.Probe(known.templates[0], 0)
+    row = scores.measured("whole", 30, [probe], scores.FORMS, references)
+    assert row.check.impostors == 6
+    assert row.check.reached == (0, 0, 0)
+    impostor = scores.measured(
+        "whole", 30, [scores.Probe(known.templates[2])], scores.FORMS, references
+    )
+    assert impostor.check.reached[2] == 2  # of finger 1, which is among the unseen
+    assert (impostor.worst_share, impostor.highest > 60) == (0.5, True)
+    wolf = scores.measured(
+        *("whole", 30, [scores.Probe(known.templates[2])], scores.FORMS, references),
+        adversarial=True,
+    )
+    assert (wolf.check.impostors, wolf.check.reached[2]) == (4, 2)  # unseen prints alone
+
+
+def test_the_objective_leaves_out_the_fingers_that_parts_are_of() -> None:
+    known = prints(6)
+    objective = search.Objective.on(known)
+    candidate = candidates.TemplateCandidate(known.templates[2])
+    assert objective.of(candidate) > 1 / 3
+    assert objective.of(candidates.TemplateCandidate(known.templates[2], (2,))) < 0.1
+
+
+@given(SEEDS)
+def test_composed_images_change_within_their_limits(seed) -> None:
+    rng = np.random.default_rng(seed)
+    bare = scores.Prints([Template(Minutiae.empty(), 1, 1)], np.array([0]), [None], [None])
+    image = candidates.ImageCandidate.random(rng, bare, 64)
+    for _ in range(5):
+        image = candidates.changed_image(image, rng)
+        assert 1 <= len(image.patches) <= candidates.MOST_PATCHES
+    pixels = image.pixels()
+    assert (pixels.shape, pixels.dtype, image.fingers) == ((64, 64), np.uint8, ())
+
+
+def row(**other: object) -> dict[str, object]:
+    figures = [{"score": 40.0, "reached": 1, "share": 0.005, "factor": 50.0}]
+    usual = {"kind": "crop", "size": 64, "probes": "with ridges", "references": "minutiae alone"}
+    counts = {"templates": 2, "impostors": 200, "highest": 41.25, "worst_share": 0.02}
+    return {**usual, **counts, "scores": figures, "adversarial": False, **other}
+
+
+def test_the_table_marks_what_is_beyond_its_limit() -> None:
+    assert wolf_cells([row()])[1][-4:] == ["0.500 %", "50.00 !", "41.2", "2.00 % !"]
+    kept = row(
+        scores=[{"score": 40.0, "reached": 0, "share": 0.0, "factor": 0.0}], worst_share=0.01
+    )
+    assert not any("!" in cell for cell in wolf_cells([kept])[1])
+    assert wolf_cells([row(adversarial=True)])[1][-3] == "50.00"
+
+
+def test_the_short_table_has_a_row_a_kind_and_size() -> None:
+    rows = [row(), row(probes="minutiae alone"), row(kind="wolf", adversarial=True)]
+    lines = format_wolves(rows).splitlines()
+    assert len(lines) == 4
+    assert lines[2] == "| crop | 64 | 50 | 2.00 % | 50 | 2.00 % |"
+    assert lines[3] == "| wolf | 64 | – | 2.00 % |  |  |"
+
+
+def run(*words: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(BENCHMARKS / "wolves.py"), *map(str, words), "--workers", "1"]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
+def test_the_benchmark_prints_and_writes_what_it_measures(tmp_path) -> None:
+    wanted = ["--kind", "fragment", "--kind", "wolf image"]
+    few = ["--templates", 2, "--steps", 0]
+    into = ["--json", tmp_path / "w.json", "--markdown", tmp_path / "w.md"]
+    done = run(ROOT / "sample_data", *wanted, *few, *into, "--keep", tmp_path / "kept")
+    assert done.returncode in {0, 1}, done.stderr
+    document = json.loads((tmp_path / "w.json").read_text())
+    found = [(r["kind"], r["size"], r["probes"], r["references"]) for r in document["rows"]]
+    assert len(found) == len(set(found)) == 8 * 4 + 3 * 2
+    assert done.stdout.startswith("templates ")
+    assert {r["impostors"] for r in document["rows"] if r["kind"] == "fragment"} == {2 * 12}
+    assert (tmp_path / "w.md").read_text().startswith("| templates | size |")
+    for path in (tmp_path / "kept").glob("*.json"):
+        assert len(load_template(path).minutiae) >= MIN_MINUTIAE
+
+
+@pytest.mark.parametrize("folder", ["nowhere", "docs"])
+def test_bad_input_is_one_line(tmp_path, folder) -> None:
+    done = run(tmp_path / folder, "--json", tmp_path / "w.json")
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert done.stderr.startswith("wolves.py: error: ")
+    assert not (tmp_path / "w.json").exists()

@@ -69,6 +69,7 @@ import numpy as np
 from pathlib import Path
 ONE_FILE = {str(ROOT / "docs" / "how-to" / "one_file")!r}
 from fpmatch import *
+from fpmatch.errors import GalleryError
 from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
 from fpmatch.evaluation.rates import threshold_at_fmr, error_curves, error_rates
 from fpmatch.formats.points_csv import load_points

@@ -111,8 +111,8 @@ def measure_scale(
 def find_scale(verification: Verification) -> ScaleMeasurement | None:
     """Find the scale between the prints of a verification, whether they match or not.
 
-    Where they match, it is that of their pairs. Where they do not, the probe is compared at other
-    scales; one at which the prints match is a reason for the no (never a yes). Where a share of
+    Where they match, it is that of their pairs. Where they do not, the probe is compared at the likeliest
+    other scales; one at which the prints match is a reason for the no (never a yes). Where a share of
     pairs decided, which no scale changes, none is tried. A scale that differs is measured again
     with the resolutions corrected: otherwise pairs far from the middle are lost.
 
@@ -142,9 +142,10 @@ def find_scale(verification: Verification) -> ScaleMeasurement | None:
     if v.rho is not None or v.rematch is None:
         return None
     needed = v.threshold + 10.0 * math.log10(len(CANDIDATE_RATIOS))  # for so many tries
+    possible = [ratio for ratio in CANDIDATE_RATIOS if _at_scale(v.probe, ratio)]
     tries = [
-        (v.rematch.score_of(rescaled)[0], ratio)
-        for ratio in CANDIDATE_RATIOS
+        (v.rematch.score(rescaled), ratio)
+        for ratio in v.rematch.likeliest_scales(possible)
         if (rescaled := _at_scale(v.probe, ratio))
     ]
     score, ratio = max(tries, default=(-math.inf, 1.0))
@@ -160,8 +161,7 @@ def _refined(verification: Verification, ratio: float) -> ScaleMeasurement | Non
         rescaled = _at_scale(v.probe, ratio)
         if rescaled is None:
             return None
-        _, pairs = v.rematch.score_of(rescaled)
-        found = measure_scale(rescaled, v.reference, pairs)
+        found = measure_scale(rescaled, v.reference, v.rematch.pairs(rescaled))
         if found is None:
             return None
         ratio *= found.ratio

@@ -23,14 +23,14 @@ cdef class Aligner:
     cdef int columns, rows
 
     @cython.locals(row=cython.Py_ssize_t, i=cython.Py_ssize_t)
-    cpdef int put_a(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
+    cpdef int load_a(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
     @cython.locals(
         j=cython.Py_ssize_t, cell=cython.Py_ssize_t, cells=cython.Py_ssize_t, filling=cython.int,
         row=cython.int, column=cython.int, first_column=cython.int, last_column=cython.int,
         first_row=cython.int, last_row=cython.int, count=cython.int, behind=cython.int,
         x1=cython.double, y1=cython.double, side=cython.double, reach=cython.double,
     )
-    cpdef int put_b(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
+    cpdef int load_b(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
     cdef int _line(self, double place) noexcept nogil
     cpdef int relax(self, float[:, ::1] similarity) noexcept nogil
     cpdef int start_hypothesis(self, Py_ssize_t k) noexcept nogil

@@ -93,7 +93,7 @@ class Aligner:
         self.y0 = 0.0
         self.per_px = 0.0
 
-    def put_a(self, points, size):
+    def load_a(self, points, size):
         """Take the first `size` columns of `points` as print A."""
         self.size_a = size
         for row in range(4):
@@ -101,7 +101,7 @@ class Aligner:
                 self.a[row, i] = points[row, i]
         return 0
 
-    def put_b(self, points, size):
+    def load_b(self, points, size):
         """Take the first `size` columns of `points` as print B, and note where they are near.
 
         Each cell of a grid lists, in their order, all minutiae within any reach of it.

@@ -1,7 +1,7 @@
 # Types of the kernel, and what other kernels may use of it.
 cimport cython
 cdef class TemplateView:
-    cdef readonly Py_ssize_t size
+    cdef readonly Py_ssize_t size, first
     cdef double[:, ::1] points
     cdef double[::1] quality
     cdef int[::1] count
@@ -36,6 +36,8 @@ cdef class PackedView:
     cdef const double[::1] quality_of, root_weight_of
     cdef readonly double tolerance, tolerance_growth
 
+    cpdef int attach(self, TemplateView into)
+    cpdef int open(self, Py_ssize_t k, TemplateView into) noexcept nogil
     @cython.locals(
         i=cython.Py_ssize_t, j=cython.Py_ssize_t, m=cython.Py_ssize_t, first=cython.Py_ssize_t,
         x=cython.double, y=cython.double, c=cython.double, s=cython.double, dx=cython.double,

@@ -27,6 +27,7 @@ class TemplateView:
 
     def __init__(self, points, quality, count, frame) -> None:
         self.size = points.shape[1]
+        self.first = 0
         self.points = points
         self.quality = quality
         self.count = count
@@ -125,13 +126,35 @@ class PackedView:
         self.root_weight_of = root_weight_of
         self.tolerance, self.tolerance_growth = tolerance
 
-    def unpack(self, k, into):
-        """Put print k into one that has room for it, without codes and region.
+    def attach(self, into):
+        """Let a view refer to the descriptors and print areas of all prints."""
+        into.xy = self.xy
+        into.direction_bin = self.direction_bin
+        into.neighbour_bits = self.neighbour_bits
+        into.orientation_bins = self.orientation_bins
+        into.cell = self.cell
+        into.ridges = self.ridges
+        return 0
 
-        The region stays where it is.
-        """
+    def open(self, k, into):
+        """Let an attached view refer to print k, without minutiae and neighbours."""
+        into.first = self.minutiae_start[k]
+        into.size = self.minutiae_start[k + 1] - into.first
+        into.cell_at = self.cell_start[k]
+        into.rows = self.shape[k, 0]
+        into.columns = self.shape[k, 1]
+        into.first_row = self.shape[k, 2]
+        into.first_column = self.shape[k, 3]
+        into.step = self.step[k]
+        into.per_px = 1.0 / into.step
+        into.inside = self.inside[k]
+        into.has_flow = self.has_flow[k]
+        into.has_ridges = self.has_ridges[k]
+        return 0
+
+    def unpack(self, k, into):
+        """Write minutiae and neighbours of print k, which is open, into a view with room for it."""
         first = self.minutiae_start[k]
-        into.size = self.minutiae_start[k + 1] - first
         for i in range(into.size):
             into.points[0, i] = self.xy[first + i, 0]
             into.points[1, i] = self.xy[first + i, 1]
@@ -159,14 +182,4 @@ class PackedView:
                 into.frame[i, 5, m] = cython.cast(
                     cython.float, self.root_weight_of[self.root_weight[first + i, m]]
                 )
-        into.cell_at = self.cell_start[k]
-        into.rows = self.shape[k, 0]
-        into.columns = self.shape[k, 1]
-        into.first_row = self.shape[k, 2]
-        into.first_column = self.shape[k, 3]
-        into.step = self.step[k]
-        into.per_px = 1.0 / into.step
-        into.inside = self.inside[k]
-        into.has_flow = self.has_flow[k]
-        into.has_ridges = self.has_ridges[k]
         return 0

@@ -90,7 +90,7 @@ def make_aligner(
     Returns
     -------
     Aligner
-        Empty: `put_a` and `put_b` give it two prints.
+        Empty: `load_a` and `load_b` give it two prints.
     """
     return kernel.Aligner(
         size_a,
@@ -108,8 +108,8 @@ def aligner_of(
 ) -> kernel.Aligner:
     """Return an aligner that holds print A and print B, minutiae of shapes (4, N) and (4, M)."""
     aligner = make_aligner(a.shape[1], b.shape[1], parameters)
-    aligner.put_a(a, a.shape[1])
-    aligner.put_b(b, b.shape[1])
+    aligner.load_a(a, a.shape[1])
+    aligner.load_b(b, b.shape[1])
     return aligner
 
 
@@ -150,15 +150,20 @@ def alignments(
     list of Alignment
         Those under which anything is paired; that of the strongest local match first.
     """
-    p = parameters or AlignmentParameters()
-    aligner = aligner_of(a, b, p)
+    return hypotheses(aligner_of(a, b, parameters), similarity, coarse=coarse)
+
+
+def hypotheses(
+    aligner: kernel.Aligner, similarity: NDArray[np.float32], *, coarse: bool = False
+) -> list[Alignment]:
+    """Return what `alignments` does, of the two prints that an aligner holds."""
     aligner.relax(similarity)
     found = []
-    for k in range(p.hypotheses):
+    for k in range(aligner.hypotheses):
         pairs = aligner.start_hypothesis(k)
         if coarse and pairs and aligner.save_best():
             found.append(best_alignment(aligner))
-    for k in range(0 if coarse else p.hypotheses):
+    for k in range(0 if coarse else aligner.hypotheses):
         if aligner.refine(k) and aligner.save_best():
             found.append(best_alignment(aligner))
     return found

@@ -168,8 +168,16 @@ def prefilter_of(codes: BitDescriptors) -> kernel.Prefilter:
     return made
 
 
+def score_descriptors(tables: kernel.Prefilter, b: BitDescriptors) -> int:
+    """Return how much print B has in common with the print in the tables, which comes first."""
+    n = len(b.xy)
+    arrays = b.xy, b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow
+    weight: int = tables.score(0, n, *arrays, False)
+    return weight
+
+
 def descriptor_similarity(a: BitDescriptors, b: BitDescriptors) -> int:
-    """Say how much the codes of print A and print B have in common.
+    """Return how much the bit descriptors of print A and print B have in common.
 
     Parameters
     ----------
@@ -181,8 +189,4 @@ def descriptor_similarity(a: BitDescriptors, b: BitDescriptors) -> int:
     int
         0 for nothing. To exchange the two changes nothing.
     """
-    n = len(b.xy)
-    weight: int = prefilter_of(a).score(
-        0, n, b.xy, b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow, False
-    )
-    return weight
+    return score_descriptors(prefilter_of(a), b)

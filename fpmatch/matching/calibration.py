@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -108,7 +108,7 @@ class Calibration:
     def scores(self, similarities: ArrayLike) -> NDArray[np.float64]:
         """Return the scores of similarities of any shape, as float64."""
         x = np.asarray(similarities, dtype=np.float64)
-        knot_x, knot_score = np.array(self.knots).T
+        knot_x, knot_score = _knots(self.knots)
         inner = np.interp(x, knot_x, knot_score)
         with np.errstate(over="ignore"):  # infinitely far out on a very thin tail is MAX_SCORE
             excess = np.maximum(x - knot_x[-1], 0.0) / self.tail_scale
@@ -163,6 +163,11 @@ class Calibration:
             raise MatcherError(f"{source}: not a calibration file") from error
         except MatcherError as error:
             raise MatcherError(f"{source}: {error}") from error
+
+
+@lru_cache(maxsize=64)
+def _knots(knots: tuple[tuple[float, float], ...]) -> tuple[NDArray[np.float64], ...]:
+    return tuple(np.ascontiguousarray(column) for column in np.array(knots).T)
 
 
 def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = None) -> Calibration:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpmatch.matching.align import alignments
+from fpmatch.matching.align import aligner_of, hypotheses
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -107,10 +107,11 @@ def competing_pairs(
     other = similarity.copy()
     paired = np.flatnonzero(alignment.partner >= 0)
     other[paired, alignment.partner[paired]] = 0.0
+    aligner = aligner_of(a.points, b.points)
     others = [
         one
         for matches in (similarity, other)
-        for one in alignments(a.points, b.points, matches)
+        for one in hypotheses(aligner, matches)
         if np.abs(_mapped(a.points, one.transform) - best).mean() > p.apart_px
     ]
     return max((int(np.count_nonzero(one.partner >= 0)) for one in others), default=0)

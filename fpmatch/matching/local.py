@@ -62,7 +62,7 @@ def local_similarity(
     """
     p = parameters or LocalParameters()
     similarity = np.empty((len(a.count), len(b.count)), np.float32)
-    index = index_neighbours(a, p, comes_first=True)
+    index = index_neighbours(a, p)
     index.to_prints_after(b.count, b.frame, len(b.count), p.min_cosine, similarity)
     kernel.normalize_by_size(
         similarity, a.count, len(a.count), b.count, len(b.count), p.fewest_neighbours
@@ -71,30 +71,27 @@ def local_similarity(
 
 
 def index_neighbours(
-    print_: Neighbourhoods, parameters: LocalParameters, *, comes_first: bool
+    neighbourhoods: Neighbourhoods, parameters: LocalParameters | None = None
 ) -> kernel.NeighbourIndex:
-    """Sort the neighbours of one print's minutiae so that those like others are found at once.
+    """Sort the neighbours of one print's minutiae so that similar ones are found at once.
 
     Parameters
     ----------
-    print_ : Neighbourhoods
-        Of the print that is compared with others.
-    parameters : LocalParameters
+    neighbourhoods : Neighbourhoods
+        Of the print that is compared with others, which have the usual tolerances.
+    parameters : LocalParameters, optional
         Tolerances, and the size of the cells.
-    comes_first : bool
-        Whether it is print A in all comparisons; else it may be B, where both have the usual
-        tolerances.
 
     Returns
     -------
     NeighbourIndex
         The kernel's; what it finds does not depend on its cells.
     """
-    p = parameters
-    slack = 1.0 if comes_first else 1.0 / (1.0 - NeighbourhoodParameters().tolerance_per_px)
+    p = parameters or LocalParameters()
+    slack = 1.0 / (1.0 - NeighbourhoodParameters().tolerance_per_px)
     half = math.ceil(p.cells_reach_px / p.cell_px)
-    size = print_.frame.shape[2]
+    n = neighbourhoods
     index: kernel.NeighbourIndex = kernel.NeighbourIndex(
-        print_.count, print_.frame, p.cell_px, half, math.radians(p.max_turn_deg), slack, size
+        n.count, n.frame, p.cell_px, half, math.radians(p.max_turn_deg), slack, n.frame.shape[2]
     )
     return index

@@ -184,7 +184,9 @@ class PackedTemplates:
             frame=np.zeros((n, 6, self.neighbour.shape[1]), np.float32),
         )
         points, quality = np.zeros((4, n)), np.zeros(n)
-        self.packed.unpack(k, TemplateView(points, quality, found.count, found.frame))
+        view = TemplateView(points, quality, found.count, found.frame)
+        self.packed.open(k, view)
+        self.packed.unpack(k, view)
         rows, columns, first_row, first_column = self.shape[k].tolist()
         cells = slice(*self.cell_start[k : k + 2].tolist())
         code = self.cell[cells].reshape(rows, columns)

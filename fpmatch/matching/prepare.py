@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -219,6 +219,17 @@ def prepare(
         to_500dpi=to_500dpi,
         key=content_key(points, quality, region),
     )
+
+
+def rescaled_descriptors(prepared: PreparedTemplate, ratio: float) -> BitDescriptors:
+    """Return the bit descriptors of a print whose lengths are multiplied by `ratio`."""
+    p = prepared
+    frame = p.neighbourhoods.frame.copy()
+    frame[:, :2] *= ratio
+    points = p.points.copy()
+    points[:2] *= ratio
+    neighbours = replace(p.neighbourhoods, frame=frame)
+    return encode(points, p.quality, neighbours, replace(p.region, step=p.region.step * ratio))
 
 
 def content_key(

@@ -7,6 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -111,6 +113,9 @@ class Explaining(Protocol):
     def typical_similarity(self, probe: Any, reference: Any, factor: float) -> float:
         """Return the median similarity of genuine prints with `factor` times as much skin."""
 
+    def likeliest_scales(self, probe: Any, reference: Any, ratios: Sequence[float]) -> list[float]:
+        """Return those of `ratios` by which the probe's lengths are likeliest to be wrong."""
+
 
 @runtime_checkable
 class DecidesByShare(Protocol):
@@ -131,8 +136,14 @@ class Rematch(Protocol):
     def explain(self, verification: Verification) -> Comparison:
         """Return the evidence of a verification in full."""
 
-    def score_of(self, probe: Template) -> tuple[float, NDArray[np.int32]]:
-        """Compare another probe with the reference; return the score and the pairs."""
+    def likeliest_scales(self, ratios: Sequence[float]) -> Sequence[float]:
+        """Return those of `ratios` by which the probe's lengths are likeliest to be wrong."""
+
+    def score(self, probe: Template) -> float:
+        """Return the score of another probe against the reference."""
+
+    def pairs(self, probe: Template) -> NDArray[np.int32]:
+        """Return the pairs of another probe and the reference."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,8 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.matching.result import DecidesByShare, Explaining, Verification
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -144,10 +146,21 @@ class PreparedPair:
         reason = found.reason or "too few minutiae agree"
         return replace(found, reason="; ".join(filter(None, [shortage, reason])))
 
-    def score_of(self, probe: Template) -> tuple[float, NDArray[np.int32]]:
-        """Compare another probe with the reference; return the score and the pairs."""
-        found = self.matcher.compare(self.matcher.prepare(probe), self.reference)
-        return _score(self.calibration, found.similarity), found.pairs
+    def likeliest_scales(self, ratios: Sequence[float]) -> Sequence[float]:
+        """Return those of `ratios` by which the probe's lengths are likeliest to be wrong."""
+        if not isinstance(self.matcher, Explaining):
+            return ratios
+        return self.matcher.likeliest_scales(self.probe, self.reference, ratios)
+
+    def score(self, probe: Template) -> float:
+        """Return the score of another probe against the reference."""
+        # the reference, which is prepared for many comparisons, goes first: the score is the same
+        found = self.matcher.compare(self.reference, self.matcher.prepare(probe))
+        return _score(self.calibration, found.similarity)
+
+    def pairs(self, probe: Template) -> NDArray[np.int32]:
+        """Return the pairs of another probe and the reference."""
+        return self.matcher.compare(self.matcher.prepare(probe), self.reference).pairs
 
     def _shortage(self, needed: float) -> str:
         """Return a note where there is too little to decide: how much it would take; else "".

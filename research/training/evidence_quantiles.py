@@ -25,9 +25,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.evaluation.partial import fragment, thinned, window
+from fpmatch.matching.compare import MIN_MINUTIAE, Workspace
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.one_to_many import MIN_MINUTIAE
-from fpmatch.matching.one_to_one import Workspace
 from fpmatch.matching.prepare import available
 from fpmatch.matching.score import (
     AMOUNTS,
@@ -300,8 +299,11 @@ def _genuine(
 def _aligned(
     probe: PreparedTemplate, reference: PreparedTemplate, workspace: Workspace
 ) -> float | None:
-    a, b = sorted((probe, reference), key=lambda side: side.key)
-    return None if len(probe) < MIN_MINUTIAE else workspace.align(a, b)
+    if len(probe) < MIN_MINUTIAE:
+        return None
+    workspace.load(probe)
+    found = workspace.align(reference, reference_first=reference.key < probe.key)
+    return None if found is None else found[1].minus_log_fmr
 
 
 def fit_quantile(

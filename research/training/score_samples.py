@@ -15,7 +15,7 @@ from fpmatch.matching.align import AlignmentParameters, aligner_of
 from fpmatch.matching.bit_descriptors import descriptor_similarity
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from fpmatch.matching.compare import MIN_MINUTIAE
 from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.score import (
     FEATURES,

@@ -11,7 +11,7 @@ import numpy as np
 
 from fpmatch.evaluation.partial import fragment
 from fpmatch.image.extract import extract, resample
-from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from fpmatch.matching.compare import MIN_MINUTIAE
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, RidgeField, Template
 from research.wolves.probes import grey_of
 from research.wolves.scores import FORMS

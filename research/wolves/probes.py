@@ -12,7 +12,7 @@ from fpmatch.evaluation.cropping import crop_at
 from fpmatch.evaluation.partial import fragment
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.one_to_many import MIN_MINUTIAE
+from fpmatch.matching.compare import MIN_MINUTIAE
 from research.wolves.scores import FORMS, Probe, in_form
 from research.wolves.table import WHOLE
 from research.wolves.templates import FEW, MANY, Wave, with_ridges

@@ -14,7 +14,12 @@ import numpy as np
 import pytest
 
 from fpmatch.matching import score
+from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.local import LocalParameters
+from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate
+from fpmatch.matching.relaxation import RelaxationParameters
+from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.score import (
     FEATURES,
     MODELS,
@@ -22,6 +27,7 @@ from fpmatch.matching.score import (
     NO_QUANTILES,
     RIDGE_FEATURES,
     ScoreModel,
+    ScoreParameters,
     ScoreWeights,
 )
 
@@ -122,14 +128,34 @@ def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNames
     found = SimpleNamespace(**{name: interpreted(f"_{name}_kernel") for name in names})
     found.print = interpreted("_template_view_kernel")
     found.code = interpreted("_bit_descriptor_kernel")
-    found.one_to_one = interpreted("_one_to_one_kernel")
-    found.one_to_many = interpreted("_one_to_many_kernel")
+    found.compare = interpreted("_compare_kernel")
     found.align.Relaxation = found.relaxation.Relaxation
     found.align.PairMesh = mesh.PairMesh
     found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
     found.evidence.RidgeSearch = found.ridge_search.RidgeSearch
-    found.one_to_one.smaller_area = found.evidence.smaller_area
-    found.one_to_many.as_similarity = found.evidence.as_similarity
-    for kernel in (found.one_to_one, found.one_to_many):
-        kernel.normalize_by_size = found.local.normalize_by_size
+    found.compare.smaller_area = found.evidence.smaller_area
+    found.compare.as_similarity = found.evidence.as_similarity
+    found.compare.normalize_by_size = found.local.normalize_by_size
     return found
+
+
+def interpreted_comparer(
+    interpreted: Callable[[str], ModuleType],
+    probe: PreparedTemplate,
+    capacity: int,
+    weights: ScoreWeights,
+) -> tuple[SimpleNamespace, Any]:
+    """Return the kernels as ordinary Python, and their comparer with a probe in it."""
+    plain, local = interpreted_kernels(interpreted), LocalParameters()
+    parameters = AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
+    before, after = (plain.align.Aligner(capacity, capacity, *parameters) for _ in range(2))
+    scorer = plain.evidence.EvidenceScorer(
+        ScoreParameters(), weights, capacity, RidgeSearchParameters()
+    )
+    tables = plain.code.Prefilter(16, 12.0, 0.1, 11)
+    comparer = plain.compare.Comparer(capacity, tables, before, after, scorer, local)
+    comparer.load(print_for(plain.print, probe))
+    n = probe.neighbourhoods
+    turn = math.radians(local.max_turn_deg)
+    comparer.neighbours = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
+    return plain, comparer

@@ -334,8 +334,8 @@ def test_the_best_alignment_is_a_copy() -> None:
     found = best_alignment(aligner)
     before = fields_of(found)
     assert found.predicted == pytest.approx(b, abs=1e-6)
-    aligner.put_a(b, 20)
-    aligner.put_b(a, 20)
+    aligner.load_a(b, 20)
+    aligner.load_b(a, 20)
     aligner.relax(similarity_of(b, a))
     aligner.start_hypothesis(0)
     aligner.save_best()
@@ -347,8 +347,8 @@ def test_an_aligner_for_larger_prints_finds_the_same() -> None:
     b = moved(a, 0.5, 12j)
     results = []
     for aligner in (aligner_of(a, b), make_aligner(50, 60)):
-        aligner.put_a(a, 20)
-        aligner.put_b(b, 20)
+        aligner.load_a(a, 20)
+        aligner.load_b(b, 20)
         aligner.relax(similarity_of(a, b))
         aligner.start_hypothesis(0)
         aligner.refine(0)

@@ -165,8 +165,8 @@ def aligner_for(
 
 
 def put(aligner: Any, a: Points, b: Points) -> None:
-    aligner.put_a(a, a.shape[1])
-    aligner.put_b(b, b.shape[1])
+    aligner.load_a(a, a.shape[1])
+    aligner.load_b(b, b.shape[1])
 
 
 def transform_of(aligner: Any) -> Floats:

@@ -233,7 +233,7 @@ def test_ridges_that_are_not_one_a_cell_are_refused(tmp_path: Path, by: int) -> 
 def test_a_file_from_before_there_were_codes_is_refused(tmp_path: Path) -> None:
     content = saved(tmp_path)
     assert content.startswith(b"fpmatch prepared prints 4\n")
-    (tmp_path / "prints").write_bytes(content.replace(b"prints 3", b"prints 2", 1))
+    (tmp_path / "prints").write_bytes(content.replace(b"prints 4", b"prints 3", 1))
     with pytest.raises(MatcherError, match="not prepared by this version"):
         PackedTemplates.load(tmp_path / "prints")
 

@@ -55,8 +55,8 @@ from fpmatch.matching.align import (
     identity_alignment,
     make_aligner,
 )
+from fpmatch.matching.compare import align
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.matchers.unit_circle import align
 from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
 from fpmatch.matching.relaxation import RelaxationParameters
@@ -374,8 +374,8 @@ def test_compiled_and_interpreted_agree(
     aligner = plain.align.Aligner(
         len(a), len(b), AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
     )
-    aligner.put_a(a.points, len(a))
-    aligner.put_b(b.points, len(b))
+    aligner.load_a(a.points, len(a))
+    aligner.load_b(b.points, len(b))
     aligner.relax(similarity)
     aligner.impose(partner, *transform.tolist())
     sides = (print_for(plain.print, a), print_for(plain.print, b))
@@ -1059,8 +1059,8 @@ def test_compiled_and_interpreted_align_the_same(
     aligner = plain.align.Aligner(
         room, room, AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
     )
-    aligner.put_a(a.points, len(a))
-    aligner.put_b(b.points, len(b))
+    aligner.load_a(a.points, len(a))
+    aligner.load_b(b.points, len(b))
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     sides = (print_for(plain.print, a), print_for(plain.print, b))
     minus_log_fmr = scorer.align(*sides, aligner, similarity)
@@ -1078,8 +1078,8 @@ def test_any_number_of_hypotheses_can_be_asked_for(hypotheses: int) -> None:
     a, b = doubled(2)
     parameters = AlignmentParameters(hypotheses=hypotheses)
     aligner = make_aligner(len(a), len(b), parameters)
-    aligner.put_a(a.points, len(a))
-    aligner.put_b(b.points, len(b))
+    aligner.load_a(a.points, len(a))
+    aligner.load_b(b.points, len(b))
     scorer = evidence_scorer(max(len(a), len(b)), some_weights())
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
     total = scorer.align(a.for_kernels(), b.for_kernels(), aligner, similarity)

@@ -25,9 +25,10 @@ from matching_prints import (
 from matching_weights import ALWAYS, NEVER, REJECTING, scored_by, some_weights
 
 from fpmatch.matching.align import alignments, identity_alignment
+from fpmatch.matching.compare import align
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE, align
+from fpmatch.matching.matchers.unit_circle import MATCHER, MIN_PAIRS_FOR_SCALE
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.result import Comparison, Matcher, Verification
 from fpmatch.matching.score import evidence_scorer, gather_evidence

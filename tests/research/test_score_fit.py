@@ -12,7 +12,8 @@ from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
 from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.bit_descriptors import descriptor_similarity
-from fpmatch.matching.matchers.unit_circle import MATCHER, align
+from fpmatch.matching.compare import align
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.score import (
     FEATURES,

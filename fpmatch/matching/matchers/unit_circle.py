@@ -15,20 +15,26 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching import score
+from fpmatch.matching._compare_kernel import fit_pairs
 from fpmatch.matching._evidence_kernel import as_similarity
-from fpmatch.matching._one_to_one_kernel import fit_pairs
-from fpmatch.matching.align import best_alignment, identity_alignment
+from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
+from fpmatch.matching.compare import MIN_MINUTIAE, align, similarities, workspace_for
 from fpmatch.matching.explain import competing_pairs, explain, main_reason
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.one_to_many import MIN_MINUTIAE, similarities
-from fpmatch.matching.one_to_one import Workspace, workspace_for
-from fpmatch.matching.prepare import PreparedTemplate, available, prepare
+from fpmatch.matching.prepare import (
+    PreparedTemplate,
+    available,
+    prepare,
+    rescaled_descriptors,
+)
 from fpmatch.matching.result import Compared, Comparison
-from fpmatch.matching.score import evidence_of, evidence_scorer, gather_evidence
+from fpmatch.matching.score import evidence_scorer
 from fpmatch.minutiae import STANDARD_DPI
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from fpmatch.matching._evidence_kernel import EvidenceScorer
@@ -42,6 +48,7 @@ UNPAIRED: Final = "no minutiae of the two prints can be paired"
 FEW_MINUTIAE: Final = 3  # fewer match by the ridges round them, if at all
 MIN_PAIRS_FOR_SCALE: Final = 6
 MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
+SCALES_COMPARED: Final = 2  # of those at which a print of another resolution is looked for
 MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
@@ -71,20 +78,17 @@ class UnitCircleMatcher:
         if min(len(a), len(b)) < MIN_MINUTIAE:
             return _nothing(_too_few(probe, reference))
         if a.key == b.key:
-            alignment, evidence = _aligned_with_itself(a, b)
-            partner, weight = alignment.partner, alignment.weight
-            return _comparison(a, b, partner, weight, evidence, 0.0, swapped=swapped)
-        workspace = workspace_for(max(len(a), len(b)))
-        total = workspace.prefilter(probe, reference, reference_first=swapped)
-        if total is not None:
-            return _nothing(UNLIKE, as_similarity(total))
-        total = workspace.align(a, b)
-        if total is None:
+            aligned = align(a, b)
+        else:
+            workspace = workspace_for(max(len(a), len(b)))
+            workspace.load(probe)
+            rejected = workspace.rejected(reference, reference_first=swapped)
+            if rejected is not None:
+                return _nothing(UNLIKE, as_similarity(rejected))
+            aligned = workspace.align(reference, reference_first=swapped)
+        if aligned is None:
             return _nothing(_too_few(probe, reference) or UNPAIRED)
-        aligner, evidence = workspace.aligner, evidence_of(workspace.scorer, total)
-        turn = -math.atan2(aligner.best_s, aligner.best_c)  # y points down
-        partner, weight = aligner.best_partner, aligner.best_weight
-        return _comparison(a, b, partner, weight, evidence, turn, swapped=swapped)
+        return _comparison(a, b, aligned, swapped=swapped)
 
     def explain(
         self, probe: PreparedTemplate, reference: PreparedTemplate, found: Comparison
@@ -106,14 +110,12 @@ class UnitCircleMatcher:
         """
         swapped = reference.key < probe.key
         a, b = (reference, probe) if swapped else (probe, reference)
-        aligned = _aligned_in_any_case(a, b)
+        aligned = found.detail or _align_in_any_case(a, b)
         if aligned is None:
             return found
-        alignment, evidence = aligned
-        c, s, _, _ = alignment.transform.tolist()
-        partner, weight, turn = alignment.partner, alignment.weight, -math.atan2(s, c)
-        whole = _comparison(a, b, partner, weight, evidence, turn, swapped=swapped)
+        whole = _comparison(a, b, aligned, swapped=swapped)
         similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+        alignment, evidence = aligned
         competing = competing_pairs(a, b, alignment, similarity)
         reason = explain(probe, reference, evidence, competing)
         return replace(whole, similarity=found.similarity, reason=reason)
@@ -122,9 +124,9 @@ class UnitCircleMatcher:
         self, probe: PreparedTemplate, reference: PreparedTemplate, found: Comparison
     ) -> Compared | None:
         """Return how much of two prints was compared in `found`; None where nothing was aligned."""
-        evidence: Evidence | None = found.detail
-        if evidence is None:
+        if found.detail is None:
             return None
+        evidence: Evidence = found.detail[1]
         model = score.load_weights().model_of(probe, reference)
         first = min(probe, reference, key=lambda side: side.key)
         by_ridges = model.ridge_sum(evidence.features) / evidence.decade
@@ -163,6 +165,28 @@ class UnitCircleMatcher:
         typical = model.typical(factor * minutiae, factor * area)
         return float(as_similarity(typical)) if minutiae >= MIN_MINUTIAE else 0.0
 
+    def likeliest_scales(
+        self, probe: PreparedTemplate, reference: PreparedTemplate, ratios: Sequence[float]
+    ) -> list[float]:
+        """Return the two ratios of `ratios` by which the probe's lengths are likeliest to be wrong.
+
+        Parameters
+        ----------
+        probe, reference : PreparedTemplate
+            What `prepare` returned.
+        ratios : sequence of float
+            By so much the lengths in the probe are multiplied.
+
+        Returns
+        -------
+        list of float
+            Those under which the bit descriptors of the two prints have most in common.
+        """
+        tables = prefilter_of(reference.bit_descriptors)
+        scores = [score_descriptors(tables, rescaled_descriptors(probe, k)) for k in ratios]
+        order = np.argsort(scores, kind="stable")[::-1]
+        return [ratios[k] for k in order[:SCALES_COMPARED]]
+
     def similarities(
         self,
         probe: PreparedTemplate,
@@ -198,8 +222,8 @@ class UnitCircleMatcher:
         True
         """
         first, last, _ = slice(first, last).indices(len(references))
-        found, left = similarities(probe, references, first, last)
-        for k in left.tolist():
+        found, undecided = similarities(probe, references, first, last)
+        for k in undecided.tolist():
             found[k - first] = self.compare(probe, references[k]).similarity
         return found
 
@@ -207,34 +231,7 @@ class UnitCircleMatcher:
 MATCHER: Final = UnitCircleMatcher()
 
 
-def align(
-    a: PreparedTemplate, b: PreparedTemplate, scorer: EvidenceScorer | None = None
-) -> tuple[Alignment, Evidence] | None:
-    """Align print A with print B, and gather the evidence.
-
-    Parameters
-    ----------
-    a, b : PreparedTemplate
-        Two prints, in the order of their content.
-    scorer : EvidenceScorer, optional
-        What scores; see `fpmatch.matching.score.evidence_scorer`.
-
-    Returns
-    -------
-    tuple of Alignment and Evidence, or None
-        None where nothing is paired.
-    """
-    if a.key == b.key:
-        return _aligned_with_itself(a, b, scorer)
-    capacity = max(len(a), len(b))
-    workspace = workspace_for(capacity) if scorer is None else Workspace(capacity, scorer)
-    total = workspace.align(a, b)
-    if total is None:
-        return None
-    return best_alignment(workspace.aligner), evidence_of(workspace.scorer, total)
-
-
-def _aligned_in_any_case(
+def _align_in_any_case(
     a: PreparedTemplate, b: PreparedTemplate
 ) -> tuple[Alignment, Evidence] | None:
     """Align two prints; where the local matches are weak, by all hypotheses."""
@@ -244,39 +241,26 @@ def _aligned_in_any_case(
 
 
 def _scorer_of_all_hypotheses(capacity: int) -> EvidenceScorer:
-    """Return what scores, but tries all hypotheses, however weak the local matches are."""
+    """Return a scorer that tries all hypotheses, however weak the local matches are."""
     weights = score.load_weights()
     models = (replace(model, relaxation_threshold=-1.0) for model in weights.models)
     return evidence_scorer(capacity, replace(weights, models=tuple(models)))
 
 
-def _aligned_with_itself(
-    a: PreparedTemplate, b: PreparedTemplate, scorer: EvidenceScorer | None = None
-) -> tuple[Alignment, Evidence]:
-    """Align a print with another of the same content, for neither of which can come first.
-
-    Only the identity is its own inverse.
-    """
-    similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
-    alignment = identity_alignment(a.points)
-    return alignment, gather_evidence(a, b, alignment, similarity, scorer)
-
-
 def _comparison(
     a: PreparedTemplate,
     b: PreparedTemplate,
-    partner: NDArray[np.int32],
-    weight: NDArray[np.float64],
-    evidence: Evidence,
-    turn: float,
+    aligned: tuple[Alignment, Evidence],
     *,
     swapped: bool,
 ) -> Comparison:
     """Return the result in the user's order and in pixels of the two input images.
 
-    Where the positions cannot tell, the scale is that of the resolutions, and the rotation, whose
-    axis y points down, is `turn`, which directions had a part in.
+    Where the positions of few pairs do not determine it, the scale is that of the resolutions, and
+    the rotation that of the alignment, which the directions contribute to.
     """
+    alignment, evidence = aligned
+    c, s, _, _ = alignment.transform.tolist()
     pairs, fitted = np.empty((evidence.pairs, 2), np.int32), np.empty(5)
     fit_pairs(
         a.points,
@@ -285,9 +269,9 @@ def _comparison(
         b.to_500dpi,
         a.index,
         b.index,
-        partner,
-        weight,
-        turn,
+        alignment.partner,
+        alignment.weight,
+        0.0 - math.atan2(s, c),  # y points down
         MIN_PAIRS_FOR_SCALE,
         MAX_STRETCH,
         swapped,
@@ -303,7 +287,7 @@ def _comparison(
         agreement=evidence.agreement,
         overlap=evidence.overlap,
         reason=main_reason(evidence),
-        detail=evidence,
+        detail=aligned,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import product
 from types import ModuleType
 from typing import Any
 
@@ -14,23 +15,18 @@ from hypothesis import strategies as st
 from matching_prints import COMPILED, jittered, seeds, spread_points, template_of
 from matching_weights import (
     REJECTING,
-    interpreted_kernels,
+    interpreted_comparer,
     print_for,
     scored_by,
     some_weights,
 )
 
-from fpmatch.matching import _one_to_one_kernel
-from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.bit_descriptors import BitDescriptorParameters, descriptor_similarity
-from fpmatch.matching.local import LocalParameters
-from fpmatch.matching.matchers.unit_circle import MATCHER, align
-from fpmatch.matching.one_to_one import LEAST_CAPACITY, Workspace, workspace_for
-from fpmatch.matching.pair_mesh import PairMeshParameters
+from fpmatch.matching import _compare_kernel
+from fpmatch.matching.bit_descriptors import descriptor_similarity
+from fpmatch.matching.compare import LEAST_CAPACITY, Workspace, workspace_for
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepare import PreparedTemplate
-from fpmatch.matching.relaxation import RelaxationParameters
-from fpmatch.matching.ridge_search import RidgeSearchParameters
-from fpmatch.matching.score import ScoreParameters, evidence_scorer
+from fpmatch.matching.score import evidence_scorer
 from fpmatch.pointset.similarity import Similarity
 
 EXAMPLES = 50 if COMPILED else 10
@@ -45,41 +41,34 @@ def impressions(seed: int, size: int) -> tuple[PreparedTemplate, PreparedTemplat
     return a, b
 
 
-def test_a_workspace_used_before_gives_the_same() -> None:
-    """Whatever was compared in it before, larger or smaller."""
-    pairs = [impressions(seed, size) for seed, size in enumerate((12, 30, 5, 20))]
-    used = Workspace(64)
-    for a, b in [*pairs, *reversed(pairs)]:
-        alone = align(a, b)
-        total = used.align(a, b)
-        assert (total is None) is (alone is None)
-        if alone is not None:
-            assert total == alone[1].minus_log_fmr
-            assert np.asarray(used.aligner.best_partner)[: len(a)].tolist() == [*alone[0].partner]
-            evidence, features = used.scorer.last_evidence()
-            assert features == alone[1].features.tolist()
-            assert evidence[0] == alone[1].pairs
-
-
-def test_the_prefilter_of_a_workspace_used_before_gives_the_same() -> None:
-    """The probe stays in the tables until another comes; the model is that of each two prints."""
-    prints = [side for seed in range(3) for side in impressions(seed, 12)]
-    weights = some_weights(-1.0, prefilter=REJECTING)
+@pytest.mark.parametrize("refine", [-1.0, 4.0])
+def test_a_workspace_used_before_gives_the_same(refine: float) -> None:
+    """Whatever was compared in it before; the model is that of each two prints."""
+    prints = [side for seed, size in enumerate((12, 30, 5)) for side in impressions(seed, size)]
+    weights = some_weights(refine, prefilter=REJECTING)
     used = Workspace(64, evidence_scorer(64, weights))
-    found = []
-    for probe in [*prints, prints[0]]:
-        for reference in prints:
-            first = reference.key < probe.key
-            fresh = Workspace(64, evidence_scorer(64, weights))
-            total = used.prefilter(probe, reference, reference_first=first)
-            assert total == fresh.prefilter(probe, reference, reference_first=first)
-            a, b = (reference, probe) if first else (probe, reference)
-            shortfall = min(9.0 + min(len(a), len(b)), 33.0) - descriptor_similarity(
-                a.bit_descriptors, b.bit_descriptors
-            )
-            assert total == (-5.0 - 0.25 * shortfall if shortfall > 0 else None)
-            found.append(total)
-    assert 0 < found.count(None) < len(found)
+    rejected = 0
+    for probe, reference in product([*prints, prints[0]], prints):
+        if probe is reference:
+            continue
+        first = reference.key < probe.key
+        fresh = Workspace(64, evidence_scorer(64, weights))
+        used.load(probe)
+        fresh.load(probe)
+        total = used.rejected(reference, reference_first=first)
+        assert total == fresh.rejected(reference, reference_first=first)
+        a, b = probe.bit_descriptors, reference.bit_descriptors
+        shortfall = min(9.0 + min(len(probe), len(reference)), 33.0) - descriptor_similarity(a, b)
+        assert total == (-5.0 - 0.25 * shortfall if shortfall > 0 else None)
+        rejected += total is not None
+        found = used.align(reference, reference_first=first)
+        alone = fresh.align(reference, reference_first=first)
+        assert (found is None) is (alone is None)
+        if found is not None and alone is not None:
+            assert found[1].minus_log_fmr == alone[1].minus_log_fmr
+            assert found[1].features.tolist() == alone[1].features.tolist()
+            assert found[0].partner.tolist() == alone[0].partner.tolist()
+    assert 0 < rejected < len(prints) ** 2
 
 
 def test_a_thread_has_one_workspace_until_a_larger_print_comes_or_other_weights() -> None:
@@ -113,29 +102,22 @@ def test_compiled_and_interpreted_align_the_same(
     interpreted: Callable[[str], ModuleType], seed: int
 ) -> None:
     """Every kernel interpreted, from the bit descriptors to the sum."""
-    plain, weights = interpreted_kernels(interpreted), some_weights(prefilter=REJECTING)
+    weights = some_weights(prefilter=REJECTING)
     a, b = impressions(seed, 9)
-    local, codes = LocalParameters(), BitDescriptorParameters()
-    aligner = plain.align.Aligner(
-        9, 9, AlignmentParameters(), RelaxationParameters(), PairMeshParameters()
-    )
-    scorer = plain.evidence.EvidenceScorer(ScoreParameters(), weights, 9, RidgeSearchParameters())
-    turn = round(codes.pair_turn_deg * 256 / 360)
-    prefilter = plain.code.Prefilter(codes.most_pairs, codes.near_px, codes.spread, turn)
-    kernel = plain.one_to_one.OneToOne(prefilter, aligner, scorer, 9, local)
-    n = a.neighbourhoods
-    index = plain.local.NeighbourIndex(
-        n.count, n.frame, 30.0, 4, np.radians(local.max_turn_deg), 1.0, n.frame.shape[2]
-    )
-    sides = print_for(plain.print, a), print_for(plain.print, b)
-    total = kernel.align(index, *sides)
+    plain, comparer = interpreted_comparer(interpreted, a, 9, weights)
     compiled = Workspace(9, evidence_scorer(9, weights))
-    assert total == pytest.approx(compiled.align(a, b), rel=1e-9)
-    assert aligner.best_partner.tolist() == np.asarray(compiled.aligner.best_partner).tolist()
-    for other_first in (False, True):
-        shortfall = kernel.prefilter_shortfall(*sides, other_first)
-        found = compiled.prefilter(a, b, reference_first=other_first)
-        assert found == (scorer.prefilter_rejected(shortfall) if shortfall > 0 else None)
+    compiled.load(a)
+    view = print_for(plain.print, b)
+    for first in (False, True):
+        aligned = compiled.align(b, reference_first=first)
+        total = comparer.align(view, first)
+        if aligned is not None:
+            assert total == pytest.approx(aligned[1].minus_log_fmr, rel=1e-9)
+            aligner = comparer.before if first else comparer.after
+            assert aligner.best_partner[:9].tolist() == aligned[0].partner.tolist()
+        shortfall = comparer.shortfall(view, first)
+        found = compiled.rejected(b, reference_first=first)
+        assert found == (comparer.scorer.prefilter_rejected(shortfall) if shortfall > 0 else None)
 
 
 Fit = tuple[Similarity, list[list[int]], float]
@@ -200,7 +182,7 @@ def pairs_to_fit(seed: int, paired: int) -> dict[str, Any]:
 @settings(max_examples=EXAMPLES)
 def test_the_fit_agrees_with_its_twin(seed: int, paired: int, swapped: bool) -> None:
     found = pairs_to_fit(seed, paired)
-    transform, pairs, rms = fit_of(_one_to_one_kernel, found, swapped=swapped)
+    transform, pairs, rms = fit_of(_compare_kernel, found, swapped=swapped)
     expected, expected_pairs, expected_rms = fit_twin(found, swapped=swapped)
     assert pairs == expected_pairs
     assert rms == pytest.approx(expected_rms, abs=1e-9)
@@ -213,8 +195,8 @@ def test_compiled_and_interpreted_agree(
     interpreted: Callable[[str], ModuleType], seed: int, paired: int, swapped: bool
 ) -> None:
     found = pairs_to_fit(seed, paired)
-    transform, pairs, rms = fit_of(_one_to_one_kernel, found, swapped=swapped)
-    same, same_pairs, same_rms = fit_of(interpreted("_one_to_one_kernel"), found, swapped=swapped)
+    transform, pairs, rms = fit_of(_compare_kernel, found, swapped=swapped)
+    same, same_pairs, same_rms = fit_of(interpreted("_compare_kernel"), found, swapped=swapped)
     assert pairs == same_pairs
     assert rms == pytest.approx(same_rms, rel=1e-12, abs=1e-12)
     assert transform.matrix == pytest.approx(same.matrix, rel=1e-12)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from types import ModuleType
@@ -27,7 +26,7 @@ from matching_weights import (
     ALWAYS,
     NEVER,
     REJECTING,
-    interpreted_kernels,
+    interpreted_comparer,
     print_for,
     scored_by,
     some_weights,
@@ -35,23 +34,18 @@ from matching_weights import (
 from numpy.typing import NDArray
 
 from fpmatch.matching._evidence_kernel import as_similarity
-from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.local import LocalParameters
-from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.one_to_many import (
+from fpmatch.matching.compare import (
     NEITHER_FIRST,
     PROBE_FIRST,
     REFERENCE_FIRST,
     canonical_order,
     similarities,
 )
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS
-from fpmatch.matching.relaxation import RelaxationParameters
-from fpmatch.matching.ridge_search import RidgeSearchParameters
-from fpmatch.matching.score import NO_PREFILTER, WEIGHTS_FILE, ScoreParameters, ScoreWeights
+from fpmatch.matching.score import NO_PREFILTER, WEIGHTS_FILE, ScoreWeights
 from fpmatch.minutiae import RidgeField, Template
 
 EXAMPLES = 30 if COMPILED else 4
@@ -329,40 +323,13 @@ def test_compiled_and_interpreted_agree(
     many = PackedTemplates.pack(prints[1:])
     similarity = np.zeros(len(many))
     order = canonical_order(prints[0], many, 0, len(many))
-    plainly(interpreted, prints[0], many, order, similarity, weights)
+    room = max(many.most_minutiae, len(prints[0]))
+    plain, comparer = interpreted_comparer(interpreted, prints[0], room, weights)
+    largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
+    packed = plain.print.PackedView(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
+    comparer.compare_packed(packed, print_for(plain.print, largest), 0, order, similarity)
     with scored_by(weights):
         fast = MATCHER.similarities(prints[0], many)
     assert similarity == pytest.approx(fast, rel=1e-12)
     assert fast.any()
     assert prefilter == REJECTING or np.count_nonzero(fast) >= len(fast) - 1
-
-
-def plainly(
-    interpreted: Callable[[str], ModuleType],
-    probe: PreparedTemplate,
-    many: PackedTemplates,
-    order: NDArray[np.int8],
-    similarity: NDArray[np.float64],
-    weights: ScoreWeights,
-) -> None:
-    """Compare with every kernel interpreted."""
-    plain = interpreted_kernels(interpreted)
-    p, room = LocalParameters(), max(many.most_minutiae, len(probe))
-    parameters = (AlignmentParameters(), RelaxationParameters(), PairMeshParameters())
-    before, after = (plain.align.Aligner(room, room, *parameters) for _ in "ab")
-    before.put_b(probe.points, len(probe))
-    after.put_a(probe.points, len(probe))
-    n = probe.neighbourhoods
-    turn = math.radians(p.max_turn_deg)
-    index = plain.local.NeighbourIndex(n.count, n.frame, 30.0, 4, turn, 1.2, 12)
-    largest = many[int(np.argmax(np.diff(many.minutiae_start)))]
-    scorer = plain.evidence.EvidenceScorer(
-        ScoreParameters(), weights, room, RidgeSearchParameters()
-    )
-    tables = plain.code.Prefilter(16, 12.0, 0.1, 11)
-    own = probe.bit_descriptors
-    tables.load(own.xy, own.direction_bin, own.neighbour_bits, own.orientation_bins, own.has_flow)
-    sides = (print_for(plain.print, side) for side in (probe, largest))
-    packed = plain.print.PackedView(many, QUALITIES, ROOT_WEIGHTS, (9.0, 0.08))
-    tools = (tables, *sides, index, before, after, room, p, scorer, 3)
-    plain.one_to_many.OneToMany(*tools).compare(packed, 0, order, similarity)

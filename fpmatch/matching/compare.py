@@ -1,0 +1,243 @@
+"""Comparison of one print with one, or with many, in a workspace that is used again."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.matching import score
+from fpmatch.matching._compare_kernel import Comparer
+from fpmatch.matching._template_view_kernel import TemplateView
+from fpmatch.matching.align import best_alignment, identity_alignment, make_aligner
+from fpmatch.matching.bit_descriptors import prefilter
+from fpmatch.matching.local import LocalParameters, index_neighbours, local_similarity
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.matching._evidence_kernel import EvidenceScorer
+    from fpmatch.matching._local_kernel import NeighbourIndex
+    from fpmatch.matching.align import Alignment
+    from fpmatch.matching.packed_templates import PackedTemplates
+    from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.matching.score import Evidence
+
+MIN_MINUTIAE: Final = 1
+"""The fewest minutiae that a print is compared by."""
+
+PREPARED_KEPT: Final = 64
+"""Views and indices of prints that are kept, those used last: a fifth of a megabyte each."""
+
+LEAST_CAPACITY: Final = 64
+"""Minutiae that a thread's workspace has room for at least."""
+
+ORDERED_BY: Final = 3
+"""Minutiae that decide which of two prints comes first, before the whole keys do."""
+
+NEITHER_FIRST: Final = 0
+REFERENCE_FIRST: Final = -1
+PROBE_FIRST: Final = 1
+
+
+class Workspace:
+    """Compare a probe with one reference after the other; for one thread.
+
+    Parameters
+    ----------
+    capacity : int
+        The most minutiae of a print.
+    scorer : EvidenceScorer, optional
+        Scores alignments (default: with the weights in the package).
+    """
+
+    def __init__(self, capacity: int, scorer: EvidenceScorer | None = None) -> None:
+        self.capacity = capacity
+        self.weights = score.load_weights()
+        self.scorer = score.evidence_scorer(capacity) if scorer is None else scorer
+        before, after = (make_aligner(capacity, capacity) for _ in range(2))
+        self._kernel: Any = Comparer(
+            capacity, prefilter(), before, after, self.scorer, LocalParameters()
+        )
+        self._probe: PreparedTemplate | None = None
+        self._packed_view: TemplateView | None = None
+
+    def load(self, probe: PreparedTemplate) -> None:
+        """Take a probe, unless it was the last one."""
+        if probe is not self._probe:
+            self._kernel.load(view_of(probe))
+            self._probe = probe
+
+    def rejected(self, reference: PreparedTemplate, *, reference_first: bool) -> float | None:
+        """Return the estimate of -ln(FMR) of prints that the prefilter rejects; None if it passes.
+
+        Parameters
+        ----------
+        reference : PreparedTemplate
+            Compared with the probe by bit descriptors.
+        reference_first : bool
+            Whether it comes first, in the order of the content.
+        """
+        shortfall: float = self._kernel.shortfall(view_of(reference), reference_first)
+        return self.scorer.prefilter_rejected(shortfall) if shortfall > 0.0 else None
+
+    def align(
+        self, reference: PreparedTemplate, *, reference_first: bool
+    ) -> tuple[Alignment, Evidence] | None:
+        """Align the probe with a reference, and gather the evidence; None if nothing is paired."""
+        self._kernel.neighbours = _index_of(self._probe)
+        total = self._kernel.align(view_of(reference), reference_first)
+        aligner = self._kernel.before if reference_first else self._kernel.after
+        if not aligner.best_pairs:
+            return None
+        return best_alignment(aligner), score.evidence_of(self.scorer, total)
+
+    def compare_packed(
+        self,
+        references: PackedTemplates,
+        first: int,
+        order: NDArray[np.int8],
+        similarity: NDArray[np.float64],
+    ) -> None:
+        """Fill the similarities of the probe to references from number `first` on.
+
+        `order` is what `canonical_order` returned of them; where neither comes first, the
+        similarity is not touched.
+        """
+        self._kernel.neighbours = _index_of(self._probe)
+        if self._packed_view is None:
+            n, size = self.capacity, references.neighbour.shape[1]
+            arrays = np.empty((4, n)), np.empty(n), np.empty(n, np.int32)
+            self._packed_view = TemplateView(*arrays, np.empty((n, 6, size), np.float32))
+        self._kernel.compare_packed(references.packed, self._packed_view, first, order, similarity)
+
+
+_THREAD: Final = threading.local()
+
+
+def workspace_for(minutiae: int) -> Workspace:
+    """Return the thread's own workspace, with capacity for prints of so many minutiae."""
+    found: Workspace | None = getattr(_THREAD, "workspace", None)
+    if found is None or found.capacity < minutiae or found.weights is not score.load_weights():
+        capacity = max(LEAST_CAPACITY, 1 << (minutiae - 1).bit_length())
+        found = _THREAD.workspace = Workspace(capacity)
+    return found
+
+
+@lru_cache(maxsize=PREPARED_KEPT)
+def view_of(prepared: PreparedTemplate) -> TemplateView:
+    """Return a print as the kernels take it."""
+    return prepared.for_kernels()
+
+
+@lru_cache(maxsize=PREPARED_KEPT)
+def _index_of(prepared: PreparedTemplate | None) -> NeighbourIndex:
+    # threads share it, with its scratch arrays: the kernel above holds Python's lock
+    assert prepared is not None
+    return index_neighbours(prepared.neighbourhoods)
+
+
+def align(
+    a: PreparedTemplate, b: PreparedTemplate, scorer: EvidenceScorer | None = None
+) -> tuple[Alignment, Evidence] | None:
+    """Align print A with print B, in the order of their content, and gather the evidence.
+
+    Parameters
+    ----------
+    a, b : PreparedTemplate
+        Two prints. If their content is the same, neither can come first: only the identity is its
+        own inverse.
+    scorer : EvidenceScorer, optional
+        Scores alignments; see `fpmatch.matching.score.evidence_scorer`.
+
+    Returns
+    -------
+    tuple of Alignment and Evidence, or None
+        None where nothing is paired.
+    """
+    if a.key == b.key:
+        similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
+        identity = identity_alignment(a.points)
+        return identity, score.gather_evidence(a, b, identity, similarity, scorer)
+    capacity = max(len(a), len(b))
+    workspace = workspace_for(capacity) if scorer is None else Workspace(capacity, scorer)
+    workspace.load(a)
+    return workspace.align(b, reference_first=False)
+
+
+def similarities(
+    probe: PreparedTemplate, references: PackedTemplates, first: int, last: int
+) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Compare one print with many.
+
+    Parameters
+    ----------
+    probe : PreparedTemplate
+        One print.
+    references : PackedTemplates
+        Many, prepared with the same parameters.
+    first, last : int
+        Those from `first` up to, not including, `last` are compared.
+
+    Returns
+    -------
+    similarity : ndarray of float64, shape (last - first,)
+        The similarity to each.
+    undecided : ndarray of intp, shape (K,)
+        Numbers of those whose content is too like the probe's to order the two by their first
+        minutiae; their similarity is 0.
+    """
+    similarity = np.zeros(max(last - first, 0))
+    if not len(similarity):
+        return similarity, np.empty(0, np.intp)
+    order = canonical_order(probe, references, first, last)
+    workspace = workspace_for(max(len(probe), references.most_minutiae))
+    workspace.load(probe)
+    workspace.compare_packed(references, first, order, similarity)
+    return similarity, first + np.flatnonzero(order == NEITHER_FIRST)
+
+
+def canonical_order(
+    probe: PreparedTemplate, references: PackedTemplates, first: int, last: int
+) -> NDArray[np.int8]:
+    """Return which of the probe and each reference comes first, in the order of their keys.
+
+    Parameters
+    ----------
+    probe : PreparedTemplate
+        One print.
+    references : PackedTemplates
+        Many.
+    first, last : int
+        Those from `first` up to, not including, `last`.
+
+    Returns
+    -------
+    ndarray of int8, shape (last - first,)
+        `REFERENCE_FIRST`, `PROBE_FIRST`, or `NEITHER_FIRST` where that takes the whole keys, which
+        begin with the first minutiae's x. Between prints of too few minutiae it has no meaning.
+    """
+    start = references.minutiae_start[first:last]
+    size = np.diff(references.minutiae_start[first : last + 1])
+    found = np.full(len(start), PROBE_FIRST, np.int8)
+    undecided = np.flatnonzero(size >= MIN_MINUTIAE)
+    if len(probe) < MIN_MINUTIAE:
+        return found
+    found[undecided] = NEITHER_FIRST
+    for k in range(min(ORDERED_BY, len(probe))):
+        undecided = undecided[size[undecided] > k]
+        theirs = _byte_order(references.xy[start[undecided] + k, 0].astype(np.float64))
+        ours = _byte_order(probe.points[0, k : k + 1])
+        found[undecided] = np.where(theirs < ours, REFERENCE_FIRST, PROBE_FIRST)
+        undecided = undecided[theirs == ours]
+        found[undecided] = NEITHER_FIRST
+    return found
+
+
+def _byte_order(x: NDArray[np.float64]) -> NDArray[np.uint64]:
+    """Return numbers in the order of the bytes of `x`."""
+    given = np.ascontiguousarray(x, np.float64).view(np.uint64)
+    return given.byteswap() if sys.byteorder == "little" else given

@@ -111,8 +111,8 @@ def measure_scale(
 def find_scale(verification: Verification) -> ScaleMeasurement | None:
     """Find the scale between the prints of a verification, whether they match or not.
 
-    Where they match, it is that of their pairs. Where they do not, the probe is compared at the likeliest
-    other scales; one at which the prints match is a reason for the no (never a yes). Where a share of
+    Where they match, it is that of their pairs. Where they do not, the probe is compared at the
+    other scales that are possible; one at which the prints match is a reason for the no (never a yes). Where a share of
     pairs decided, which no scale changes, none is tried. A scale that differs is measured again
     with the resolutions corrected: otherwise pairs far from the middle are lost.
 
@@ -145,7 +145,7 @@ def find_scale(verification: Verification) -> ScaleMeasurement | None:
     possible = [ratio for ratio in CANDIDATE_RATIOS if _at_scale(v.probe, ratio)]
     tries = [
         (v.rematch.score(rescaled), ratio)
-        for ratio in v.rematch.likeliest_scales(possible)
+        for ratio in v.rematch.possible_scales(possible)
         if (rescaled := _at_scale(v.probe, ratio))
     ]
     score, ratio = max(tries, default=(-math.inf, 1.0))

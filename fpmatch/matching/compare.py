@@ -13,7 +13,7 @@ from fpmatch.matching import score
 from fpmatch.matching._compare_kernel import Comparer
 from fpmatch.matching._template_view_kernel import TemplateView
 from fpmatch.matching.align import best_alignment, identity_alignment, make_aligner
-from fpmatch.matching.bit_descriptors import prefilter
+from fpmatch.matching.bit_descriptors import prefilter, score_descriptors
 from fpmatch.matching.local import LocalParameters, index_neighbours, local_similarity
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fpmatch.matching._evidence_kernel import EvidenceScorer
     from fpmatch.matching._local_kernel import NeighbourIndex
     from fpmatch.matching.align import Alignment
+    from fpmatch.matching.bit_descriptors import BitDescriptors
     from fpmatch.matching.packed_templates import PackedTemplates
     from fpmatch.matching.prepare import PreparedTemplate
     from fpmatch.matching.score import Evidence
@@ -83,6 +84,10 @@ class Workspace:
         """
         shortfall: float = self._kernel.shortfall(view_of(reference), reference_first)
         return self.scorer.prefilter_rejected(shortfall) if shortfall > 0.0 else None
+
+    def common_bits(self, descriptors: BitDescriptors) -> int:
+        """Return how much bit descriptors have in common with those of the probe."""
+        return score_descriptors(self._kernel.prefilter, descriptors)
 
     def align(
         self, reference: PreparedTemplate, *, reference_first: bool

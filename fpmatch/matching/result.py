@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -97,7 +97,6 @@ class Matcher(Protocol):
         """Compare two prepared templates."""
 
 
-@runtime_checkable
 class Explaining(Protocol):
     """Explain a comparison: why there is no match, how much was compared, how much is needed."""
 
@@ -113,8 +112,8 @@ class Explaining(Protocol):
     def typical_similarity(self, probe: Any, reference: Any, factor: float) -> float:
         """Return the median similarity of genuine prints with `factor` times as much skin."""
 
-    def likeliest_scales(self, probe: Any, reference: Any, ratios: Sequence[float]) -> list[float]:
-        """Return those of `ratios` by which the probe's lengths are likeliest to be wrong."""
+    def possible_scales(self, probe: Any, reference: Any, ratios: Sequence[float]) -> list[float]:
+        """Return those of `ratios` by which the probe's lengths may be wrong."""
 
 
 @runtime_checkable
@@ -130,14 +129,20 @@ class DecidesByShare(Protocol):
         """Share that must be exceeded."""
 
 
+def as_explaining(matcher: Matcher) -> Explaining | None:
+    """Return a matcher that can explain its comparisons; None for another."""
+    # isinstance takes as long as a comparison of a protocol
+    return cast("Explaining", matcher) if hasattr(matcher, "explain") else None
+
+
 class Rematch(Protocol):
     """Compute what a decision does not need; `fpmatch.matching.verify.PreparedPair` does."""
 
     def explain(self, verification: Verification) -> Comparison:
         """Return the evidence of a verification in full."""
 
-    def likeliest_scales(self, ratios: Sequence[float]) -> Sequence[float]:
-        """Return those of `ratios` by which the probe's lengths are likeliest to be wrong."""
+    def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
+        """Return those of `ratios` by which the probe's lengths may be wrong."""
 
     def score(self, probe: Template) -> float:
         """Return the score of another probe against the reference."""

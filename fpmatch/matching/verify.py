@@ -14,7 +14,7 @@ from fpmatch.matching.calibration import (
     score_to_fmr,
 )
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
-from fpmatch.matching.result import DecidesByShare, Explaining, Verification
+from fpmatch.matching.result import Verification, as_explaining
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -80,7 +80,7 @@ def verify(
     if threshold is not None and not 0 <= threshold <= MAX_SCORE:
         raise MatcherError(f"threshold must lie in 0..100, not {threshold:g}")
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
-    rho = chosen.rho if threshold is None and isinstance(chosen, DecidesByShare) else None
+    rho: float | None = getattr(chosen, "rho", None) if threshold is None else None
     if calibration is None and (rho is None or chosen.name in calibrated_matchers()):
         calibration = load_calibration(chosen.name)
     pair = PreparedPair(chosen, chosen.prepare(probe), chosen.prepare(reference), calibration)
@@ -133,8 +133,8 @@ class PreparedPair:
 
     def explain(self, verification: Verification) -> Comparison:
         """Return the evidence of a verification of the two prints in full."""
-        found, matcher = verification.comparison, self.matcher
-        if isinstance(matcher, Explaining):
+        found, matcher = verification.comparison, as_explaining(self.matcher)
+        if matcher is not None:
             if not verification.match:
                 found = matcher.explain(self.probe, self.reference, found)
             if self.amount:
@@ -146,11 +146,12 @@ class PreparedPair:
         reason = found.reason or "too few minutiae agree"
         return replace(found, reason="; ".join(filter(None, [shortage, reason])))
 
-    def likeliest_scales(self, ratios: Sequence[float]) -> Sequence[float]:
-        """Return those of `ratios` by which the probe's lengths are likeliest to be wrong."""
-        if not isinstance(self.matcher, Explaining):
+    def possible_scales(self, ratios: Sequence[float]) -> Sequence[float]:
+        """Return those of `ratios` by which the probe's lengths may be wrong."""
+        matcher = as_explaining(self.matcher)
+        if matcher is None:
             return ratios
-        return self.matcher.likeliest_scales(self.probe, self.reference, ratios)
+        return matcher.possible_scales(self.probe, self.reference, ratios)
 
     def score(self, probe: Template) -> float:
         """Return the score of another probe against the reference."""
@@ -167,8 +168,8 @@ class PreparedPair:
 
         It is too little where fewer than half of the genuine comparisons would match.
         """
-        matcher, calibration = self.matcher, self.calibration
-        if not (self.amount and isinstance(matcher, Explaining) and calibration is not None):
+        matcher, calibration = as_explaining(self.matcher), self.calibration
+        if not self.amount or matcher is None or calibration is None:
             return ""
 
         def reaches(factor: float) -> bool:

@@ -14,9 +14,8 @@ from fpmatch import Template, verify
 from fpmatch.matching.align import Alignment, alignments
 from fpmatch.matching.explain import ExplanationParameters, competing_pairs
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.matchers import get_matcher
+from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepare import PreparedTemplate, prepare
-from fpmatch.matching.result import Explaining
 
 CERTAIN = 100.0  # a threshold that few pairs reach
 
@@ -102,12 +101,10 @@ def test_of_a_doubled_print_both_places_compete(seed: int) -> None:
 def test_prints_whose_local_matches_are_weak_are_explained(seed: int) -> None:
     """Even where the one hypothesis that a comparison then tries pairs nothing."""
     rng = np.random.default_rng(seed)
-    matcher = get_matcher("unit-circle")
-    assert isinstance(matcher, Explaining)
-    pair = [matcher.prepare(template_of(spread_points(rng, 20))) for _ in range(2)]
+    pair = [MATCHER.prepare(template_of(spread_points(rng, 20))) for _ in range(2)]
     with scored_by(some_weights(relaxation=math.inf)):
-        found = matcher.compare(*pair)
-        explained = matcher.explain(*pair, found)
+        found = MATCHER.compare(*pair)
+        explained = MATCHER.explain(*pair, found)
     assert explained.similarity == found.similarity
     assert explained.transform is not None
     assert "pairs among" in explained.reason
@@ -136,12 +133,10 @@ def test_unknown_quality_is_not_poor(rng: np.random.Generator) -> None:
 
 
 def test_a_comparison_has_the_main_reason_alone(rng: np.random.Generator) -> None:
-    matcher = get_matcher("unit-circle")
-    assert isinstance(matcher, Explaining)
-    probe, reference = map(matcher.prepare, doubled(rng))
+    probe, reference = map(MATCHER.prepare, doubled(rng))
     with scored_by(some_weights()):
-        found = matcher.compare(probe, reference)
-        explained = matcher.explain(probe, reference, found)
+        found = MATCHER.compare(probe, reference)
+        explained = MATCHER.explain(probe, reference, found)
     assert found.transform is not None
     assert explained.reason.startswith(found.reason)
     assert explained.reason != found.reason
@@ -154,16 +149,14 @@ def test_a_comparison_has_the_main_reason_alone(rng: np.random.Generator) -> Non
 @settings(max_examples=15 if COMPILED else 3)
 def test_prints_that_the_prefilter_rejects_are_aligned_to_explain_it(seed: int) -> None:
     """Whichever of the two is the probe; the similarity is that of `compare` all the same."""
-    matcher = get_matcher("unit-circle")
-    assert isinstance(matcher, Explaining)
     rng = np.random.default_rng(seed)
-    one, other = (matcher.prepare(template_of(spread_points(rng, 30))) for _ in range(2))
+    one, other = (MATCHER.prepare(template_of(spread_points(rng, 30))) for _ in range(2))
     with scored_by(some_weights(NEVER, prefilter=(1e9, 0.0, 1e9))):
-        found, back = matcher.compare(one, other), matcher.compare(other, one)
-        explained = matcher.explain(one, other, found)
-        turned = matcher.explain(other, one, back)
+        found, back = MATCHER.compare(one, other), MATCHER.compare(other, one)
+        explained = MATCHER.explain(one, other, found)
+        turned = MATCHER.explain(other, one, back)
     with scored_by(some_weights(NEVER)):
-        aligned = matcher.compare(one, other)
+        aligned = MATCHER.compare(one, other)
     assert found.transform is None
     assert "too little in common" in found.reason
     assert (back.similarity, back.reason) == (found.similarity, found.reason)
@@ -183,16 +176,14 @@ def test_prints_that_the_prefilter_rejects_are_aligned_to_explain_it(seed: int) 
 
 
 def test_what_passes_the_prefilter_is_explained_as_compared(rng: np.random.Generator) -> None:
-    matcher = get_matcher("unit-circle")
-    assert isinstance(matcher, Explaining)
     points = spread_points(rng, 40)
     pair = (
-        matcher.prepare(template_of(side)) for side in (points, jittered(rng, points, 1.0, 0.02))
+        MATCHER.prepare(template_of(side)) for side in (points, jittered(rng, points, 1.0, 0.02))
     )
     with scored_by(some_weights(prefilter=REJECTING)):
         one, other = pair
-        found = matcher.compare(one, other)
-        explained = matcher.explain(one, other, found)
+        found = MATCHER.compare(one, other)
+        explained = MATCHER.explain(one, other, found)
     assert found.transform is not None
     assert explained.transform == found.transform
     assert explained.pairs.tolist() == found.pairs.tolist()
@@ -200,9 +191,7 @@ def test_what_passes_the_prefilter_is_explained_as_compared(rng: np.random.Gener
 
 
 def test_what_cannot_be_aligned_is_explained_as_compared(rng: np.random.Generator) -> None:
-    matcher = get_matcher("unit-circle")
-    assert isinstance(matcher, Explaining)
     one, few = template_of(spread_points(rng, 20)), template_of(spread_points(rng, 2))
-    pair = matcher.prepare(one), matcher.prepare(few)
-    found = matcher.compare(*pair)
-    assert matcher.explain(*pair, found).reason == found.reason != ""
+    pair = MATCHER.prepare(one), MATCHER.prepare(few)
+    found = MATCHER.compare(*pair)
+    assert MATCHER.explain(*pair, found).reason == found.reason != ""

@@ -12,7 +12,7 @@ from matching_prints import spread_points, template_of
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.matchers import get_matcher, matcher_names
-from fpmatch.matching.result import Comparison, Explaining
+from fpmatch.matching.result import Comparison, as_explaining
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity
@@ -34,8 +34,8 @@ def test_result_hands_on_what_the_matcher_found(matcher: str) -> None:
     chosen = get_matcher(matcher)
     prepared = chosen.prepare(PROBE), chosen.prepare(IMPOSTOR)
     compared = chosen.compare(*prepared)
-    if isinstance(chosen, Explaining):
-        compared = chosen.explain(*prepared, compared)
+    if explaining := as_explaining(chosen):
+        compared = explaining.explain(*prepared, compared)
     found = verify(PROBE, IMPOSTOR, matcher=matcher)
     assert found.matcher == matcher
     assert found.score == load_calibration(matcher).score(compared.similarity)

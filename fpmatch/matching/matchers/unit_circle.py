@@ -17,7 +17,6 @@ import numpy as np
 from fpmatch.matching import score
 from fpmatch.matching._compare_kernel import fit_pairs
 from fpmatch.matching._evidence_kernel import as_similarity
-from fpmatch.matching.bit_descriptors import prefilter_of, score_descriptors
 from fpmatch.matching.compare import MIN_MINUTIAE, align, similarities, workspace_for
 from fpmatch.matching.explain import competing_pairs, explain, main_reason
 from fpmatch.matching.local import local_similarity
@@ -48,7 +47,7 @@ UNPAIRED: Final = "no minutiae of the two prints can be paired"
 FEW_MINUTIAE: Final = 3  # fewer match by the ridges round them, if at all
 MIN_PAIRS_FOR_SCALE: Final = 6
 MM2_PER_PX2: Final = (25.4 / STANDARD_DPI) ** 2
-SCALES_COMPARED: Final = 2  # of those at which a print of another resolution is looked for
+MIN_AT_SCALE: Final = 50  # descriptor similarity; 67 is the least of 984 prints of a wrong dpi
 MAX_STRETCH: Final = 1.25  # beyond what skin or a wrong resolution does: pairs too close together
 
 
@@ -165,10 +164,10 @@ class UnitCircleMatcher:
         typical = model.typical(factor * minutiae, factor * area)
         return float(as_similarity(typical)) if minutiae >= MIN_MINUTIAE else 0.0
 
-    def likeliest_scales(
+    def possible_scales(
         self, probe: PreparedTemplate, reference: PreparedTemplate, ratios: Sequence[float]
     ) -> list[float]:
-        """Return the two ratios of `ratios` by which the probe's lengths are likeliest to be wrong.
+        """Return the ratios by which the probe's lengths may be wrong, by the bit descriptors.
 
         Parameters
         ----------
@@ -180,12 +179,15 @@ class UnitCircleMatcher:
         Returns
         -------
         list of float
-            Those under which the bit descriptors of the two prints have most in common.
+            Those at which the prints can match with a high score.
         """
-        tables = prefilter_of(reference.bit_descriptors)
-        scores = [score_descriptors(tables, rescaled_descriptors(probe, k)) for k in ratios]
-        order = np.argsort(scores, kind="stable")[::-1]
-        return [ratios[k] for k in order[:SCALES_COMPARED]]
+        workspace = workspace_for(len(reference))
+        workspace.load(reference)
+        return [
+            ratio
+            for ratio in ratios
+            if workspace.common_bits(rescaled_descriptors(probe, ratio)) >= MIN_AT_SCALE
+        ]
 
     def similarities(
         self,

@@ -1,7 +1,7 @@
-"""Whether a calibration keeps its word: how often impostors reach the scores that it gives.
+"""Comparison of the share of impostors that reach a calibrated score with the stated rate.
 
-A score of 20 says that one impostor comparison in a hundred reaches it, 30 one in a thousand. On
-prints that the calibration was not fitted to, the share that does shows what that is worth.
+A score of 20 states that one impostor comparison in a hundred reaches it, 30 one in a thousand. The
+share that does on other prints than the calibration was fitted to shows how far that holds.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from fpmatch.evaluation.comparison import NO_TEMPLATE
 from fpmatch.matching.calibration import load_calibration, score_to_fmr
+from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,13 +21,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.evaluation.impostors import ImpostorSet
-    from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.evaluation.report import EvaluationReport
     from fpmatch.matching.calibration import Calibration
 
 SCORES: Final = (20.0, 30.0, 40.0)
-"""The scores that are looked at: one false match in 100, in 1,000, and in 10,000."""
+"""The scores that are checked: one false match in 100, in 1,000, and in 10,000."""
 LARGEST_FACTOR: Final = 2.0
-"""By which the share found may differ from the share promised, either way."""
+"""The largest ratio of the measured to the stated share, or the reverse."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,7 @@ class CalibrationCheck:
 
     @property
     def factors(self) -> tuple[float, ...]:
-        """How many times the share promised each of them is."""
+        """The ratio of each share to the stated one."""
         return tuple(s / score_to_fmr(at) for s, at in zip(self.shares, SCORES, strict=True))
 
     @property
@@ -63,7 +64,7 @@ class CalibrationCheck:
         return tuple(1 / LARGEST_FACTOR <= f <= LARGEST_FACTOR for f in self.factors)
 
     def as_json(self) -> dict[str, Any]:
-        """Return name, number of comparisons, and a row a score."""
+        """Return name, number of comparisons, and an entry a score."""
         columns = zip(SCORES, self.reached, self.shares, self.factors, strict=True)
         return {
             "name": self.name,
@@ -85,7 +86,7 @@ def check_calibration(
     report : EvaluationReport
         The evaluation.
     calibration : Calibration, optional
-        What gives the scores (default: the package's for the report's matcher).
+        Gives the scores (default: the package's for the report's matcher).
 
     Returns
     -------
@@ -98,7 +99,10 @@ def check_calibration(
         If the package has no calibration for the matcher.
     """
     used = calibration or load_calibration(report.matcher)
-    checks = [_check(row, used) for row in report.sets]
+    checks = []
+    for row in report.sets:
+        impostor = ~row.pairs.genuine & (row.outcomes["reason"] != NO_TEMPLATE)
+        checks.append(_count(row.name, used.scores(row.outcomes["similarity"][impostor])))
     return checks if len(checks) == 1 else [*checks, together("all", checks)]
 
 
@@ -118,28 +122,16 @@ def together(name: str, checks: Sequence[CalibrationCheck]) -> CalibrationCheck:
 def check_impostors(
     impostors: ImpostorSet, matcher: str, calibration: Calibration | None = None
 ) -> CalibrationCheck:
-    """Count the impostors that reach the scores.
+    """Count the impostor comparisons by a matcher that reach the scores.
 
-    Parameters
-    ----------
-    impostors : ImpostorSet
-        Comparisons of different fingers.
-    matcher : str
-        The matcher that compared.
-    calibration : Calibration, optional
-        What gives the scores (default: the package's for the matcher).
-
-    Returns
-    -------
-    CalibrationCheck
-        One for all.
+    The scores are those of `calibration`, or of the package's for the matcher.
     """
     used = calibration or load_calibration(matcher)
-    return _counted(impostors.name, used.scores(impostors.trials.similarity))
+    return _count(impostors.name, used.scores(impostors.trials.similarity))
 
 
 def format_calibration_checks(checks: Sequence[CalibrationCheck]) -> str:
-    """Return a table: a row a database, for each score the share found and its factor.
+    """Return a table: a row a database, for each score the measured share and its factor.
 
     Examples
     --------
@@ -156,20 +148,8 @@ def format_calibration_checks(checks: Sequence[CalibrationCheck]) -> str:
         for share, factor, kept in zip(check.shares, check.factors, check.kept, strict=True):
             row += [f"{100 * share:.4f} %", f"{factor:.2f}" + ("" if kept else " !")]
         rows.append(row)
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        "  ".join(
-            cell.rjust(width) if column else cell.ljust(width)
-            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        for row in rows
-    )
+    return text_table(rows)
 
 
-def _check(row: SetResult, calibration: Calibration) -> CalibrationCheck:
-    impostor = ~row.pairs.genuine & (row.outcomes["reason"] != NO_TEMPLATE)
-    return _counted(row.name, calibration.scores(row.outcomes["similarity"][impostor]))
-
-
-def _counted(name: str, scores: NDArray[np.float64]) -> CalibrationCheck:
+def _count(name: str, scores: NDArray[np.float64]) -> CalibrationCheck:
     return CalibrationCheck(name, len(scores), tuple(int((scores >= at).sum()) for at in SCORES))

@@ -10,8 +10,11 @@ from fpmatch.evaluation.dataset_names import named_apart
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.output import check_writable
 from research.commands import PATH, Command, folders, json_file, workers, write_json
-from research.experiments.image_statistics import measure_sets
-from research.experiments.image_statistics_table import format_statistics, statistics_as_json
+from research.experiments.image_statistics import (
+    format_statistics,
+    measure_sets,
+    statistics_as_json,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -1,6 +1,6 @@
-"""Error versus reject: how many genuine pairs are lost where the worst prints are turned away.
+"""Error versus discard: false non-matches where the prints of lowest quality are discarded.
 
-If the quality of prints tells anything, those that it turns away are the ones that do not match.
+If quality predicts matching, the prints that do not match are discarded first.
 
 References
 ----------
@@ -9,6 +9,7 @@ Grother, Tabassi, "Performance of biometric quality measures", IEEE PAMI 29 (200
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -19,6 +20,8 @@ from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction, attempt_each_image
 from fpmatch.evaluation.rates import threshold_at_fmr
 from fpmatch.evaluation.run import evaluate_templates
+from fpmatch.image.assess import assess
+from fpmatch.image.quality.print_quality import PrintQuality
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,14 +31,11 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.dataset import Dataset
     from fpmatch.evaluation.report import SetResult
-    from fpmatch.image.quality.print_quality import PrintQuality
 
 SHARES: Final = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4)
-"""Shares of the prints that are turned away."""
+"""Shares of the prints that are discarded."""
 FMR: Final = 0.001
 POOLED: Final = "pooled"
-PARTS: Final = ("fvc", "synthetic")
-"""Parts of the page: the kinds of databases that were measured together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +49,11 @@ class DiscardCurve:
     prints : int
         Its prints.
     below : tuple of int
-        For each share, the quality below which all prints are turned away.
+        For each share, the quality below which all prints are discarded.
     genuine : tuple of int
-        The genuine pairs that are left.
+        The genuine pairs that remain.
     lost : tuple of int
-        Those of them that do not reach the threshold, which stays the same.
+        Those of them that do not exceed the threshold, which is the same for all shares.
     """
 
     name: str
@@ -64,7 +64,7 @@ class DiscardCurve:
 
     @property
     def fnmr(self) -> tuple[float, ...]:
-        """The false non-match rates, one a share; 0 where no genuine pair is left."""
+        """The false non-match rate for each share; 0 where no genuine pair remains."""
         return tuple(
             lost / max(1, left) for lost, left in zip(self.lost, self.genuine, strict=True)
         )
@@ -72,7 +72,7 @@ class DiscardCurve:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QualitySample:
-    """Hold the genuine pairs of a database, and what its prints are worth.
+    """Hold the quality of a database's prints, and the similarities of their pairs.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ class QualitySample:
         The database.
     quality : ndarray of int, shape (prints,)
         Quality of each print.
-    reasons : dict of str to int
-        How many prints each reason was given for.
+    reasons : mapping of str to int
+        Number of prints with each reason for low quality.
     pairs : ndarray of int, shape (N, 2)
         The two prints of each genuine pair.
     genuine, impostor : ndarray of float, shapes (N,) and (M,)
@@ -90,7 +90,7 @@ class QualitySample:
 
     name: str
     quality: NDArray[np.int_]
-    reasons: dict[str, int]
+    reasons: Counter[str]
     pairs: NDArray[np.int_]
     genuine: NDArray[np.float64]
     impostor: NDArray[np.float64]
@@ -99,21 +99,10 @@ class QualitySample:
 def discard_curve(
     sample: QualitySample, *, fmr: float = FMR, shares: Sequence[float] = SHARES
 ) -> DiscardCurve:
-    """Turn away ever more of the worst prints, and count the genuine pairs that are lost.
+    """Discard increasing shares of the worst prints, and count the genuine pairs that are lost.
 
-    Parameters
-    ----------
-    sample : QualitySample
-        Prints and pairs.
-    fmr : float
-        False match rate that sets the threshold, on all impostor pairs.
-    shares : sequence of float
-        Shares of the prints to turn away, from 0.
-
-    Returns
-    -------
-    DiscardCurve
-        What is left and lost. A pair is gone as soon as one of its prints is.
+    A pair is discarded with either of its prints. The threshold is that of a false match rate on
+    all impostor pairs.
 
     Raises
     ------
@@ -124,35 +113,34 @@ def discard_curve(
     --------
     >>> pairs = np.array([[0, 1], [1, 2], [0, 2]])
     >>> scores = np.array([9.0, 0.0, 0.0]), np.arange(10) / 10
-    >>> sample = QualitySample("three", np.array([80, 70, 5]), {}, pairs, *scores)
+    >>> sample = QualitySample("three", np.array([80, 70, 5]), Counter(), pairs, *scores)
     >>> discard_curve(sample, fmr=0.1, shares=(0, 0.4)).fnmr
     (0.6666666666666666, 0.0)
     """
-    bar = threshold_at_fmr(sample.impostor, fmr)
-    if bar is None:
+    threshold = threshold_at_fmr(sample.impostor, fmr)
+    if threshold is None:
         raise DatasetError(f"{sample.name}: too few impostor pairs for an FMR of {fmr:g}")
     worst_first = np.argsort(sample.quality, kind="stable")
     count = len(worst_first)
     below, genuine, lost = [], [], []
     for share in shares:
-        turned_away = np.zeros(count, bool)
-        turned_away[worst_first[: round(share * count)]] = True
-        kept = ~turned_away[sample.pairs].any(axis=1)
-        least = sample.quality[~turned_away].min(initial=100)
+        discarded = np.zeros(count, bool)
+        discarded[worst_first[: round(share * count)]] = True
+        kept = ~discarded[sample.pairs].any(axis=1)
+        least = sample.quality[~discarded].min(initial=100)
         below.append(int(least) if share else 0)
         genuine.append(int(kept.sum()))
-        lost.append(int((sample.genuine[kept] <= bar).sum()))
+        lost.append(int((sample.genuine[kept] <= threshold).sum()))
     return DiscardCurve(sample.name, count, tuple(below), tuple(genuine), tuple(lost))
 
 
 def pool(samples: Sequence[QualitySample]) -> QualitySample:
     """Return some databases as one, with one threshold and one order of quality."""
     first = np.cumsum([0, *(len(s.quality) for s in samples)])[:-1]
-    names = dict.fromkeys(name for s in samples for name in s.reasons)
     return QualitySample(
         POOLED,
         np.concatenate([s.quality for s in samples]),
-        {name: sum(s.reasons.get(name, 0) for s in samples) for name in names},
+        sum((s.reasons for s in samples), Counter()),
         np.concatenate([s.pairs + k for s, k in zip(samples, first.tolist(), strict=True)]),
         np.concatenate([s.genuine for s in samples]),
         np.concatenate([s.impostor for s in samples]),
@@ -174,12 +162,12 @@ def sample_quality(
     workers : int, optional
         Processes to use (default: one a core).
     progress : callable
-        Told of the stages "extract" and "compare".
+        Called with the stages "extract" and "compare".
 
     Returns
     -------
     list of QualitySample
-        One a database; a print that gave no template has quality 0.
+        One a database; a print without a template has quality 0.
     """
     found = [
         [attempt.result for attempt in attempts if attempt.result]
@@ -216,9 +204,6 @@ def curves_as_json(samples: Sequence[QualitySample], *, fmr: float = FMR) -> dic
 
 
 def _assess(path: Path, dpi: float | None) -> tuple[Extraction, PrintQuality]:
-    from fpmatch.image.assess import assess  # noqa: PLC0415
-    from fpmatch.image.quality.print_quality import PrintQuality  # noqa: PLC0415
-
     try:
         found = assess(path, dpi)
     except FpmatchError as error:
@@ -230,9 +215,7 @@ def _assess(path: Path, dpi: float | None) -> tuple[Extraction, PrintQuality]:
 def _sample(row: SetResult, qualities: Sequence[PrintQuality]) -> QualitySample:
     genuine = row.pairs.genuine
     scores = row.outcomes["similarity"].astype(np.float64)
-    reasons: dict[str, int] = {}
-    for reason in (reason for quality in qualities for reason in quality.reasons):
-        reasons[reason.code] = reasons.get(reason.code, 0) + 1
+    reasons = Counter(reason.code for quality in qualities for reason in quality.reasons)
     return QualitySample(
         row.name,
         np.array([quality.score for quality in qualities]),

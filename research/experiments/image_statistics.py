@@ -1,7 +1,7 @@
-"""What prints look like in figures: how their ridges lie, how much there is, how dark it is.
+"""Statistics of the images of a database: ridge period, area, minutiae, grey levels.
 
-Two databases whose prints differ in none of these may still differ; two that differ in one of
-them are told apart by it. Synthetic prints are held against real ones this way.
+Synthetic prints are compared with real ones in this way. Databases with the same statistics may
+still differ; those that differ in one of them can be told apart by it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,11 @@ import numpy as np
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import attempt_each_image
+from fpmatch.image.extract import extract
+from fpmatch.image.io.read import read_image
+from fpmatch.image.recorder import StageRecorder
 from fpmatch.minutiae import STANDARD_DPI
+from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,30 +30,30 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.dataset import Dataset
 
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""Of a distribution, which quantiles are told."""
+"""The quantiles of a distribution that are reported."""
 MM_PER_PX: Final = 25.4 / STANDARD_DPI
 _DIGITS: Final = 4  # significant ones kept in reports
+_UNDEFINED: Final = "-"
 
 
 @dataclass(frozen=True, slots=True)
 class ImageStatistics:
-    """Hold what was measured on one print; the foreground is where the extractor finds ridges.
+    """Hold the statistics of one image; the foreground is where the extractor finds ridges.
 
     Parameters
     ----------
     period_px : float
-        Median distance from ridge to ridge in the foreground, in pixels at 500 dpi; not a number
-        where there is none.
+        Median ridge period in the foreground, in pixels at 500 dpi; NaN without a foreground.
     area_mm2 : float
         Area of the foreground in square millimetres.
     minutiae_per_mm2 : float
-        Extracted minutiae for each of them; not a number where there is none.
+        Extracted minutiae by area; NaN without a foreground.
     mean, contrast : float
-        Mean and standard deviation of the grey levels of the whole picture, 0 to 255.
+        Mean and standard deviation of the grey levels of the whole image, 0 to 255.
     ridge_contrast : float
-        Standard deviation in the foreground alone; not a number where there is none.
+        Standard deviation in the foreground alone; NaN without a foreground.
     foreground : float
-        Share of the picture that the foreground takes.
+        Share of the image that is foreground.
     """
 
     period_px: float
@@ -61,22 +65,30 @@ class ImageStatistics:
     foreground: float
 
 
-STATISTICS: Final = tuple(ImageStatistics.__dataclass_fields__)
-"""Names of the figures, in order."""
+TITLES: Final = {
+    "period_px": ("ridge period, px at 500 dpi", 2),
+    "area_mm2": ("foreground, mm²", 0),
+    "minutiae_per_mm2": ("minutiae a mm²", 3),
+    "mean": ("mean grey", 0),
+    "contrast": ("contrast (std of grey)", 1),
+    "ridge_contrast": ("contrast in the foreground", 1),
+    "foreground": ("foreground, share", 2),
+}
+"""The title of each statistic, and its decimals."""
 
 
 @dataclass(frozen=True, slots=True)
 class DatabaseStatistics:
-    """Hold the figures of one database's prints.
+    """Hold the statistics of the images of a database.
 
     Parameters
     ----------
     name : str
         The database's.
     prints : tuple of ImageStatistics
-        One for each print that could be used, in the database's order.
+        One for each image that can be read, in the database's order.
     failures : tuple of str
-        Why the others could not be.
+        Why the others cannot.
     """
 
     name: str
@@ -84,51 +96,35 @@ class DatabaseStatistics:
     failures: tuple[str, ...] = ()
 
     def values(self, name: str) -> NDArray[np.float64]:
-        """Return one name of all prints that have it, as float64 of shape (N,)."""
+        """Return the finite values of one statistic, as float64 of shape (N,)."""
         values = np.array([getattr(print_, name) for print_ in self.prints], dtype=np.float64)
         return values[np.isfinite(values)]
 
     def quantiles(self, name: str) -> tuple[float, ...]:
-        """Return the quantiles `SHARES` of one name; not numbers where no print has it."""
+        """Return the quantiles `SHARES` of one statistic; NaN where no image has it."""
         values = self.values(name)
         if not values.size:
             return (math.nan,) * len(SHARES)
         return tuple(np.quantile(values, SHARES).tolist())
 
     def as_json(self) -> dict[str, Any]:
-        """Return name, number of prints, failures and the quantiles of every name."""
+        """Return name, number of images, failures and the quantiles of every statistic."""
         return {
             "name": self.name,
             "prints": len(self.prints),
             "failures": list(self.failures),
-            "quantiles": {f: [_rounded(q) for q in self.quantiles(f)] for f in STATISTICS},
+            "quantiles": {name: [_rounded(q) for q in self.quantiles(name)] for name in TITLES},
         }
 
 
 def measure_image(path: Path, dpi: float | None) -> ImageStatistics:
-    """Measure one print.
-
-    Parameters
-    ----------
-    path : Path
-        The image file.
-    dpi : float or None
-        Its resolution; None takes what the file says, and 500 where it says nothing.
-
-    Returns
-    -------
-    ImageStatistics
-        Its figures.
+    """Measure one image file; without `dpi`, its resolution is the file's, or else 500 dpi.
 
     Raises
     ------
     ImageReadError, ImageError, ResolutionError
-        If the file cannot be read, or holds no picture that could be a print.
+        If the file cannot be read, or contains no image that could be a print.
     """
-    from fpmatch.image.extract import extract  # noqa: PLC0415
-    from fpmatch.image.io.read import read_image  # noqa: PLC0415
-    from fpmatch.image.recorder import StageRecorder  # noqa: PLC0415
-
     image = read_image(path)
     recorder = StageRecorder()
     minutiae = extract(image, dpi, enhance="filters", recorder=recorder).minutiae
@@ -152,7 +148,7 @@ def measure_sets(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> list[DatabaseStatistics]:
-    """Measure all prints of some databases.
+    """Measure all images of some databases.
 
     Parameters
     ----------
@@ -161,20 +157,13 @@ def measure_sets(
     workers : int, optional
         Processes to use (default: one a core). The results are the same for any number.
     progress : callable
-        Told of stage "measure", in images.
+        Called with stage "measure" and numbers of images.
 
     Returns
     -------
     list of DatabaseStatistics
-        One for each database; prints that cannot be used are kept as failures.
-
-    Raises
-    ------
-    DatasetError
-        If there is no database.
+        One for each database.
     """
-    if not datasets:
-        raise DatasetError("no database given")
     measured = attempt_each_image(
         datasets, measure_image, stage="measure", workers=workers, progress=progress
     )
@@ -189,7 +178,7 @@ def measure_sets(
 
 
 def span(sets: Sequence[DatabaseStatistics], name: str) -> tuple[float, float]:
-    """Return what some databases span of a name: from the least 5 % to the greatest 95 %.
+    """Return the range of a statistic in some databases: from the least 5 % to the greatest 95 %.
 
     Examples
     --------
@@ -204,13 +193,67 @@ def span(sets: Sequence[DatabaseStatistics], name: str) -> tuple[float, float]:
 def share_outside(
     one: DatabaseStatistics, others: Sequence[DatabaseStatistics], name: str
 ) -> float:
-    """Return the share of a database's prints that lie outside what others span of a name.
+    """Return the share of a database's images outside the range of others; NaN without values.
 
-    Of the others' own prints, about a tenth would, at most; not a number where none has it.
+    Of the others' own images, a tenth at most lies outside.
     """
     low, high = span(others, name)
     values = one.values(name)
     return float(((values < low) | (values > high)).mean()) if values.size else math.nan
+
+
+def format_statistics(
+    sets: Sequence[DatabaseStatistics], against: Sequence[DatabaseStatistics] = ()
+) -> str:
+    """Return a table a statistic: a row a database, a column a quantile.
+
+    Parameters
+    ----------
+    sets : sequence of DatabaseStatistics
+        The databases.
+    against : sequence of DatabaseStatistics
+        Others to compare with. They follow in the same tables, then their range; a last column
+        holds the share of the images of each of `sets` outside that range.
+
+    Raises
+    ------
+    DatasetError
+        If there is no database.
+    """
+    if not sets:
+        raise DatasetError("no database given")
+    return "\n\n".join(_table(name, sets, against) for name in TITLES)
+
+
+def statistics_as_json(
+    sets: Sequence[DatabaseStatistics], against: Sequence[DatabaseStatistics] = ()
+) -> dict[str, Any]:
+    """Return the same statistics as a document for JSON."""
+    rows = [s.as_json() for s in sets]
+    if against:
+        for row, s in zip(rows, sets, strict=True):
+            row["outside"] = {name: round(share_outside(s, against, name), 4) for name in TITLES}
+    return {"shares": list(SHARES), "sets": rows, "against": [s.as_json() for s in against]}
+
+
+def _table(
+    name: str, sets: Sequence[DatabaseStatistics], against: Sequence[DatabaseStatistics]
+) -> str:
+    title, digits = TITLES[name]
+    rows = [[title, *(f"{100 * share:.0f} %" for share in SHARES)]]
+    rows += [[s.name, *(_number(q, digits) for q in s.quantiles(name))] for s in (*sets, *against)]
+    if against:
+        shares = (share_outside(s, against, name) for s in sets)
+        last = ["outside", *(_number(100 * share, 0, " %") for share in shares)]
+        last += [""] * len(against)
+        rows = [[*row, cell] for row, cell in zip(rows, last, strict=True)]
+        low, high = (_number(limit, digits) for limit in span(against, name))
+        rows.append(["their range", low, *[""] * (len(SHARES) - 2), high, ""])
+    return text_table(rows)
+
+
+def _number(value: float, digits: int, unit: str = "") -> str:
+    return f"{value:.{digits}f}{unit}" if math.isfinite(value) else _UNDEFINED
 
 
 def _rounded(value: float) -> float | None:

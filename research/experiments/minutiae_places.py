@@ -1,7 +1,7 @@
-"""Where in a print minutiae are found, missed and made up: at its border, core, faint, smeared.
+"""Recall and precision of minutiae by place: at the border, at the core, faint and smeared.
 
-A place belongs to none of these, one or several. All but the core are measured in the image, by no
-part of the extraction: the print is where the local contrast is a quarter of its largest.
+A point is at none of these places, one or several. All but the core are measured in the image,
+independently of the extraction: the print is where the local contrast is a quarter of its largest.
 """
 
 from __future__ import annotations
@@ -26,42 +26,15 @@ if TYPE_CHECKING:
 
 PLACES: Final = ("border", "core", "faint", "smeared", "elsewhere", "all")
 """The places, in the order of the table."""
-
-
-REACH: Final = 1.5
-"""By how many standard deviations of its window contrast spreads beyond the print."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlaceParameters:
-    """Set what the places are; lengths in pixels at 500 dpi.
-
-    Parameters
-    ----------
-    window_px : float
-        Standard deviation of the window in which contrast and brightness are measured.
-    print_contrast : float
-        Share of the largest contrast (its 95th percentile) from which there is a print.
-    closing_px : int
-        Gaps of this width belong to the print.
-    border_px : float
-        Distance from the print's border up to which a place is at the border.
-    core_px : float
-        Distance from a core up to which a place is at the core.
-    faint_contrast : float
-        Share of the print's median contrast below which it is faint.
-    smeared_brightness : float
-        Share of the way from ink (5th percentile) to paper (95th) below which the local mean is
-        that of filled valleys.
-    """
-
-    window_px: float = 8.0
-    print_contrast: float = 0.25
-    closing_px: int = 25
-    border_px: float = 24.0
-    core_px: float = 64.0
-    faint_contrast: float = 0.6
-    smeared_brightness: float = 0.3
+# lengths in pixels at 500 dpi
+WINDOW_PX: Final = 8.0  # standard deviation of the window of contrast and brightness
+REACH: Final = 1.5  # standard deviations of the window by which contrast extends beyond the print
+PRINT_CONTRAST: Final = 0.25  # least share of the largest contrast (95th percentile) in a print
+CLOSING_PX: Final = 25  # width of gaps that belong to the print
+BORDER_PX: Final = 24.0  # largest distance from the border
+CORE_PX: Final = 64.0  # largest distance from a core
+FAINT_CONTRAST: Final = 0.6  # share of the print's median contrast
+SMEARED_BRIGHTNESS: Final = 0.3  # from ink (5th percentile) to paper (95th): filled valleys
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,9 +82,8 @@ def places_of(
     dpi: float,
     xy: NDArray[np.floating],
     cores: NDArray[np.floating] | None = None,
-    parameters: PlaceParameters | None = None,
 ) -> dict[str, NDArray[np.bool_]]:
-    """Tell in which places of a print some points lie.
+    """Return which points lie in each of `PLACES`.
 
     Parameters
     ----------
@@ -122,24 +94,20 @@ def places_of(
     xy : ndarray of float, shape (N, 2)
         Points, in pixels of the image.
     cores : ndarray of float, shape (K, 2), optional
-        Cores of the print, in the same frame; none without them.
-    parameters : PlaceParameters, optional
-        What the places are.
+        Cores of the print, in the same frame; without them no point is at the core.
 
     Returns
     -------
-    dict
-        For each of `PLACES`, which points lie there, shape (N,).
+    dict of str to ndarray of bool, shape (N,)
     """
-    p = parameters or PlaceParameters()
     px = dpi / STANDARD_DPI
-    window = p.window_px * px
+    window = WINDOW_PX * px
     image = grey.astype(np.float32)
     mean = cv2.GaussianBlur(image, (0, 0), window)
     variance = cv2.GaussianBlur(image * image, (0, 0), window) - mean * mean
     contrast = np.sqrt(np.maximum(variance, 0.0))
-    of_print = (contrast >= p.print_contrast * np.percentile(contrast, 95)).astype(np.uint8)
-    side = 2 * round(p.closing_px * px / 2) + 1
+    of_print = (contrast >= PRINT_CONTRAST * np.percentile(contrast, 95)).astype(np.uint8)
+    side = 2 * round(CLOSING_PX * px / 2) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     padded = cv2.copyMakeBorder(of_print, side, side, side, side, cv2.BORDER_CONSTANT)
     closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, disc)
@@ -153,14 +121,14 @@ def places_of(
         for axis, length in zip(xy.T, (grey.shape[1], grey.shape[0]), strict=True)
     )
     found = {
-        "border": inward[row, column] <= p.border_px * px,
+        "border": inward[row, column] <= BORDER_PX * px,
         "core": np.zeros(len(xy), bool),
-        "faint": contrast[row, column] < p.faint_contrast * np.median(contrast[some]),
-        "smeared": mean[row, column] < ink + p.smeared_brightness * (paper - ink),
+        "faint": contrast[row, column] < FAINT_CONTRAST * np.median(contrast[some]),
+        "smeared": mean[row, column] < ink + SMEARED_BRIGHTNESS * (paper - ink),
     }
     if cores is not None and len(cores):
         away = np.linalg.norm(xy[:, None].astype(np.float64) - cores[None], axis=2)
-        found["core"] = away.min(axis=1) <= p.core_px * px
+        found["core"] = away.min(axis=1) <= CORE_PX * px
     found["elsewhere"] = ~np.logical_or.reduce(list(found.values()))
     found["all"] = np.ones(len(xy), bool)
     return found
@@ -182,21 +150,16 @@ def count_by_place(
     visible : ndarray of bool, shape (number of known,)
         Which of the known ones can be seen.
     places : tuple of two dict
-        What `places_of` says of the extracted ones and of the known ones.
+        `places_of` the extracted and the known ones.
     tolerance : Tolerance
-        Within what two minutiae are the same.
-
-    Returns
-    -------
-    dict
-        A PlaceCounts for each of `PLACES`.
+        Within which two minutiae are the same.
     """
     pairs = assign_minutiae(extracted, known, visible, tolerance)
     seen = visible[pairs[:, 1]]
     right = np.zeros(len(extracted), bool)
-    asked = np.ones(len(extracted), bool)
+    counted = np.ones(len(extracted), bool)
     right[pairs[seen, 0]] = True
-    asked[pairs[~seen, 0]] = False
+    counted[pairs[~seen, 0]] = False
     found = np.zeros(len(known), bool)
     found[pairs[seen, 1]] = True
     of_extracted, of_known = places
@@ -204,7 +167,7 @@ def count_by_place(
         place: PlaceCounts(
             int((of_known[place] & visible).sum()),
             int((of_known[place] & found).sum()),
-            int((of_extracted[place] & asked).sum()),
+            int((of_extracted[place] & counted).sum()),
             int((of_extracted[place] & right).sum()),
         )
         for place in PLACES
@@ -212,17 +175,7 @@ def count_by_place(
 
 
 def format_places(rows: Mapping[str, Mapping[str, Mapping[str, int]]]) -> str:
-    """Return the table in Markdown.
-
-    Parameters
-    ----------
-    rows : mapping
-        For each source of known minutiae, the counts of each place as JSON has them.
-
-    Returns
-    -------
-    str
-        Recall and precision in percent, and how many known minutiae there are.
+    """Return recall and precision in Markdown, of the counts by source of minutiae and place.
 
     Examples
     --------

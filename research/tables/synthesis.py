@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.text_table import markdown_table
-from research.experiments.image_statistics_table import TITLES
+from research.experiments.image_statistics import TITLES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ def made(seed: int, prints: int = 20, *, predictive: bool) -> QualitySample:
     worst = quality < 10
     genuine = np.where(worst[pairs].any(axis=1), 0.0, 9.0)
     given = quality if predictive else rng.permutation(quality)
-    return QualitySample("made", given, {"partial": 2}, pairs, genuine, rng.uniform(0, 5, 2000))
+    return QualitySample("made", given, Counter(partial=2), pairs, genuine, rng.uniform(0, 5, 2000))
 
 
 def test_discarding_the_worst_ends_all_errors() -> None:

@@ -7,9 +7,9 @@ import pytest
 
 from fpmatch.minutiae import Minutiae
 from research.experiments.minutiae_places import (
+    CORE_PX,
     PLACES,
     PlaceCounts,
-    PlaceParameters,
     count_by_place,
     format_places,
     places_of,
@@ -52,9 +52,8 @@ def test_where_valleys_are_filled_the_print_is_smeared() -> None:
 
 
 def test_a_place_near_a_core_is_at_the_core() -> None:
-    reach = PlaceParameters().core_px
-    assert "core" in names_at(stripes(), 150, 150, np.array([[150.0, 150.0 - reach + 1]]))
-    assert "core" not in names_at(stripes(), 150, 150, np.array([[150.0, 150.0 - reach - 1]]))
+    assert "core" in names_at(stripes(), 150, 150, np.array([[150.0, 151.0 - CORE_PX]]))
+    assert "core" not in names_at(stripes(), 150, 150, np.array([[150.0, 149.0 - CORE_PX]]))
 
 
 def test_places_do_not_depend_on_the_resolution() -> None:

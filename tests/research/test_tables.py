@@ -12,7 +12,7 @@ from fpmatch.errors import FpmatchError
 from fpmatch.matching.score import FEATURES
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS
-from research.experiments.image_statistics_table import TITLES
+from research.experiments.image_statistics import TITLES
 from research.marked_blocks import marked_block, replace_marked_block
 from research.tables import pages
 from research.tables.accuracy import error_rates_kept, format_ablation

@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_SPLINE_DEVIATION = 11 / 23  # of a cubic B-spline sum of unit noise along one axis: 0.479
+_SPLINE_DEVIATION = 11 / 23  # along both axes: the variance of a cubic B-spline sum of unit noise along one
 
 
 def smooth_noise(

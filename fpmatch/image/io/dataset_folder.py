@@ -2,10 +2,10 @@
 
 An example of that file::
 
-name = "FVC2002 DB1_B"
-dpi = 500
-sensor = "optical, Identix TouchView II"
-polarity = "dark"
+    name = "FVC2002 DB1_B"
+    dpi = 500
+    sensor = "optical, Identix TouchView II"
+    polarity = "dark"
 """
 
 from __future__ import annotations

@@ -17,7 +17,6 @@ import numpy as np
 from fpmatch.errors import ImageReadError
 from fpmatch.image.io.byte_reader import ByteReader
 from fpmatch.image.io.grey import GreyImage
-from fpmatch.image.io.huffman import HuffmanTable, read_huffman_tables
 from fpmatch.image.io.resolution import usable_dpi
 
 if TYPE_CHECKING:
@@ -32,6 +31,8 @@ _END, _FRAME, _BLOCK, _FILTERS, _QUANTISERS, _HUFFMAN = range(0xFFA1, 0xFFA7)
 _COMMENT: Final = 0xFFA8
 _LARGEST_TAP: Final = 2.0  # of a filter: those in use stay below 1
 MAX_SEGMENTS: Final = 1000
+LONGEST_CODE: Final = 16  # bits of a Huffman code
+MAX_TABLES: Final = 8  # of one segment
 SUBBANDS: Final = 60  # transmitted, of the 64 of a quantiser table
 MAX_MEGAPIXELS: Final = 16.0  # symbols are decoded one by one: about a second a megapixel
 _PPI: Final = re.compile(rb"(?:^|\n)PPI (\d{2,5})(?:\n|$)")
@@ -52,6 +53,17 @@ _ESCAPES: Final = dict(
 )
 
 
+@dataclass(frozen=True, slots=True)
+class _HuffmanTable:
+    """Hold the symbol whose code each word of 16 bits starts with, and the bits of that code.
+
+    The length is 0 where no code fits.
+    """
+
+    symbols: bytes
+    lengths: bytes
+
+
 @dataclass(slots=True)
 class _Header:
     """Tables of the file, and the coefficients decoded so far."""
@@ -62,7 +74,7 @@ class _Header:
     filters: Filters | None = None  # of synthesis: low pass, high pass
     bin_center: float = 0.0
     bins: NDArray[np.float64] | None = None  # shape (64, 2): width of a bin, of the zero bin
-    tables: dict[int, HuffmanTable] = field(default_factory=dict)
+    tables: dict[int, _HuffmanTable] = field(default_factory=dict)
     comments: list[bytes] = field(default_factory=list)
     values: list[int] = field(default_factory=list)
 
@@ -116,11 +128,42 @@ def _read_segment(marker: int, reader: ByteReader, header: _Header, limits: Imag
         header.bin_center = _decimal(body)
         header.bins = np.array([[_decimal(body), _decimal(body)] for _ in range(64)])
     elif marker == _HUFFMAN:
-        header.tables |= read_huffman_tables(body)
+        header.tables |= _read_tables(body)
     elif marker == _COMMENT:
         header.comments.append(body.rest())
     elif not 0xFFA0 < marker <= 0xFFAF:
         raise ImageReadError("damaged WSQ image (a marker is missing)")
+
+
+def _read_tables(body: ByteReader) -> dict[int, _HuffmanTable]:
+    """Read the tables of a segment, by number; raise ImageReadError if they are inconsistent.
+
+    A table consists of its number, the count of codes of each length from 1 to 16 bits, and their
+    symbols in order; codes of one length are consecutive, as in JPEG.
+    """
+    tables: dict[int, _HuffmanTable] = {}
+    for _ in range(MAX_TABLES):
+        if not body.left:
+            return tables
+        number = body.u8()
+        counts = body.take(LONGEST_CODE)
+        tables[number] = _huffman_table(counts, body.take(sum(counts)))
+    raise ImageReadError("damaged WSQ image (too many Huffman tables)")
+
+
+def _huffman_table(counts: bytes, values: bytes) -> _HuffmanTable:
+    symbols, lengths = bytearray(), bytearray()
+    first = 0
+    for length, count in enumerate(counts, start=1):
+        span = 1 << (LONGEST_CODE - length)
+        for value in values[first : first + count]:
+            symbols += bytes([value]) * span
+            lengths += bytes([length]) * span
+            if len(symbols) > 1 << LONGEST_CODE:
+                raise ImageReadError("damaged WSQ image (a Huffman table has too many codes)")
+        first += count
+    missing = (1 << LONGEST_CODE) - len(symbols)
+    return _HuffmanTable(bytes(symbols) + bytes(missing), bytes(lengths) + bytes(missing))
 
 
 def _decimal(body: ByteReader) -> float:
@@ -160,7 +203,7 @@ def _read_block(reader: ByteReader, header: _Header) -> None:
     _decode_values(table, reader.entropy_coded(), header.values, width * height)
 
 
-def _decode_values(table: HuffmanTable, data: bytes, values: list[int], most: int) -> None:
+def _decode_values(table: _HuffmanTable, data: bytes, values: list[int], most: int) -> None:
     """Append the coefficients that `data` codes to `values`, `most` of them altogether."""
     symbols, lengths = table.symbols, table.lengths
     padded = data + bytes(4)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
-from fpmatch.image.skeleton.thin import bordered, crossing_number_table, neighbour_code
+from fpmatch.image.skeleton.thin import bordered, crossing_number_table
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,7 +29,8 @@ class SkeletonNodes:
     y, x : ndarray of int32, shape (N,)
         Pixels of the nodes.
     crossing_number : ndarray of uint8, shape (N,)
-        1 for an ending, 3 for a bifurcation, 4 for a crossing.
+        Half the number of changes around the pixel (Rutovitz 1966): 1 for an ending, 3 for a
+        bifurcation, 4 for a crossing.
     paths : ndarray of int32, shape (N, 4, L, 2)
         Pixels (y, x) of up to four branches, from the node outwards.
     steps : ndarray of int32, shape (N, 4)
@@ -44,20 +45,6 @@ class SkeletonNodes:
     paths: NDArray[np.int32]
     steps: NDArray[np.int32]
     target: NDArray[np.int32]
-
-
-def crossing_number(skeleton: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Compute the crossing number of every pixel of a skeleton (H, W), 0 off the skeleton.
-
-    Half the number of changes between neighbours around the pixel: 0 isolated, 1 ending, 2 ridge,
-    3 bifurcation, 4 crossing.
-
-    References
-    ----------
-    Rutovitz, "Pattern recognition", J. Royal Statistical Society A 129 (1966).
-    """
-    image = np.asarray(skeleton, bool).astype(np.uint8)
-    return np.asarray(crossing_number_table()[neighbour_code(image)] * image)
 
 
 def find_nodes(skeleton: NDArray[np.bool_], branch_px: int) -> SkeletonNodes:

@@ -86,15 +86,6 @@ def test_what_lies_outside_the_mask_is_neither_ridge_nor_a_pore() -> None:
     assert not binarize(as_enhanced(ridges), ~whole(ridges), p).any()
 
 
-def test_memory_layout_does_not_matter(rng: np.random.Generator) -> None:
-    enhanced = rng.normal(0, 1, (40, 50)).astype(np.float32)
-    enhanced.setflags(write=False)
-    mask = rng.random((40, 50)) < 0.9
-    plain = binarize(enhanced, mask)
-    assert np.array_equal(binarize(np.asfortranarray(enhanced), np.asfortranarray(mask)), plain)
-    assert np.array_equal(binarize(enhanced[::-1][::-1], mask[:, ::-1][:, ::-1]), plain)
-
-
 @given(
     arrays(np.float32, (20, 24), elements=st.floats(-1, 1, width=32)),
     arrays(np.bool_, (20, 24)),

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_images import Binary, binaries, blobs, concentric_rings, drawn, strips_and_extremes
+from made_images import Binary, binaries, blobs, drawn, strips_and_extremes
 
 from fpmatch.image.skeleton import _trace_kernel as kernel
-from fpmatch.image.skeleton.crossing_number import SkeletonNodes, crossing_number, find_nodes
+from fpmatch.image.skeleton.crossing_number import SkeletonNodes, find_nodes
 from fpmatch.image.skeleton.thin import thin
 
 LINE = drawn("#######", margin=3)
@@ -45,9 +45,7 @@ def at(nodes: SkeletonNodes) -> list[tuple[int, int, int]]:
 
 @pytest.mark.parametrize("name", ["nothing", "one pixel", "only one pixel"])
 def test_without_a_line_there_are_no_nodes(name: str) -> None:
-    picture = strips_and_extremes()[name]
-    assert not crossing_number(picture).any()
-    nodes = find_nodes(picture, 10)
+    nodes = find_nodes(strips_and_extremes()[name], 10)
     assert len(nodes.x) == 0
     assert nodes.paths.shape == (0, 4, 10, 2)
     assert nodes.steps.shape == nodes.target.shape == (0, 4)
@@ -99,7 +97,6 @@ def test_a_crossing_has_four_branches(picture: Binary, arm: int) -> None:
 
 
 def test_a_ring_has_no_node() -> None:
-    assert set(crossing_number(RING)[RING].tolist()) == {2}
     assert len(find_nodes(RING, 20).x) == 0
 
 
@@ -123,36 +120,6 @@ def test_no_walk_at_all() -> None:
     assert len(nodes.x) == 4
     assert not nodes.steps.any()
     assert (nodes.target == -1).all()
-
-
-def test_memory_layout_and_type_do_not_matter() -> None:
-    skeleton = thin(concentric_rings((60, 80), 8) > 0)
-    skeleton.setflags(write=False)
-    plain = find_nodes(skeleton, 12)
-    wide = np.repeat(skeleton, 2, axis=1)
-    for other in (
-        np.asfortranarray(skeleton),
-        wide[:, ::2],
-        skeleton[::-1][::-1],
-        skeleton.astype(np.uint8) * 255,
-    ):
-        found = find_nodes(other, 12)
-        for name in ("x", "y", "crossing_number", "paths", "steps", "target"):
-            assert np.array_equal(getattr(found, name), getattr(plain, name))
-        assert np.array_equal(crossing_number(other), crossing_number(skeleton))
-
-
-@given(st.one_of(binaries, blobs))
-def test_the_crossing_number_counts_changes_around(binary: Binary) -> None:
-    found = crossing_number(binary)
-    assert found.max(initial=0) <= 4
-    assert not found[~binary].any()
-    padded = np.pad(binary, 1)
-    ring = [(0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1)]
-    for y, x in np.argwhere(binary):
-        around = [padded[y + 1 + dy, x + 1 + dx] for dy, dx in ring]
-        changes = sum(around[k] != around[k - 1] for k in range(8))
-        assert found[y, x] == changes // 2
 
 
 @given(st.one_of(binaries, blobs))

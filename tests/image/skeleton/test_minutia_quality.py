@@ -66,13 +66,6 @@ def test_a_minutia_is_graded_alone_as_in_company(rng: np.random.Generator) -> No
     assert together.tolist() == alone
 
 
-def test_memory_layout_does_not_matter(rng: np.random.Generator) -> None:
-    noisy = WAVE + rng.normal(0, 1, WAVE.shape).astype(np.float32)
-    noisy.setflags(write=False)
-    plain = minutia_quality(noisy, WAVE, X, Y).tolist()
-    assert minutia_quality(np.asfortranarray(noisy), WAVE[::-1][::-1], X, Y).tolist() == plain
-
-
 @given(
     arrays(np.float32, (12, 15), elements=st.floats(-3, 3, width=32)),
     arrays(np.float32, (12, 15), elements=st.floats(-3, 3, width=32)),

@@ -1,0 +1,51 @@
+"""Stages accept arrays of any memory layout, and do not change them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import astuple, is_dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from made_images import as_picture, plane_wave
+
+from fpmatch.image.enhancement.gabor import gabor_filter
+from fpmatch.image.enhancement.spectrum import ridge_spectrum
+from fpmatch.image.preprocess.normalize import normalize
+from fpmatch.image.skeleton.binarize import binarize
+from fpmatch.image.skeleton.crossing_number import find_nodes
+from fpmatch.image.skeleton.minutia_quality import minutia_quality
+from fpmatch.image.skeleton.thin import thin
+
+WAVE = plane_wave(33, 7, (60, 90))
+RIDGES = WAVE > 0
+WHOLE = np.ones_like(RIDGES)
+AT = np.array([30, 59]), np.array([20, 0])
+STAGES: dict[str, tuple[Callable[[np.ndarray], Any], np.ndarray]] = {
+    "normalize": (normalize, as_picture(WAVE)),
+    "ridge_spectrum": (ridge_spectrum, WAVE),
+    "gabor_filter": (lambda pixels: gabor_filter(pixels, WHOLE, 0 * WAVE, 0 * WAVE + 7), WAVE),
+    "binarize": (lambda enhanced: binarize(enhanced, WHOLE), WAVE),
+    "binarize, mask": (lambda mask: binarize(WAVE, mask), RIDGES),
+    "thin": (thin, RIDGES),
+    "thin, bytes": (thin, RIDGES.astype(np.uint8) * 255),
+    "find_nodes": (lambda skeleton: find_nodes(skeleton, 12), thin(RIDGES)),
+    "minutia_quality": (lambda pixels: minutia_quality(pixels, WAVE, *AT), WAVE),
+}
+
+
+@pytest.mark.parametrize("name", STAGES)
+def test_memory_layout_does_not_matter(name: str) -> None:
+    stage, array = STAGES[name]
+    kept = array.copy()
+    array = array.copy()
+    array.setflags(write=False)
+    expected = stage(array)
+    assert np.array_equal(array, kept)
+    wide = np.repeat(array, 2, axis=1)
+    for other in (np.asfortranarray(array), wide[:, ::2], array[::-1, ::-1][::-1, ::-1]):
+        found = stage(other)
+        as_arrays = astuple if is_dataclass(expected) else lambda one: (one,)
+        for one, another in zip(as_arrays(expected), as_arrays(found), strict=True):
+            assert np.array_equal(one, another)

@@ -11,15 +11,9 @@ import numpy as np
 
 import fpmatch
 from fpmatch.drawing.fonts import wrapped
-from fpmatch.drawing.overlay.marks import (
-    PAIR_PEN,
-    PROBE_PAIRED,
-    PROBE_UNPAIRED,
-    REFERENCE_PAIRED,
-    REFERENCE_UNPAIRED,
-    marks,
-)
-from fpmatch.drawing.overlay.page import Print, frame, ink_of
+from fpmatch.drawing.overlay.marks import REFERENCE_PAIRED, marks
+from fpmatch.drawing.overlay.page import Print, frame
+from fpmatch.drawing.overlay.superposed import inks, minutiae_and_pairs
 from fpmatch.drawing.palette import (
     BAND,
     NEUTRAL_INK,
@@ -32,7 +26,7 @@ from fpmatch.drawing.palette import (
     TEXT_MUTED,
     Colour,
 )
-from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Overprint, Pen, Scene, Text
+from fpmatch.drawing.scene.items import Box, Circle, Group, Ink, Pen, Scene, Text
 from fpmatch.drawing.scene.items import Path as Line
 from fpmatch.drawing.scene.placement import bounds, direction_on_page, moved, of_transform, zoomed
 from fpmatch.drawing.scene.raster import paint
@@ -59,7 +53,7 @@ TITLE_SIZE, CAPTION_SIZE, LABEL_SIZE = 27.0, 22.0, 21.0
 LEADING = 28.0
 PRINT_MARGIN_PX = 6.0  # of a print, around what has ridges
 CIRCLE_RADIUS = 108.0
-LARGEST_DOT = 32.0  # radius of a neighbour that had all the weight; its area shows the weight
+LARGEST_DOT = 32.0  # radius at a weight of 1; the area is proportional to the weight
 FEWEST_NEIGHBOURS: Final = 6  # of the minutia that is followed
 
 TITLES: Final = (
@@ -96,7 +90,7 @@ REFERENCE: Final = Tint(REFERENCE_INK, REFERENCE_MARK)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Side:
-    """Hold one print on its way through the matcher; all its minutiae take part, in their order."""
+    """Hold one print and the results of the matcher's steps, of all its minutiae in order."""
 
     name: str
     tint: Tint
@@ -124,7 +118,7 @@ class Side:
         )
 
     def ring(self, i: int) -> slice:
-        """Return where the one-ring of minutia `i` stands among the entries of all."""
+        """Return the place of the one-ring of minutia `i` among the entries of all."""
         start = self.rings.start
         return slice(int(start[i]), int(start[i + 1]))
 
@@ -143,9 +137,7 @@ class Side:
     def view_with(self, other: Side, transform: fpmatch.Similarity) -> Box:
         """Return the part that has ridges of this print, or of `other` once it is moved."""
         own, their = self.view(), other._bounds_of_ridges(of_transform(transform))
-        return bounds(
-            [(b.x, b.y) for b in (own, their)] + [(b.right, b.bottom) for b in (own, their)]
-        )
+        return bounds([*own.corners, *their.corners])
 
     def _bounds_of_ridges(self, matrix: NDArray[np.float64]) -> Box:
         """Return the smallest box around the cells with ridges, moved by `matrix`."""
@@ -155,7 +147,7 @@ class Side:
 
 
 def followed_pair(probe: Side, reference: Side, pairs: NDArray[np.int32]) -> tuple[int, int]:
-    """Return the paired minutiae whose rings agree point by point and are easiest to make out."""
+    """Return the paired minutiae whose rings agree point by point and are easiest to read."""
     partner = {int(i): int(j) for i, j in pairs}
 
     def agrees(i: int, j: int) -> bool:
@@ -215,7 +207,7 @@ def panel(place: Box, items: list[Item]) -> list[Item]:
 
 
 def print_panel(side: Side, place: Box, view: Box) -> list[Item]:
-    """Draw the print as it came."""
+    """Draw the image of the print."""
     ink = Ink(np.invert(side.pixels), TEXT, into(place, view))
     label = Text(
         place.x + 12, place.y + 30, side.name, CAPTION_SIZE, side.tint.mark, bold=0.5, halo=4.0
@@ -305,37 +297,21 @@ def _pointer(at: Point, direction: Point) -> list[Item]:
 
 
 def overlay_panel(
-    probe: Side,
-    reference: Side,
-    transform: fpmatch.Similarity,
-    pairs: NDArray[np.int32],
-    place: Box,
+    probe: Side, reference: Side, found: fpmatch.Verification, place: Box
 ) -> list[Item]:
     """Draw the probe, moved, over the reference, and the pairs."""
-    view = reference.view_with(probe, transform)
+    if found.transform is None:
+        raise FpmatchError(f"{probe.name} and {reference.name} do not match")
+    view = reference.view_with(probe, found.transform)
     to_page = zoomed(
         min(place.width / view.width, place.height / view.height),
         (view.x + view.width / 2, view.y + view.height / 2),
         (place.x + place.width / 2, place.y + place.height / 2),
     )
-    moving = np.asarray(to_page @ of_transform(transform))
-    lower = ink_of(Print(reference.pixels, reference.template), to_page, REFERENCE_INK, "")
-    upper = ink_of(Print(probe.pixels, probe.template), moving, PROBE_INK, "")
-    ours, theirs = probe.template.minutiae, reference.template.minutiae
-    of_probe, of_reference = moved(moving, ours.xy), moved(to_page, theirs.xy)
-    i, j = pairs.T.tolist()
-    rest_i, rest_j = set(range(len(ours))) - set(i), set(range(len(theirs))) - set(j)
-    return panel(
-        place,
-        [
-            *([Overprint(lower, upper)] if lower and upper else []),
-            *marks(theirs, sorted(rest_j), to_page, REFERENCE_UNPAIRED, place),
-            *marks(ours, sorted(rest_i), moving, PROBE_UNPAIRED, place),
-            *marks(theirs, j, to_page, REFERENCE_PAIRED, place),
-            *(Line((of_probe[a], of_reference[b]), PAIR_PEN) for a, b in zip(i, j, strict=True)),
-            *marks(ours, i, moving, PROBE_PAIRED, place),
-        ],
-    )
+    moving = np.asarray(to_page @ of_transform(found.transform))
+    ours, theirs = (Print(side.pixels, side.template) for side in (probe, reference))
+    ridges = inks(ours, theirs, moving, to_page)
+    return panel(place, [*ridges, *minutiae_and_pairs(found, moving, to_page, place)])
 
 
 def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
@@ -343,8 +319,6 @@ def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
     probe = Side.of("probe", PROBE, probe_path)
     reference = Side.of("reference", REFERENCE, reference_path)
     found = fpmatch.verify(probe.template, reference.template)
-    if found.transform is None:
-        raise FpmatchError(f"{probe_path} and {reference_path} do not match")
     i, j = followed_pair(probe, reference, found.pairs)
     numbers = numbered(probe, i)
     of_reference = {int(b): numbers[int(a)] for a, b in found.pairs if int(a) in numbers}
@@ -370,7 +344,7 @@ def how_it_works(probe_path: Path, reference_path: Path) -> NDArray[np.uint8]:
         beside = None if side is probe else probe.circle(i)
         items += circle_panel(side, places[3], minutia, numbering, beside)
     place = Box(lefts[4], top, OVERLAY_WIDTH, bottom - top)
-    items += overlay_panel(probe, reference, found.transform, found.pairs, place)
+    items += overlay_panel(probe, reference, found, place)
     foot = bottom
     for x, width, title, caption in zip(lefts, widths, TITLES, CAPTIONS, strict=True):
         items.append(Text(x, MARGIN + TITLE_SIZE, title, TITLE_SIZE, TEXT, bold=0.4))

@@ -38,7 +38,6 @@ from fpmatch.pointset.points import as_points
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -48,11 +47,12 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
+_STYLE: Final = {"figure.constrained_layout.h_pad": 0.1, "figure.constrained_layout.w_pad": 0.1}
 SUFFIXES: Final = (".png", ".svg")
 _DPI: Final = 150
-# In inches: size of the axes, and space around them.
+# In inches: size of the axes, space around them, and height of a line of text.
 _WIDTH, _LEAST_HEIGHT, _MOST_HEIGHT = 8.0, 2.5, 9.0
-_LEFT, _RIGHT, _TICKS, _LEGEND, _LINE = 0.9, 0.3, 0.55, 0.6, 0.2
+_SIDES, _AROUND, _LEGEND, _LINE = 1.2, 1.8, 0.6, 0.2
 # In points; the size of a mark is a share of the mean spacing, within limits.
 _MARK_SHARE, _LEAST_MARK, _MOST_MARK = 0.4, 0.4, 8.0
 _LEGEND_MARK, _LEAST_LINE = 6.0, 0.45
@@ -131,9 +131,9 @@ def save_point_plot(
     """
     check_plot(path)
     source, target = as_points(p, "p"), as_points(q, "q")
-    with plain_style():
+    with plain_style(_STYLE):
         if match.transform is None:
-            figure = _apart(source, target, match, names)
+            figure = _apart(source, target, names)
         else:
             figure = _superposed(match.transform.apply(source), target, match, names)
         content = figure_bytes(figure, path, _DPI)
@@ -148,10 +148,11 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
     high = _WIDTH * height / width if width > 0 else _MOST_HEIGHT
     title = f"{_title('P', names[0])}, moved, on {_title('Q', names[1])}"
     facts = [title, *(f"{label}: {value}" for label, value in match_facts(match))]
-    figure = _figure(high, (verdict(True), MATCH), facts, _LEGEND)
+    figure = _figure(high + len(facts) * _LINE, verdict(True), MATCH)
     axes = figure.subplots()
+    axes.set_title("\n".join(facts), loc="left", fontsize="medium", color=hexadecimal(TEXT_MUTED))
     rows_p, rows_q = match.pairs.T
-    size = _mark_size(figure, max(len(moved), len(q)))
+    size = _mark_size(high, max(len(moved), len(q)))
     for points, mark, words in (
         (q[rows_q], _Q_PAIRED, "Q, paired"),
         (np.delete(q, rows_q, axis=0), _Q_ALONE, "Q, unpaired"),
@@ -161,34 +162,23 @@ def _superposed(moved: Floats, q: Floats, match: PointMatch, names: tuple[str, s
         _draw(axes, points, mark, size, f"{words} ({len(points):,})")
     links = np.full((len(match.pairs), 3, 2), np.nan)  # the third of each breaks the line
     links[:, 0], links[:, 1] = moved[rows_p], q[rows_q]
-    x, y = links.reshape(-1, 2).T
-    colour, width = hexadecimal(PAIR_LINK), max(size / 6, _LEAST_LINE)
     axes.plot(
-        x,
-        y,
-        color=colour,
-        linewidth=width,
+        *links.reshape(-1, 2).T,
+        color=hexadecimal(PAIR_LINK),
+        linewidth=max(size / 6, _LEAST_LINE),
         zorder=_LINK_ORDER,
         label=f"pair ({len(rows_p):,})",
         rasterized=len(rows_p) > _MOST_VECTORS,
     )
     _finish(axes, unit)
-    figure.legend(
-        loc="lower left",
-        bbox_to_anchor=(_LEFT / figure.get_figwidth(), 0),
-        borderaxespad=0.5,
-        ncols=3,
-        frameon=False,
-        markerscale=_LEGEND_MARK / size,
-    )
+    figure.legend(loc="outside lower left", ncols=3, frameon=False, markerscale=_LEGEND_MARK / size)
     return figure
 
 
-def _apart(p: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> Figure:
+def _apart(p: Floats, q: Floats, names: tuple[str, str]) -> Figure:
     """Draw the sets side by side, each in a frame of its own."""
-    facts = ["No transform was found that aligns P with Q.", ""]
-    figure = _figure(_WIDTH / 2, (verdict(False), NO_MATCH), facts)
-    size = _mark_size(figure, 2 * max(len(p), len(q)))
+    figure = _figure(_WIDTH / 2 - _LEGEND, verdict(False), NO_MATCH)
+    size = _mark_size(_WIDTH / 2, 2 * max(len(p), len(q)))
     both = zip(figure.subplots(1, 2), (p, q), _APART, "PQ", names, strict=True)
     for axes, points, mark, letter, name in both:
         unit = _unit(points)
@@ -198,30 +188,14 @@ def _apart(p: Floats, q: Floats, match: PointMatch, names: tuple[str, str]) -> F
     return figure
 
 
-def _figure(
-    height: float, verdict: tuple[str, Colour], facts: Sequence[str], below: float = 0.0
-) -> Figure:
-    """Return a figure with the verdict, and a line for each fact, above its axes.
-
-    The axes are `height` inches high, within limits; `below` inches are left blank below them.
-    """
+def _figure(height: float, decision: str, colour: Colour) -> Figure:
+    """Return a figure below the decision, its axes about `height` inches high, within limits."""
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     high = min(max(height, _LEAST_HEIGHT), _MOST_HEIGHT)
-    above = (len(facts) + 2.5) * _LINE
-    width, total = _LEFT + _WIDTH + _RIGHT, above + high + _TICKS + below
-    figure = Figure(figsize=(width, total))
-    figure.subplots_adjust(
-        left=_LEFT / width,
-        right=1 - _RIGHT / width,
-        top=1 - above / total,
-        bottom=(_TICKS + below) / total,
-    )
-    words, colour = verdict
-    left, top = _LEFT / width, 1 - 1.5 * _LINE / total
-    figure.text(left, top, words, color=hexadecimal(colour), fontsize="x-large", weight="bold")
-    for n, fact in enumerate(facts, start=1):
-        figure.text(left, top - n * _LINE / total, fact, color=hexadecimal(TEXT_MUTED))
+    figure = Figure(figsize=(_WIDTH + _SIDES, high + _AROUND), layout="constrained")
+    style = {"fontsize": "x-large", "weight": "bold", "color": hexadecimal(colour)}
+    figure.suptitle(decision, x=0.01, ha="left", **style)
     return figure
 
 
@@ -232,10 +206,9 @@ def _unit(*sets: Floats) -> float:
     return 10.0 ** max(exponent, _LEAST_EXPONENT) if abs(exponent) > _PLAIN_EXPONENT else 1.0
 
 
-def _mark_size(figure: Figure, count: int) -> float:
-    """Return the size of marks, in points, at which `count` of them fit the figure."""
-    area = figure.subplotpars
-    side = POINTS_PER_INCH * min(_WIDTH, figure.get_figheight() * (area.top - area.bottom))
+def _mark_size(height: float, count: int) -> float:
+    """Return the size of marks, in points, at which `count` of them fit axes of a height."""
+    side = POINTS_PER_INCH * min(_WIDTH, max(height, _LEAST_HEIGHT), _MOST_HEIGHT)
     return float(np.clip(_MARK_SHARE * side / np.sqrt(count), _LEAST_MARK, _MOST_MARK))
 
 

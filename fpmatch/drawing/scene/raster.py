@@ -8,6 +8,7 @@ the share of each pixel that it covers. (OpenCV's own anti-aliased lines have wi
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -125,6 +126,10 @@ def _write(page: Page, text: Text, clip: Box, colour: Colour, stroke: float) -> 
 
 def _paint_shape(page: Page, shape: Path | Circle, clip: Box) -> None:
     pen = shape.pen
+    if isinstance(shape, Path) and pen.dash:
+        for dash in _dashes(shape, *pen.dash, clip):
+            _paint_shape(page, dash, clip)
+        return
     if isinstance(shape, Circle):
         box = Box(*shape.centre, 0, 0).grown(shape.radius)
     else:
@@ -156,7 +161,8 @@ def _covered(window: Page, shape: Path | Circle, origin: Point, width: float | N
         cv2.fillPoly(cells, [corners], 255, cv2.LINE_8, _SUBPIXEL_BITS)
     else:
         thickness = max(round(width * _OVERSAMPLING), 1)
-        for start, end in _pieces(shape, origin, cells, thickness):
+        for line in _lines(shape, Box(*origin, wide, height).grown(width)):
+            start, end = (_fixed(point, origin) for point in line)
             cv2.line(cells, start, end, 255, thickness, cv2.LINE_8, _SUBPIXEL_BITS)
     shrunk = cv2.resize(cells, (wide, height), interpolation=cv2.INTER_AREA)
     return shrunk.astype(np.float32) / np.float32(255)
@@ -175,24 +181,32 @@ def _disc(cells: NDArray[np.uint8], centre: Cell, radius: float, value: int) -> 
         cv2.circle(cells, centre, fixed, value, cv2.FILLED, cv2.LINE_8, _SUBPIXEL_BITS)
 
 
-def _pieces(
-    path: Path, origin: Point, cells: NDArray[np.uint8], thickness: int
-) -> Iterator[tuple[Cell, Cell]]:
-    """Yield the visible straight pieces of a path's line, cut into dashes where it has some."""
-    margin, (height, width) = 2 * thickness, cells.shape
-    visible = [_UNIT * v for v in (-margin, -margin, width + 2 * margin, height + 2 * margin)]
-    corners = [_fixed(point, origin) for point in path.points]
-    for a, b in pairwise(corners + corners[:1] if path.closed else corners):
-        inside, start, end = cv2.clipLine(visible, a, b)
-        if not inside:
-            continue
-        if path.pen.dash is None:
-            yield (start[0], start[1]), (end[0], end[1])
-            continue
-        length = max(math.dist(start, end), 1.0)
-        mark, gap = (part * _OVERSAMPLING * _UNIT for part in path.pen.dash)
-        for begin in np.arange(0.0, length, mark + gap):
-            share = np.array([[begin], [min(begin + mark, length)]]) / length
-            ends = np.rint(start + share * np.subtract(end, start)).astype(int)
-            (x0, y0), (x1, y1) = ends.tolist()
-            yield (x0, y0), (x1, y1)
+def _visible(start: Point, end: Point, box: Box) -> tuple[Point, Point] | None:
+    """Return the part of a straight line inside `box`, or None; coordinates are rounded."""
+    scale = _OVERSAMPLING * _UNIT
+    rectangle = [round(v * scale) for v in (box.x, box.y, box.width, box.height)]
+    (x0, y0), (x1, y1) = ((round(x * scale), round(y * scale)) for x, y in (start, end))
+    inside, first, last = cv2.clipLine(rectangle, (x0, y0), (x1, y1))
+    if not inside:
+        return None
+    return (first[0] / scale, first[1] / scale), (last[0] / scale, last[1] / scale)
+
+
+def _lines(path: Path, box: Box) -> Iterator[tuple[Point, Point]]:
+    """Yield the visible parts of a path's straight lines."""
+    corners = path.points + path.points[:1] if path.closed else path.points
+    for start, end in pairwise(corners):
+        visible = _visible(start, end, box)
+        if visible is not None:
+            yield visible
+
+
+def _dashes(path: Path, dash: float, gap: float, box: Box) -> Iterator[Path]:
+    """Yield the visible dashes of a path."""
+    pen = replace(path.pen, dash=None)
+    for start, end in _lines(path, box.grown(pen.width)):
+        length = math.dist(start, end)
+        for begin in np.arange(0.0, length, dash + gap):
+            shares = np.array([[begin], [min(begin + dash, length)]]) / length
+            (x0, y0), (x1, y1) = (start + shares * np.subtract(end, start)).tolist()
+            yield Path(((x0, y0), (x1, y1)), pen)

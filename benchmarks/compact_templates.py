@@ -18,7 +18,7 @@ import numpy as np
 
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction, extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
-from fpmatch.evaluation.table import format_table
+from fpmatch.evaluation.tables import format_report
 from fpmatch.gallery.compact import pack_template, unpack_template
 
 
@@ -48,10 +48,10 @@ def main(folders: tuple[Path, ...]) -> None:
     sets = extract_datasets(load_datasets(folders))
     print_sizes(sets)
     print("\nas extracted")
-    print(format_table(evaluate_templates(sets)))
+    print(format_report(evaluate_templates(sets)))
     print("\nfrom a gallery")
     packed = [ExtractedSet(s.dataset, tuple(map(kept, s.extractions))) for s in sets]
-    print(format_table(evaluate_templates(packed)))
+    print(format_report(evaluate_templates(packed)))
 
 
 if __name__ == "__main__":

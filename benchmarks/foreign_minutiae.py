@@ -36,11 +36,11 @@ from typing import Any, Final
 import numpy as np
 
 from fpmatch.errors import DatasetError, FpmatchError, TemplateError
-from fpmatch.evaluation.all_pairs import compare_all_pairs
+from fpmatch.evaluation.comparison import compare_all_pairs
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.rates import Rates, error_rates
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.evaluation.table import RATE_TITLES, percent
+from fpmatch.evaluation.tables import RATE_TITLES, percent
 from fpmatch.formats.files import decode_record
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, written_formats

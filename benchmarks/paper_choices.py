@@ -20,7 +20,7 @@ import numpy as np
 import repository  # noqa: F401
 
 from fpmatch.engine.engine import processes
-from fpmatch.evaluation.dataset_names import named_apart
+from fpmatch.evaluation.dataset import with_unique_names
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.matchers.paper import matcher_with
@@ -44,7 +44,7 @@ def _prints(folders: tuple[Path, ...]) -> list[dict[str, Any]]:
     """Return the pairs that match for each area tolerance, a database each."""
     rows = []
     with processes(1) as engine:
-        sets = extract_datasets(named_apart(load_datasets(folders)), engine=engine)
+        sets = extract_datasets(with_unique_names(load_datasets(folders)), engine=engine)
         for area in AREA_TOLERANCES:
             matcher = matcher_with("paper", area_tolerance=area)
             report = evaluate_templates(sets, matcher=matcher, engine=engine)

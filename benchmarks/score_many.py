@@ -39,12 +39,12 @@ class Disturbed:
     """A side of templates, each disturbed in a way that is drawn from its number."""
 
     def __init__(self, place: str, count: int, templates: list[Template]) -> None:
-        self.place = place
-        self.names = [f"{place}_{n}" for n in range(count)]
-        self.fingerprint = f"{place} {count}"
+        self.place = self.title = place
+        self.fingers = self.names = [f"{place}_{n}" for n in range(count)]
+        self.content_hash = f"{place} {count}"
         self._templates = templates
 
-    def items(
+    def templates(
         self, engine: Engine, numbers: Sequence[int]
     ) -> Generator[StoredTemplate, None, None]:
         """Yield the templates of some numbers."""

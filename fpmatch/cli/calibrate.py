@@ -1,4 +1,4 @@
-"""`fpmatch calibrate`: what similarities are worth on one's own data."""
+"""`fpmatch calibrate`: scores fitted to one's own prints."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _STAGES = {"extract": "extracting prints", "compare": "comparing pairs"}
 
 @click.command(
     epilog="""\b
-A score of 30 is to mean that one comparison of different fingers in 1,000 reaches it. Whether it
-does depends on sensor and fingers. The more fingers the data hold, the further they reach: 10
-fingers with 8 impressions give 2,880 comparisons, 100 fingers 316,800.
+A score of 30 is to mean that one impostor comparison in 1,000 reaches it. Whether it does depends
+on sensor and fingers. With more fingers, higher scores can be measured: 10 fingers with 8
+impressions give 2,880 impostor comparisons, 100 fingers 316,800.
 
 \b
 Examples:
@@ -48,12 +48,12 @@ def calibrate(
 ) -> None:
     """Fit scores to the false match rates of one's own prints.
 
-    Each DIR holds prints named FFF_M.tif (finger FFF, impression M); each SCORES is a file that
-    fpmatch evaluate --scores wrote. At least 1,000 comparisons of different fingers are needed.
-    Printed is how far they reach: scores beyond are extrapolated.
+    Each DIR contains prints named FFF_M.tif (finger FFF, impression M); each SCORES is a file of
+    fpmatch evaluate --scores or fpmatch score. At least 1,000 impostor comparisons are needed. The
+    largest measured score is printed: scores beyond are extrapolated.
     """
     from fpmatch.evaluation.calibrate import calibrate_on
-    from fpmatch.evaluation.calibration_reach import format_reach, measure_reach
+    from fpmatch.evaluation.calibration_report import report_calibration
     from fpmatch.evaluation.impostors import gather_impostors
     from fpmatch.output import atomic_write_bytes, check_writable
 
@@ -62,8 +62,8 @@ def calibrate(
         impostors = gather_impostors(sources, matcher=matcher, workers=workers, progress=bars.show)
     calibration = calibrate_on(impostors, matcher, "fpmatch calibrate")
     atomic_write_bytes(output, calibration.as_json().encode())
-    reach = measure_reach(calibration, impostors)
+    report = report_calibration(calibration, impostors)
     if as_json:
-        click.echo(json.dumps({"calibration": str(output), **reach.as_json()}, indent=2))
+        click.echo(json.dumps({"calibration": str(output), **report.as_json()}, indent=2))
     else:
-        click.echo(f"{output}\n{format_reach(reach)}")
+        click.echo(f"{output}\n{report.as_text()}")

@@ -32,9 +32,11 @@ _WORKERS_NEED = (
     "fpmatch.image.extract",
     "fpmatch.matching.matchers.unit_circle",
 )
+_NAMES_OF_0_1_0 = {"resamples": "bootstrap", "minutiae": "ground-truth"}  # of options
 
 
 @click.command(
+    context_settings={"token_normalize_func": lambda name: _NAMES_OF_0_1_0.get(name, name)},
     epilog="""\b
 Columns:
   EER       equal error rate
@@ -45,29 +47,29 @@ Columns:
   ZeroFNMR  false match rate where no genuine pair is rejected
   rank-1    prints whose own finger comes first when each is searched among all others of its
             database; a finger counts by its most similar impression (protocol extended only)
-  failed    images that gave no template (failures to enrol); they score 0 in all their pairs
+  failed    images that gave no template (failures to extract); they score 0 in all their pairs
   extract   median CPU time to extract an image
   match     median CPU time to compare two prepared templates
 
 \b
-The 95 % intervals come from drawing the fingers of each database anew, with replacement: how far
-the rates would scatter with other fingers. Where no error was seen they cannot say how many there
-are; ZeroFMR and ZeroFNMR, which hang on one score, have none.
+The 95 % intervals are those of the bootstrap over the fingers of each database: how far the rates
+would scatter with other fingers. Where no error was seen they do not bound the error rate; ZeroFMR
+and ZeroFNMR, which depend on one score, have none.
 
 \b
-Columns with --minutiae:
+Columns with --ground-truth:
   within    tolerance of distance (at 500 dpi) and direction
-  true      true minutiae that can be seen
-  right     extracted minutiae that are one of these, one to one
-  false ones by their likeliest cause: a true minutia is there but points in another direction;
-            near the border of the print or image; no ridges can be seen there; near another
-            extracted minutia, as where a ridge is split or doubled
-  judged    genuine pairs with at least 12 true minutiae to be seen in both prints
+  visible   true minutiae that are visible
+  TP        true positives: extracted minutiae that are one of these, one to one
+  false positives by their likeliest cause: a true minutia is there but has another direction;
+            near the border of the print or image; no visible ridges there; near another extracted
+            minutia, as where a ridge is split or doubled
+  judged    genuine pairs with at least 12 true minutiae that are visible in both prints
   MATCH     share of the judged that are decided a match, as fpmatch verify does by default
-  in place  share with the rotation within 2° and the shift within 4 px of truth
-  rotation  median error, and below it 95 in 100; so shift (of the overlap's middle) and scale
-  residual  median distance over the overlap of what is mapped from where it truly lies;
-            at best: what any similarity leaves, because skin stretches
+  in place  share with a rotation error of at most 2° and a shift error of at most 4 px
+  rotation  median error and 95th percentile; also of shift (of the overlap's middle) and scale
+  residual  median distance in the overlap between mapped and true positions;
+            at best: that of the best similarity, because skin stretches
 
 \b
 Examples:
@@ -77,13 +79,13 @@ Examples:
   fpmatch evaluate fvc2002/DB1_B --protocol fvc --baseline scores.csv
   fpmatch evaluate fvc2002/DB*_B --report report
   fpmatch evaluate fvc2002/DB*_B --enhance filters
-  fpmatch evaluate sample_data --minutiae
+  fpmatch evaluate sample_data --ground-truth
   fpmatch evaluate fvc2002/DB1_B --crop 160
   fpmatch evaluate small_sensor --enrol 10 --impostors other_small_prints
 
 Exit status: 0 when every image (and, with --crop, every square) gave a template, 1 when some did
 not (a note on stderr names each), 2 when the run could not be done.
-"""
+""",
 )
 @click.argument(
     "folders", metavar="DIR...", nargs=-1, required=True, type=click.Path(path_type=Path)
@@ -101,7 +103,7 @@ not (a note on stderr names each), 2 when the run could not be done.
     multiple=True,
     default=[DEFAULT_MATCHER],
     show_default=True,
-    help="Matcher to evaluate; repeat it, or say all, to see several side by side.",
+    help="Matcher to evaluate; repeatable, or all, to compare several side by side.",
 )
 @enhance_option
 @click.option(
@@ -115,29 +117,30 @@ not (a note on stderr names each), 2 when the run could not be done.
     "report_folder",
     metavar="DIR",
     type=click.Path(path_type=Path),
-    help="Write index.html there: tables, DET and other curves, and the worst pairs drawn.",
+    help="Write index.html there: tables, DET and other curves, and drawings of the hardest pairs.",
 )
 @click.option(
     "--baseline",
     metavar="SCORES.csv",
     type=click.Path(path_type=Path),
-    help="Compare with an earlier run, pair by pair: the file that its --scores wrote.",
+    help="Compare with an earlier run, pair by pair: the file of its --scores, or of fpmatch score.",
 )
 @click.option(
-    "--resamples",
+    "--bootstrap",
+    metavar="N",
     type=click.IntRange(min=0),
     default=1000,
     show_default=True,
-    help="Draws of fingers for the 95 % intervals; 0 for none.",
+    help="Bootstrap replicates for the 95 % intervals; 0 for none.",
 )
 @click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Makes these draws."
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of their draws."
 )
 @click.option(
-    "--minutiae",
+    "--ground-truth",
     is_flag=True,
-    help="Measure extraction and transforms (of the first matcher) too, against the truth that "
-    "each DIR then holds.",
+    help="Measure extraction and transforms (of the first matcher) too, against the true minutiae "
+    "in each DIR.",
 )
 @click.option(
     "--crop",
@@ -157,7 +160,7 @@ not (a note on stderr names each), 2 when the run could not be done.
 @click.option(
     "--enrol-seed",
     type=click.IntRange(min=0),
-    help="Draw the N impressions that --enrol enrols at random, by this seed.",
+    help="Draw the N impressions of --enrol at random, by this seed.",
 )
 @click.option(
     "--impostors",
@@ -181,9 +184,9 @@ def evaluate(
     scores: Path | None,
     report_folder: Path | None,
     baseline: Path | None,
-    resamples: int,
+    bootstrap: int,
     seed: int,
-    minutiae: bool,
+    ground_truth: bool,
     crop: int | None,
     enrolled: int | None,
     enrol_seed: int | None,
@@ -193,18 +196,18 @@ def evaluate(
 ) -> None:
     """Measure error rates on FVC-style databases.
 
-    Each DIR holds prints named FFF_M.tif (finger FFF, impression M; other image formats too) and
-    may hold a dataset.toml that gives name, dpi and sensor. Printed are the rates per database,
-    their mean, those of all scores pooled, and how sure they are.
+    Each DIR contains prints named FFF_M.tif (finger FFF, impression M; other image formats too) and
+    may contain a dataset.toml with name, dpi and sensor. The output is the rates per database,
+    their mean, those of all scores pooled, and their 95 % intervals.
     """
-    if crop is not None and (minutiae or report_folder is not None):
-        raise click.UsageError("--crop goes with neither --report nor --minutiae")
+    if crop is not None and (ground_truth or report_folder is not None):
+        raise click.UsageError("--crop goes with neither --report nor --ground-truth")
     if enrolled is None and (enrol_seed is not None or impostors):
         raise click.UsageError("--enrol-seed and --impostors go with --enrol")
     beside = (report_folder, crop, scores, baseline)
-    if enrolled is not None and (minutiae or any(one is not None for one in beside)):
+    if enrolled is not None and (ground_truth or any(one is not None for one in beside)):
         raise click.UsageError(
-            "--enrol goes with none of --report, --minutiae, --crop, --scores and --baseline"
+            "--enrol goes with none of --report, --ground-truth, --crop, --scores and --baseline"
         )
     from fpmatch.engine.local import start_fork_server
 
@@ -212,29 +215,28 @@ def evaluate(
     with importing():
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
-        from fpmatch.evaluation import cropping, enrolment, extraction, run
+        from fpmatch.evaluation import cropping, dataset, enrolment, extraction, run
         from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
-        from fpmatch.evaluation.dataset_names import named_apart
         from fpmatch.evaluation.ground_truth.report import measure_minutiae
         from fpmatch.evaluation.ground_truth.table import format_minutiae
         from fpmatch.evaluation.ground_truth.truth import load_truth
-        from fpmatch.evaluation.scores_file import write_scores
-        from fpmatch.evaluation.scores_reader import read_scores
+        from fpmatch.evaluation.score_file import write_scores
+        from fpmatch.evaluation.scores import read_scores
         from fpmatch.output import check_writable
 
     if scores is not None:
         check_writable(scores)
     if report_folder is not None:
-        from fpmatch.evaluation.html.write import prepare_page, write_page
+        from fpmatch.evaluation.html.page import prepare_page, write_page
 
         prepare_page(report_folder)
     earlier = None if baseline is None else read_scores(baseline)
-    datasets = named_apart(run.load_datasets(folders, protocol))
+    datasets = dataset.with_unique_names(run.load_datasets(folders, protocol))
     plan = None
     if enrolled is not None:
         others = run.load_datasets([*folders, *impostors])[len(folders) :]
-        plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(named_apart(others)))
-    truths = [load_truth(dataset) for dataset in datasets] if minutiae else []
+        plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
+    truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []
     reader = extraction.dataset_reader(datasets, read)
     with ProgressBars(_STAGES) as bars:
         reports = run.evaluate_matchers(
@@ -252,7 +254,7 @@ def evaluate(
     if scores is not None:
         write_scores(scores, *reports)
     _note(reports[0])
-    draws = {"resamples": resamples, "seed": seed}
+    draws = {"bootstrap": bootstrap, "seed": seed}
     analyses = [
         analyse(report, **draws, baseline=earlier, baseline_name=str(baseline))
         for report in reports
@@ -273,8 +275,8 @@ def evaluate(
             click.echo(f"fpmatch: note: no template of the square: {name}", err=True)
     if plan is not None:
         document["enrol"] = enrolment.enrolment_document(reports[0], plan)
-        text = f"{enrolment.enrolment_in_words(document['enrol'])}\n\n{text}"
-    if minutiae:
+        text = f"{enrolment.enrolment_text(document['enrol'])}\n\n{text}"
+    if ground_truth:
         measured = measure_minutiae(reports[0], truths)
         document["minutiae"] = measured.as_json()
         text = f"{text}\n\n{format_minutiae(measured)}"
@@ -283,14 +285,14 @@ def evaluate(
 
 
 def _chosen(names: tuple[str, ...]) -> list[str]:
-    """Return the matchers asked for, each once; "all" stands for all there are."""
+    """Return the requested matchers, each once; "all" stands for all there are."""
     known = matcher_names()
-    asked = [name for given in names for name in (known if given == "all" else [given])]
-    return list(dict.fromkeys(asked))
+    every = [name for given in names for name in (known if given == "all" else [given])]
+    return list(dict.fromkeys(every))
 
 
 def _note(report: EvaluationReport) -> None:
-    """Say on stderr what a reader of the rates should know about the prints."""
+    """Note on stderr assumed resolutions, notes of reading, and failures to extract."""
     from fpmatch.minutiae import STANDARD_DPI
 
     if report.dpi_assumed:

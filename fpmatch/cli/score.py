@@ -1,4 +1,4 @@
-"""`fpmatch score`: every comparison of two batches, in a file."""
+"""`fpmatch score`: all comparisons of two batches, in a file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
-    from fpmatch.evaluation.batch.score import Scoring
+    from fpmatch.evaluation.batch.score import ScoreSummary
     from fpmatch.image.quality.polarity import Polarity
 
 FAILURES_SHOWN: Final = 20
@@ -32,8 +32,10 @@ _SIDE: Final = "DIR|GALLERY"
 
 @click.command(
     epilog="""\b
-Columns:
+Columns, as those of fpmatch evaluate --scores:
+  matcher, set      the matcher; the database
   probe, reference  the prints: file names of a folder, labels of a gallery
+  genuine           1 or 0: same finger or not; empty where both sides are not the same prints
   similarity        the matcher's own, to the last bit; of matcher paper the share of the smaller
                     print's minutiae that are paired, where more than rho (0.6) is a match
   score             -10 log10 of the false match rate, 0 to 100; empty without a calibration
@@ -43,8 +45,8 @@ Columns:
 Columns of --fingers:
   probe, finger     finger FFF of a folder of prints FFF_M, else each print; subject and finger of a
                     gallery
-  impressions       with how many impressions of the finger there is a score
-  best, score       the best of their scores; that of the finger, calibrated for how many there are
+  impressions       number of impressions of the finger with which there is a score
+  best, score       the best of their scores; that of the finger, calibrated for their number
 
 \b
 Order of the rows:
@@ -53,8 +55,8 @@ Order of the rows:
 
 \b
 Interrupted:
-  The same command goes on where it was ended, and writes the same file. Until it is whole, what
-  is done lies in OUT.unfinished.
+  The same command resumes the run, and writes the same file. Until that is complete, the state
+  is kept in OUT.unfinished.
 
 \b
 Examples:
@@ -134,8 +136,8 @@ def score(
     """Score probes against references, each with each, and write a row a pair.
 
     A side is a folder of images, whose templates are extracted, or of templates, or a gallery. The
-    rows are the same whichever engine works: processes of this machine, or a Dask cluster, whose
-    workers may join and die meanwhile.
+    rows are the same with processes of this machine and with a Dask cluster, whose workers may join
+    and leave.
     """
     from fpmatch.engine.engine import make_engine
     from fpmatch.evaluation.batch import score as scoring
@@ -161,15 +163,15 @@ def score(
                 progress=bars.show,
             )
     except KeyboardInterrupt:
-        click.echo("fpmatch: note: the same command goes on from here", err=True)
+        click.echo("fpmatch: note: the same command resumes the run", err=True)
         raise
     _note(done)
-    click.echo(json.dumps(_as_dict(done), indent=2) if as_json else _in_words(done))
+    click.echo(json.dumps(_as_dict(done), indent=2) if as_json else _as_text(done))
     ctx.exit(1 if done.failures else 0)
 
 
-def _note(done: Scoring) -> None:
-    """Say on stderr what was assumed and what failed."""
+def _note(done: ScoreSummary) -> None:
+    """Note on stderr assumed resolutions, notes of reading, and failures to extract."""
     if done.dpi_assumed:
         click.echo(
             f"fpmatch: note: {first_of(done.dpi_assumed)}: {STANDARD_DPI:g} dpi assumed; nothing "
@@ -183,7 +185,7 @@ def _note(done: Scoring) -> None:
         click.echo(f"fpmatch: failed: {len(done.failures) - FAILURES_SHOWN} more", err=True)
 
 
-def _in_words(done: Scoring) -> str:
+def _as_text(done: ScoreSummary) -> str:
     sides = f"{count(done.probes, 'probe')} against {count(done.references, 'reference')}"
     pairs = [f"{count(done.pairs, 'pair')}"]
     pairs += [f"{done.resumed} of them before"] if done.resumed else []
@@ -195,7 +197,7 @@ def _in_words(done: Scoring) -> str:
     ) + (f"\n{done.fingers}: {count(done.finger_rows or 0, 'row')}" if done.fingers else "")
 
 
-def _as_dict(done: Scoring) -> dict[str, Any]:
+def _as_dict(done: ScoreSummary) -> dict[str, Any]:
     return {
         "output": str(done.output),
         "references": done.references,

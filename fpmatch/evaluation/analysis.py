@@ -1,45 +1,49 @@
-"""All that is said of an evaluation: rates, how sure they are, and what has changed."""
+"""Analysis of an evaluation: rates, their intervals, and the comparison with other runs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.evaluation.interval_table import format_intervals
-from fpmatch.evaluation.intervals import DEFAULT_RESAMPLES, rate_intervals
+from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP
+from fpmatch.evaluation.intervals import rate_intervals
 from fpmatch.evaluation.run_comparison import compare_runs
-from fpmatch.evaluation.run_comparison_table import format_paired
-from fpmatch.evaluation.scores_reader import choose_matcher, scores_of
-from fpmatch.evaluation.table import format_matchers, format_table
+from fpmatch.evaluation.scores import choose_matcher, scores_of
+from fpmatch.evaluation.tables import (
+    format_comparison,
+    format_intervals,
+    format_matchers,
+    format_report,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fpmatch.evaluation.intervals import ReportIntervals
     from fpmatch.evaluation.report import EvaluationReport
-    from fpmatch.evaluation.run_comparison_result import PairedComparison
-    from fpmatch.evaluation.scores_reader import ScoresSet
+    from fpmatch.evaluation.run_comparison import RunComparison
+    from fpmatch.evaluation.scores import ScoresSet
 
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """Hold one matcher's evaluation and what follows from it.
+    """Hold one matcher's evaluation and what was computed from it.
 
     Parameters
     ----------
     report : EvaluationReport
         The evaluation.
     intervals : ReportIntervals or None
-        How sure its rates are; None where nobody asked.
-    baseline : PairedComparison or None
-        The comparison with an earlier run; None where there is none.
+        The intervals of its rates, if requested.
+    baseline : RunComparison or None
+        The comparison with an earlier run, if there is one.
     baseline_name : str
-        What the earlier run is called.
+        Name of the earlier run.
     """
 
     report: EvaluationReport
     intervals: ReportIntervals | None = None
-    baseline: PairedComparison | None = None
+    baseline: RunComparison | None = None
     baseline_name: str = ""
 
     def as_json(self) -> dict[str, Any]:
@@ -52,19 +56,19 @@ class Analysis:
         return document
 
     def as_text(self) -> str:
-        """Return everything as tables, for people."""
-        parts = [format_table(self.report)]
+        """Return everything as tables of text."""
+        parts = [format_report(self.report)]
         if self.intervals is not None:
             parts.append(format_intervals(self.report, self.intervals))
         if self.baseline is not None:
-            parts.append(format_paired(self.baseline, self.baseline_name))
+            parts.append(format_comparison(self.baseline, self.baseline_name))
         return "\n\n".join(parts)
 
 
 def analyse(
     report: EvaluationReport,
     *,
-    resamples: int = DEFAULT_RESAMPLES,
+    bootstrap: int = DEFAULT_BOOTSTRAP,
     seed: int = 0,
     baseline: Sequence[ScoresSet] | None = None,
     baseline_name: str = "the baseline",
@@ -75,75 +79,46 @@ def analyse(
     ----------
     report : EvaluationReport
         The evaluation.
-    resamples, seed : int
-        Draws of fingers for the 95 % intervals (0: no intervals), and what makes the draws.
+    bootstrap, seed : int
+        Bootstrap replicates for the 95 % intervals (0: no intervals), and the seed of their draws.
     baseline : sequence of ScoresSet, optional
-        An earlier run's comparisons, from `read_scores`: by the same matcher where the run has it,
-        else by its only one.
+        The comparisons of an earlier run: by the same matcher where the run has it, else by its
+        only one.
     baseline_name : str
-        What to call the earlier run.
-
-    Returns
-    -------
-    Analysis
-        The analysis.
+        Name of the earlier run.
 
     Raises
     ------
     DatasetError
         If the earlier run has no pairs, or no scores of the matcher, to compare with.
     """
-    paired = None
+    comparison = None
     if baseline is not None:
         earlier = list(baseline)
         if len({one.matcher for one in earlier}) > 1:
             earlier = choose_matcher(earlier, report.matcher, baseline_name)
-        paired = compare_runs(earlier, scores_of(report), resamples=resamples, seed=seed)
-    intervals = rate_intervals(report, resamples=resamples, seed=seed) if resamples else None
-    return Analysis(report, intervals, paired, baseline_name)
+        comparison = compare_runs(earlier, scores_of(report), bootstrap=bootstrap, seed=seed)
+    intervals = rate_intervals(report, bootstrap=bootstrap, seed=seed) if bootstrap else None
+    return Analysis(report, intervals, comparison, baseline_name)
 
 
 def compare_matchers(
-    analyses: Sequence[Analysis], *, resamples: int = DEFAULT_RESAMPLES, seed: int = 0
-) -> list[PairedComparison]:
-    """Compare the first matcher's run, pair by pair, with each other's.
+    analyses: Sequence[Analysis], *, bootstrap: int = DEFAULT_BOOTSTRAP, seed: int = 0
+) -> list[RunComparison]:
+    """Compare the first matcher's run, as the earlier one, with that of each other matcher.
 
-    Parameters
-    ----------
-    analyses : sequence of Analysis
-        One a matcher, over the same databases.
-    resamples, seed : int
-        As for `analyse`.
-
-    Returns
-    -------
-    list of PairedComparison
-        With the first matcher as the earlier run, for the second, the third, …; none where there
-        are no genuine or no impostor pairs.
+    The list is empty where there are no genuine or no impostor pairs.
     """
     if analyses[0].report.pooled.eer is None:
         return []
     first, *others = (scores_of(one.report) for one in analyses)
-    return [compare_runs(first, other, resamples=resamples, seed=seed) for other in others]
+    return [compare_runs(first, other, bootstrap=bootstrap, seed=seed) for other in others]
 
 
 def document_of(
-    analyses: Sequence[Analysis], comparisons: Sequence[PairedComparison] = ()
+    analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
 ) -> dict[str, Any]:
-    """Return analyses as one JSON object: a single matcher's own, or a list under "matchers".
-
-    Parameters
-    ----------
-    analyses : sequence of Analysis
-        One a matcher.
-    comparisons : sequence of PairedComparison
-        Those of the first with the others.
-
-    Returns
-    -------
-    dict
-        JSON values.
-    """
+    """Return analyses, one a matcher, and `compare_matchers` of them as one JSON object."""
     if len(analyses) == 1:
         return analyses[0].as_json()
     return {
@@ -152,19 +127,8 @@ def document_of(
     }
 
 
-def text_of(analyses: Sequence[Analysis], comparisons: Sequence[PairedComparison] = ()) -> str:
-    """Return analyses as tables; with several matchers, all side by side at the end.
-
-    Parameters
-    ----------
-    analyses, comparisons
-        As for `document_of`.
-
-    Returns
-    -------
-    str
-        The tables.
-    """
+def text_of(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()) -> str:
+    """Return the same as tables; several matchers are side by side at the end."""
     if len(analyses) == 1:
         return analyses[0].as_text()
     first = analyses[0].report.matcher
@@ -172,6 +136,6 @@ def text_of(analyses: Sequence[Analysis], comparisons: Sequence[PairedComparison
         [
             *(f"matcher {one.report.matcher}\n{one.as_text()}" for one in analyses),
             format_matchers([one.report for one in analyses]),
-            *(format_paired(comparison, first) for comparison in comparisons),
+            *(format_comparison(comparison, first) for comparison in comparisons),
         ]
     )

@@ -1,9 +1,9 @@
-"""Error rates of resampled fingers: how far rates would scatter had other fingers been taken.
+"""Bootstrap of error rates over fingers: how rates scatter with other fingers.
 
-The comparisons of a database are no independent trials: a poor finger spoils all its pairs. So
-fingers are drawn, with replacement and as many as there are, never single comparisons. A finger
-drawn w times counts w times in each of its genuine pairs, and a pair of fingers drawn v and w times
-counts v·w times as an impostor pair; a finger is never an impostor to a copy of itself.
+The comparisons of a database are not independent: a poor finger affects all its pairs. Fingers are
+therefore drawn with replacement, as many as there are, never single comparisons. A finger drawn w
+times counts w times in each of its genuine pairs; a pair of fingers drawn v and w times counts v·w
+times as an impostor pair. A finger is never an impostor to a copy of itself.
 
 References
 ----------
@@ -28,11 +28,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-RESAMPLED: Final = ("eer", *FMR_LIMITS)
-"""The rates that are resampled; those of a single extreme score cannot be."""
+BOOTSTRAPPED: Final = ("eer", *FMR_LIMITS)
+"""The rates that are bootstrapped; those that depend on one extreme score cannot be."""
+DEFAULT_BOOTSTRAP: Final = 1000
 
 _WEIGHTS_AT_A_TIME: Final = 2_000_000
-_EERS_KEPT: Final = 2  # impostors are kept down to where FMR is so many times the EER, and a bit
+# Impostors are first ranked down to the score where FMR is 0.05 plus twice the EER.
+_EERS_KEPT: Final = 2
 _SHARE_KEPT: Final = 0.05
 
 
@@ -43,11 +45,11 @@ class Trials:
     Parameters
     ----------
     similarity : ndarray of float64, shape (N,)
-        What each gave.
+        The similarities.
     probe, reference : ndarray of intp, shape (N,)
         The two fingers of each, numbered from 0; the same finger for a genuine pair.
     fingers : int
-        How many fingers there are.
+        Number of fingers.
     """
 
     similarity: NDArray[np.float64]
@@ -69,7 +71,7 @@ class Replicates:
     Parameters
     ----------
     sets : ndarray of float64, shape (S, B, R)
-        Of each database and draw the rates named in `RESAMPLED`.
+        Of each database and draw the rates named in `BOOTSTRAPPED`.
     pooled : ndarray of float64, shape (B, R)
         The same of all databases' scores under one threshold.
     """
@@ -84,19 +86,12 @@ class Replicates:
         return averaged
 
 
-def draw_fingers(fingers: int, resamples: int, seed: int, set_index: int = 0) -> NDArray[np.int64]:
-    """Draw as many fingers as there are, again and again.
-
-    Parameters
-    ----------
-    fingers, resamples : int
-        How many to draw from, and how often.
-    seed, set_index : int
-        Make the draw; each database of an evaluation has its own.
+def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) -> NDArray[np.int64]:
+    """Draw as many fingers as there are, `bootstrap` times; each database has its own draws.
 
     Returns
     -------
-    ndarray of int64, shape (resamples, fingers)
+    ndarray of int64, shape (bootstrap, fingers)
         How often each finger was drawn.
 
     Examples
@@ -105,40 +100,37 @@ def draw_fingers(fingers: int, resamples: int, seed: int, set_index: int = 0) ->
     [4, 4]
     """
     rng = default_rng([seed, set_index])
-    return rng.multinomial(fingers, np.full(fingers, 1 / fingers), size=resamples)
+    return rng.multinomial(fingers, np.full(fingers, 1 / fingers), size=bootstrap)
 
 
-def resample_rates(trials: Sequence[Trials], resamples: int, seed: int) -> Replicates:
-    """Compute the rates of `RESAMPLED` for draws of fingers, each database's own.
+def bootstrap_rates(trials: Sequence[Trials], bootstrap: int, seed: int) -> Replicates:
+    """Compute the rates of `BOOTSTRAPPED` for draws of each database's fingers.
+
+    The same seed draws the same fingers, whatever the similarities, so that two runs over the same
+    prints can be compared draw by draw.
 
     Parameters
     ----------
     trials : sequence of Trials
         The databases.
-    resamples, seed : int
-        How many draws, and what makes them: the same seed draws the same fingers, whatever the
-        similarities, so that two runs over the same prints can be compared draw by draw.
-
-    Returns
-    -------
-    Replicates
-        Their rates.
+    bootstrap, seed : int
+        Number of draws, and their seed.
     """
-    counts = [draw_fingers(t.fingers, resamples, seed, k) for k, t in enumerate(trials)]
+    counts = [draw_fingers(t.fingers, bootstrap, seed, k) for k, t in enumerate(trials)]
     result = Replicates(
-        sets=np.empty((len(trials), resamples, len(RESAMPLED))),
-        pooled=np.empty((resamples, len(RESAMPLED))),
+        sets=np.empty((len(trials), bootstrap, len(BOOTSTRAPPED))),
+        pooled=np.empty((bootstrap, len(BOOTSTRAPPED))),
     )
     together = _together(trials)
     lowest = [_lowest_needed(t) for t in (*trials, together)]
-    left = _replicate(trials, counts, lowest, np.arange(resamples), result)
+    left = _replicate(trials, counts, lowest, np.arange(bootstrap), result)
     everything = [-np.inf] * len(lowest)
     _replicate(trials, counts, everything, left, result)
     return result
 
 
 def _together(trials: Sequence[Trials]) -> Trials:
-    """Return all databases' comparisons as one, the fingers of each numbered on."""
+    """Return the comparisons of all databases as one, with consecutive finger numbers."""
     first = np.cumsum([0, *(t.fingers for t in trials)])
     return Trials(
         similarity=np.concatenate([t.similarity for t in trials]),
@@ -149,7 +141,7 @@ def _together(trials: Sequence[Trials]) -> Trials:
 
 
 def _lowest_needed(trials: Trials) -> float:
-    """Return a similarity below which no draw's rates are likely to lie."""
+    """Return a similarity below which the thresholds of few draws lie."""
     genuine = trials.genuine
     impostor = trials.similarity[~genuine]
     eer = error_rates(trials.similarity[genuine], impostor).eer
@@ -166,23 +158,10 @@ def _replicate(
     draws: NDArray[np.intp],
     result: Replicates,
 ) -> NDArray[np.intp]:
-    """Fill in the rates of some draws from the scores above `lowest`.
+    """Fill in the rates of some draws from the scores above `lowest`; return those left open.
 
-    Parameters
-    ----------
-    trials, counts
-        The databases, and how often each finger was drawn.
-    lowest : sequence of float
-        The lowest similarity of impostors looked at: of each database, then of all pooled.
-    draws : ndarray of intp
-        Which draws.
-    result : Replicates
-        Where to write.
-
-    Returns
-    -------
-    ndarray of intp
-        The draws for which these scores do not reach low enough.
+    `lowest` holds the lowest similarity of ranked impostors of each database, then of all pooled.
+    The draws returned are those for which the ranked scores do not reach low enough.
     """
     everything = (*trials, _together(trials))
     ranked = [
@@ -196,21 +175,21 @@ def _replicate(
         drawn = [c[rows] for c in counts]
         totals = [_impostor_weight(b, c) for b, c in zip(between, drawn, strict=True)]
         for k, total in enumerate(totals):
-            result.sets[k, rows], told = _rates(ranked[k], trials[k], drawn[k], total)
-            complete[part] &= told
+            result.sets[k, rows], known = _rates(ranked[k], trials[k], drawn[k], total)
+            complete[part] &= known
         if len(trials) == 1:
             result.pooled[rows] = result.sets[0, rows]
             continue
         of_all, total = np.concatenate(drawn, axis=1), np.sum(totals, axis=0)
-        result.pooled[rows], told = _rates(ranked[-1], everything[-1], of_all, total)
-        complete[part] &= told
+        result.pooled[rows], known = _rates(ranked[-1], everything[-1], of_all, total)
+        complete[part] &= known
     return draws[~complete]
 
 
 def _rates(
     ranked: RankedScores, trials: Trials, counts: NDArray[np.int64], total: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the rates of draws, and whether the scores ranked reach low enough to tell them."""
+    """Return the rates of draws, and whether the ranked scores determine them."""
     highest = trials.similarity.size * int(counts.max()) ** 2
     drawn = counts.astype(np.int32 if highest <= np.iinfo(np.int32).max else np.int64)
     genuine = np.take(drawn, trials.probe[ranked.genuine], axis=1)
@@ -220,7 +199,7 @@ def _rates(
 
 
 def _impostors_between(trials: Trials) -> NDArray[np.float64]:
-    """Return how many impostor pairs each two fingers have, of shape (fingers, fingers)."""
+    """Return the number of impostor pairs of each two fingers, shape (fingers, fingers)."""
     impostor = ~trials.genuine
     flat = trials.probe[impostor] * trials.fingers + trials.reference[impostor]
     counted = np.bincount(flat, minlength=trials.fingers**2).astype(np.float64)
@@ -234,31 +213,24 @@ def _impostor_weight(between: NDArray[np.float64], counts: NDArray[np.int64]) ->
     return weight
 
 
-def resample_fmr(
-    trials: Sequence[Trials], threshold: float, resamples: int, seed: int
+def bootstrap_fmr(
+    trials: Sequence[Trials], threshold: float, bootstrap: int, seed: int
 ) -> NDArray[np.float64]:
     """Compute the false match rate at one threshold for draws of fingers, all databases pooled.
 
-    Parameters
-    ----------
-    trials : sequence of Trials
-        The databases.
-    threshold : float
-        Similarity from which on a comparison is a match.
-    resamples, seed : int
-        As for `resample_rates`.
+    Other parameters are as for `bootstrap_rates`.
 
     Returns
     -------
-    ndarray of float64, shape (resamples,)
+    ndarray of float64, shape (bootstrap,)
         The rates; NaN where a draw left no impostors.
     """
-    matches, total = np.zeros(resamples), np.zeros(resamples)
+    matches, total = np.zeros(bootstrap), np.zeros(bootstrap)
     for k, t in enumerate(trials):
-        counts = draw_fingers(t.fingers, resamples, seed, k)
+        counts = draw_fingers(t.fingers, bootstrap, seed, k)
         impostor = ~t.genuine
         reached = (t.similarity >= threshold) & impostor
-        for rows in _slices(resamples, t.similarity.size):
+        for rows in _slices(bootstrap, t.similarity.size):
             weights = _pair_weights(t, counts[rows])
             matches[rows] += weights @ reached
             total[rows] += weights @ impostor
@@ -267,10 +239,10 @@ def resample_fmr(
     return rates
 
 
-def _slices(resamples: int, pairs: int) -> Iterator[slice]:
+def _slices(bootstrap: int, pairs: int) -> Iterator[slice]:
     step = max(1, _WEIGHTS_AT_A_TIME // max(pairs, 1))
-    for start in range(0, resamples, step):
-        yield slice(start, min(start + step, resamples))
+    for start in range(0, bootstrap, step):
+        yield slice(start, min(start + step, bootstrap))
 
 
 def _pair_weights(trials: Trials, counts: NDArray[np.int64]) -> NDArray[np.int64]:

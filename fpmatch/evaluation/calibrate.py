@@ -1,13 +1,13 @@
-"""Measure what a matcher's similarity is worth, on impostor comparisons.
+"""Calibration of a matcher's similarities: the FMR at each, measured on impostor comparisons.
 
-- *Where impostors reach*, the FMR at a similarity x is the share of impostors at x or above it.
-  Knots, at most half a unit of score apart unless the curve jumps, keep this curve.
-- *Beyond*, where fewer than `CalibrationParameters.min_above` impostors are left, the excesses
-  over a high similarity follow a generalised Pareto distribution: the limit that the tails of
-  nearly all distributions approach (Pickands 1975). Its shape is held at 0.2 or above (a heavy
-  tail: the score grows ever more slowly). A tail that ends would grant unlimited scores just above
-  the highest impostor seen, and an exponential one an FMR of 1 in 10 billion to most genuine
-  comparisons, of which a few hundred fingers, none of them relatives, can prove nothing.
+- Up to the similarity that `CalibrationParameters.min_above` impostors reach, the FMR at a
+  similarity x is the share of impostors at x or above it. Knots, at most half a unit of score apart
+  unless the curve jumps, represent this curve.
+- Beyond, the excesses over a high similarity are modelled by a generalised Pareto distribution,
+  the limit that the tails of nearly all distributions approach (Pickands 1975). Its shape is kept at
+  0.2 or above, a heavy tail. A bounded tail would give unlimited scores just above the highest
+  impostor, and an exponential one an FMR of 1 in 10 billion to most genuine comparisons, which a
+  few hundred fingers of unrelated persons cannot support.
 
 References
 ----------
@@ -40,7 +40,7 @@ _DIGITS: Final = 9  # significant digits kept, so that files do not differ by ro
 
 @dataclass(frozen=True, slots=True)
 class CalibrationParameters:
-    """Hold what `fit_calibration` may be told.
+    """Set how `fit_calibration` fits.
 
     Parameters
     ----------
@@ -53,8 +53,7 @@ class CalibrationParameters:
     min_tail : int
         The tail is fitted to at least this many impostors.
     min_shape, max_shape : float
-        Limits of the tail's shape; 0.5, where the variance becomes infinite, is far more
-        than similarities show, and keeps the fit of a small sample in hand.
+        Limits of the tail's shape; at 0.5 the variance becomes infinite.
     knot_step : float
         Greatest distance between knots in score.
     """
@@ -77,9 +76,8 @@ def calibrate_on(
 ) -> Calibration:
     """Fit a calibration to the impostor comparisons of some databases together.
 
-    Comparisons of the same two fingers are no independent trials, and ten fingers a database are
-    few: below an FMR of one in a thousand a calibration from such data is an extrapolation, and its
-    confidence interval is wide.
+    With ten fingers a database, the FMR below one in a thousand is an extrapolation with a wide
+    confidence interval, since comparisons of the same two fingers are not independent.
 
     Parameters
     ----------
@@ -88,7 +86,7 @@ def calibrate_on(
     matcher : str
         The matcher that compared.
     command : str
-        What ran it, kept in the calibration's provenance.
+        The command that runs it, for the calibration's provenance.
     shares : sequence of float, optional
         Weight of each database (default: every comparison has the same weight).
 
@@ -181,7 +179,7 @@ def _empirical_knots(
     x, score = x[kept], -10.0 * np.log10(np.minimum(share, 1.0)) + 0.0
     steps = np.arange(0.0, score[-1], parameters.knot_step)
     chosen = np.searchsorted(score, steps)
-    # Two knots keep a jump of the curve a jump, not a slope from the knot before.
+    # Two knots represent a jump, which would else become a slope from the knot before.
     jumps = 1 + np.flatnonzero(np.diff(score) > parameters.knot_step)
     index = np.unique(np.concatenate([chosen, jumps - 1, jumps, [score.size - 1]]))
     knots = [(_rounded(x[index[0]]), _rounded(score[index[0]]))]

@@ -1,16 +1,21 @@
-"""Compare the chosen pairs of whole databases with one matcher."""
+"""Comparison of many pairs of templates, each template prepared once."""
 
 from __future__ import annotations
 
+import os
 import time
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from collections import OrderedDict
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.finger import Finger
+from fpmatch.matching.matchers.unit_circle import MATCHER
+from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -20,93 +25,126 @@ if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.evaluation.protocol import Pairs
-    from fpmatch.matching.finger import FingerComparison
     from fpmatch.matching.result import Comparison, Matcher
     from fpmatch.minutiae import Template
 
-PAIRS_PER_CHUNK: Final = 100
+    Sides = Sequence[Sequence[Sequence[Template | None]]]
+    Enrolled = Mapping[int, Sequence[int]]
 
-# What is kept of each comparison; lengths in pixels of the reference, CPU time in microseconds.
+PAIRS_PER_CHUNK: Final = 100
+PREPARED_KEPT: Final = 512
+
+# One comparison; lengths in pixels of the reference, CPU time in microseconds.
 OUTCOME: Final = np.dtype(
     [
         ("similarity", np.float64),
         ("pairs", np.int32),
-        ("scale", np.float64),
-        ("rotation_deg", np.float64),
-        ("tx", np.float64),
-        ("ty", np.float64),
-        ("rms_px", np.float64),
-        ("agreement", np.float64),
-        ("overlap", np.float64),
+        *((name, np.float64) for name in ("scale", "rotation_deg", "tx", "ty", "rms_px")),
+        *((name, np.float64) for name in ("agreement", "overlap")),
         ("reason", object),
         ("cpu_us", np.float64),
     ]
 )
-_NOTHING: Final = float("nan")
 NO_TEMPLATE: Final = "no template"
+_NAN: Final = float("nan")
+
+Key = TypeVar("Key")
 
 
-@dataclass(slots=True)
-class _Bench:
-    """Hold all templates, and what the matcher prepared of those of the set at hand.
+class Comparer(Generic[Key]):
+    """Compare templates by their keys; of those last used, `capacity` are kept prepared."""
 
-    `templates` are those of the references and, where they are others, those of the probes.
-    `enrolled` is as for `compare_sets`.
-    """
+    def __init__(self, matcher: Matcher, capacity: int = PREPARED_KEPT) -> None:
+        self.matcher = matcher
+        self._capacity = capacity
+        self._prepared: OrderedDict[Key, Any] = OrderedDict()
+        self._packed: tuple[list[Key], Any] = ([], None)
 
-    matcher: Matcher
-    templates: list[list[list[Template | None]]]
-    enrolled: Sequence[Mapping[int, Sequence[int]]] | None = None
-    set_at_hand: int = -1
-    prepared: dict[tuple[int, int], Any] = field(default_factory=dict)
-    fingers_of: int = -1
-    fingers: dict[int, Finger | None] = field(default_factory=dict)
+    def template(self, key: Key) -> Template | None:
+        """Return the template of a key; None where extraction failed."""
+        raise NotImplementedError
 
-    def probe(self, set_index: int, impression: int) -> Any:
-        """Return one impression as a probe, prepared; None where it has no template."""
-        return self._get(len(self.templates) - 1, set_index, impression)
+    def prepare(self, key: Key) -> Any:
+        """Return what the matcher's `prepare` makes of a template; None where there is none."""
+        if key in self._prepared:
+            self._prepared.move_to_end(key)
+            return self._prepared[key]
+        template = self.template(key)
+        prepared = None if template is None else self.matcher.prepare(template)
+        self._prepared[key] = prepared
+        if len(self._prepared) > self._capacity:
+            self._prepared.popitem(last=False)
+        return prepared
 
-    def reference(self, set_index: int, impression: int) -> Any:
-        """Return one impression as a reference, prepared; None where it has no template.
+    def similarities(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
+        """Compare a template with others, at once if the matcher has 1:N comparison.
 
-        Where fingers are enrolled, return the finger for which the impression stands.
+        The results are the same to the last bit. References that come again in the next call
+        are packed once.
         """
-        if self.enrolled is None:
-            return self._get(0, set_index, impression)
-        if set_index != self.fingers_of:
-            self.fingers_of = set_index
-            self.fingers.clear()
-        if impression not in self.fingers:
-            templates = self.templates[0][set_index]
-            shown = [templates[k] for k in self.enrolled[set_index][impression]]
-            kept = [one for one in shown if one is not None]
+        if not hasattr(self.matcher, "similarities"):
+            return self.one_by_one(probe, references)
+        if self._packed[0] != references:
+            self._packed = references, PackedTemplates.pack(map(self.prepare, references))
+        found: NDArray[np.float64] = self.matcher.similarities(self.prepare(probe), self._packed[1])
+        return found
+
+    def one_by_one(self, probe: Key, references: list[Key]) -> NDArray[np.float64]:
+        """Compare a template with others by the matcher's `compare`."""
+        prepared = self.prepare(probe)
+        compare = self.matcher.compare
+        return np.array([compare(prepared, self.prepare(key)).similarity for key in references])
+
+
+class _ImpressionComparer(Comparer[tuple[int, int, int]]):
+    """Compare impressions by side, database and number; `enrolled` as for `compare_sets`."""
+
+    def __init__(self, matcher: Matcher, sides: Sides, enrolled: Sequence[Enrolled] | None) -> None:
+        largest = max((sum(map(len, one)) for one in zip(*sides, strict=True)), default=0)
+        super().__init__(matcher, capacity=largest)
+        self._sides = sides
+        self._enrolled = enrolled
+        self._fingers: dict[tuple[int, int], Finger | None] = {}
+
+    def template(self, key: tuple[int, int, int]) -> Template | None:
+        side, database, number = key
+        return self._sides[side][database][number]
+
+    def outcome(self, database: int, probe: int, reference: int) -> tuple[Any, ...]:
+        """Return a row of `OUTCOME`."""
+        a = self.prepare((len(self._sides) - 1, database, probe))
+        b = self._reference(database, reference)
+        if a is None or b is None:
+            return (0.0, 0, *(_NAN,) * 5, 0.0, 0.0, NO_TEMPLATE, _NAN)
+        start = time.process_time_ns()
+        c: Comparison
+        if isinstance(b, Finger):
+            finger = b.compare(a)
+            c = replace(finger.comparison, similarity=finger.score)
+        else:
+            c = self.matcher.compare(a, b)
+        cpu_us = (time.process_time_ns() - start) / 1000.0
+        t = c.transform
+        moved = (_NAN,) * 4 if t is None else (t.scale, t.rotation_deg, t.tx, t.ty)
+        measured = (c.rms_px, c.agreement, c.overlap)
+        return (c.similarity, len(c.pairs), *moved, *measured, c.reason, cpu_us)
+
+    def _reference(self, database: int, number: int) -> Any:
+        """Return an impression, or the finger for which it stands; None without a template."""
+        if self._enrolled is None:
+            return self.prepare((0, database, number))
+        key = database, number
+        if key not in self._fingers:
+            shown = [self._sides[0][database][k] for k in self._enrolled[database][number]]
+            kept = [template for template in shown if template is not None]
             curve = load_calibration(self.matcher.name)
-            finger = Finger.of(kept, self.matcher, curve) if kept else None
-            self.fingers[impression] = finger
-        return self.fingers[impression]
-
-    def compare(self, probe: Any, reference: Any) -> Comparison:
-        """Compare two impressions, or an impression with a finger, whose score then counts."""
-        if self.enrolled is None:
-            comparison: Comparison = self.matcher.compare(probe, reference)
-            return comparison
-        found: FingerComparison = reference.compare(probe)
-        return replace(found.comparison, similarity=found.score)
-
-    def _get(self, side: int, set_index: int, impression: int) -> Any:
-        if set_index != self.set_at_hand:
-            self.set_at_hand = set_index
-            self.prepared.clear()
-        key = side, impression
-        if key not in self.prepared:
-            template = self.templates[side][set_index][impression]
-            self.prepared[key] = None if template is None else self.matcher.prepare(template)
-        return self.prepared[key]
+            self._fingers[key] = Finger.of(kept, self.matcher, curve) if kept else None
+        return self._fingers[key]
 
 
 @dataclass(frozen=True, slots=True)
 class _Chunk:
-    set_index: int
+    database: int
     probe: NDArray[np.intp]
     reference: NDArray[np.intp]
 
@@ -120,30 +158,25 @@ def compare_sets(
     engine: Engine | None = None,
     progress: Progress = no_progress,
     probes: Sequence[ExtractedSet] | None = None,
-    enrolled: Sequence[Mapping[int, Sequence[int]]] | None = None,
+    enrolled: Sequence[Enrolled] | None = None,
 ) -> list[NDArray[np.void]]:
-    """Compare the chosen pairs of every database.
+    """Compare the chosen pairs of every database, one to one.
 
     Parameters
     ----------
-    sets : sequence of ExtractedSet
-        The databases.
-    pairs : sequence of Pairs
-        The pairs to compare in each.
+    sets, pairs : sequences of ExtractedSet and of Pairs
+        The databases, and the pairs to compare in each.
     matcher : Matcher
         The matcher; it is sent to the workers, so it must pickle.
-    workers : int, optional
-        Processes to use (default: one a core).
-    engine : Engine, optional
+    workers, engine
         As for `fpmatch.engine.workers.run_chunks`.
     progress : callable
-        Told of stage "compare", in pairs.
+        Called with stage "compare" and numbers of pairs.
     probes : sequence of ExtractedSet, optional
-        The same databases, extracted in another way, whose templates are the probes (default: those
-        of `sets`).
+        The same databases, extracted in another way, whose templates are the probes.
     enrolled : sequence of mapping of int to sequence of int, optional
         For each database, by the reference of a pair, the impressions that are enrolled with it as
-        one finger. The similarity is then the score of the finger, and all else that of its most
+        one finger. The similarity is then the score of the finger; all else is that of its most
         similar impression.
 
     Returns
@@ -157,7 +190,7 @@ def compare_sets(
     MatcherError
         If fingers are enrolled and the matcher has no calibration.
     """
-    templates = [
+    sides = [
         [[e.template for e in extracted.extractions] for extracted in side]
         for side in ([sets] if probes is None else [sets, probes])
     ]
@@ -167,7 +200,7 @@ def compare_sets(
         for k in range(0, len(p), PAIRS_PER_CHUNK)
     ]
     if enrolled is not None:
-        load_calibration(matcher.name)  # so that it is missed here, not in a worker
+        load_calibration(matcher.name)  # to fail here, not in a worker
     total, done = sum(map(len, pairs)), 0
 
     def finished(chunk: _Chunk) -> None:
@@ -178,7 +211,7 @@ def compare_sets(
     progress("compare", 0, total)
     results = run_chunks(
         _compare_chunk,
-        _Bench(matcher, templates, enrolled),
+        _ImpressionComparer(matcher, sides, enrolled),
         chunks,
         workers=workers,
         engine=engine,
@@ -188,34 +221,41 @@ def compare_sets(
     return np.split(outcomes, np.cumsum([len(p) for p in pairs])[:-1])
 
 
-def _compare_chunk(bench: _Bench, chunk: _Chunk) -> NDArray[np.void]:
-    outcomes = np.empty(chunk.probe.size, OUTCOME)
-    for row, (i, j) in enumerate(zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)):
-        probe, reference = bench.probe(chunk.set_index, i), bench.reference(chunk.set_index, j)
-        if probe is None or reference is None:
-            outcomes[row] = _no_template()
-            continue
-        start = time.process_time_ns()
-        comparison = bench.compare(probe, reference)
-        cpu_us = (time.process_time_ns() - start) / 1000.0
-        outcomes[row] = _as_outcome(comparison, cpu_us)
-    return outcomes
+def _compare_chunk(comparer: _ImpressionComparer, chunk: _Chunk) -> NDArray[np.void]:
+    pairs = zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)
+    return np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
 
 
-def _as_outcome(comparison: Comparison, cpu_us: float) -> tuple[Any, ...]:
-    t = comparison.transform
-    moved = (_NOTHING,) * 4 if t is None else (t.scale, t.rotation_deg, t.tx, t.ty)
-    return (
-        comparison.similarity,
-        len(comparison.pairs),
-        *moved,
-        comparison.rms_px,
-        comparison.agreement,
-        comparison.overlap,
-        comparison.reason,
-        cpu_us,
-    )
+def compare_all_pairs(
+    templates: Sequence[Template], *, workers: int | None = None
+) -> NDArray[np.float64]:
+    """Compare each template with every later one, by the default matcher's 1:N comparison.
 
+    Parameters
+    ----------
+    templates : sequence of Template
+        N templates.
+    workers : int, optional
+        Threads to use (default: one a core). The similarities are the same for any number.
 
-def _no_template() -> tuple[Any, ...]:
-    return (0.0, 0, *(_NOTHING,) * 5, 0.0, 0.0, NO_TEMPLATE, _NOTHING)
+    Returns
+    -------
+    ndarray of float64, shape (N * (N - 1) / 2,)
+        Similarities in the order of ``numpy.triu_indices(N, 1)``, that of the extended protocol.
+
+    Examples
+    --------
+    >>> from fpmatch import Minutiae, Template
+    >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
+    >>> full, empty = (Template(m, 100, 100) for m in (minutiae, Minutiae.empty()))
+    >>> (compare_all_pairs([full, empty, full]) > 0).tolist()
+    [False, True, False]
+    """
+    prints = [MATCHER.prepare(template) for template in templates]
+    many = PackedTemplates.pack(prints)
+
+    def with_later_ones(k: int) -> NDArray[np.float64]:
+        return MATCHER.similarities(prints[k], many, k + 1)
+
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        return np.concatenate([np.empty(0), *pool.map(with_later_ones, range(len(prints)))])

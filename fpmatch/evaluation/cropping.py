@@ -1,4 +1,4 @@
-"""Partial probes: square windows of prints, as a small sensor would see them."""
+"""Partial probes: square windows of prints, like those of a small sensor."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def crop_about_centroid(image: GreyImage, template: Template, side_px: float) ->
     image : GreyImage
         The image.
     template : Template
-        What was extracted from it: the mask of its ridge field says where the print is, or its
-        minutiae where it has no ridge field.
+        Its template: the mask of the ridge field gives the area of the print, or the minutiae where
+        there is no ridge field.
     side_px : float
-        PrintSource of the square in pixels at 500 dpi.
+        Side of the square in pixels at 500 dpi.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def crop_about_centroid(image: GreyImage, template: Template, side_px: float) ->
     Raises
     ------
     ImageError
-        If the template has neither a ridge field nor minutiae: nothing says where the print is.
+        If the template has neither a ridge field nor minutiae.
 
     Examples
     --------
@@ -60,24 +60,9 @@ def crop_about_centroid(image: GreyImage, template: Template, side_px: float) ->
 
 
 def crop_at(image: GreyImage, x: float, y: float, side_px: float, dpi: float) -> GreyImage:
-    """Cut a square out of an image.
+    """Cut a square with its middle at (x, y), in pixels of the image, out of an image of `dpi`.
 
-    Parameters
-    ----------
-    image : GreyImage
-        The image.
-    x, y : float
-        The middle of the square in pixels of the image.
-    side_px : float
-        PrintSource of the square in pixels at 500 dpi.
-    dpi : float
-        Resolution of the image.
-
-    Returns
-    -------
-    GreyImage
-        The square, moved inwards where it would reach beyond the image, and smaller where the image
-        is narrower.
+    The square and what is returned are as for `crop_about_centroid`.
 
     Examples
     --------
@@ -130,18 +115,7 @@ def crop_extractor_of(
 
 
 def failed_crops(sets: Sequence[SetResult]) -> list[Path]:
-    """List the prints whose square gave no template though the whole print did.
-
-    Parameters
-    ----------
-    sets : sequence of SetResult
-        Databases, evaluated with the squares as probes.
-
-    Returns
-    -------
-    list of Path
-        Their images.
-    """
+    """List the images whose square gave no template though the whole print did."""
     found = []
     for row in sets:
         there = np.array([e.template is not None for e in row.extracted.extractions])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -12,21 +13,14 @@ from fpmatch.image.io.dataset_folder import images_in, read_dataset_info
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Sequence
 
 _PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Impression:
-    """Hold where one print lies and which finger it shows.
-
-    Parameters
-    ----------
-    finger, number : int
-        The finger, and which of its impressions this is.
-    path : Path
-        The image file.
-    """
+    """Hold the file of one print, its finger, and which impression of the finger it is."""
 
     finger: int
     number: int
@@ -42,9 +36,9 @@ class Dataset:
     name : str
         Name from ``dataset.toml``, else the folder's.
     dpi : float or None
-        Resolution of all prints in dots per inch; None leaves it to each file's own tag.
+        Resolution of all prints in dots per inch; None: that of each file's own tag.
     sensor : str
-        What took the prints; "" where nobody says.
+        The sensor that took the prints; "" where it is not known.
     impressions : tuple of Impression
         All prints, by finger and number.
     """
@@ -56,9 +50,9 @@ class Dataset:
 
 
 def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
-    """Find the prints of an FVC-style folder and read its description, no image yet.
+    """Find the prints of an FVC-style folder and read its description, but no image.
 
-    Files that are not named like a print (``FFF_M`` and an image extension) are passed over.
+    Files that are not named like a print (``FFF_M`` and an image extension) are ignored.
 
     Parameters
     ----------
@@ -85,6 +79,25 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
         sensor=description.sensor,
         impressions=impressions,
     )
+
+
+def with_unique_names(datasets: Sequence[Dataset]) -> list[Dataset]:
+    """Return databases with different names: a name that comes twice becomes the folder's.
+
+    Examples
+    --------
+    >>> def of(folder, name):
+    ...     return Dataset(name, None, "", (Impression(1, 1, Path(folder, "1_1.tif")),))
+    >>> [d.name for d in with_unique_names([of("a", "x"), of("b", "x"), of("c", "y")])]
+    ['a', 'b', 'y']
+    """
+    count = Counter(dataset.name for dataset in datasets)
+    return [
+        replace(dataset, name=dataset.impressions[0].path.resolve().parent.name)
+        if count[dataset.name] > 1
+        else dataset
+        for dataset in datasets
+    ]
 
 
 def _find_impressions(root: Path) -> tuple[Impression, ...]:

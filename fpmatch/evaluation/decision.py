@@ -1,4 +1,4 @@
-"""What `fpmatch.verify` decides by default on comparisons that were made before."""
+"""The default decisions of `fpmatch.verify` on comparisons that were made before."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ if TYPE_CHECKING:
 def decide(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
     """Decide which similarities are matches, as `fpmatch.verify` does by default.
 
+    A matcher that neither decides by itself nor is calibrated finds no match.
+
     Parameters
     ----------
     matcher : str
-        Name of the matcher; one that neither decides by itself nor is calibrated finds no match.
+        Name of the matcher.
     similarities : array_like of float
         Its similarities, of any shape.
 

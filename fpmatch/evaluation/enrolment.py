@@ -1,4 +1,4 @@
-"""Several impressions of a finger enrolled together, and each other one compared with fingers."""
+"""Enrolment of several impressions of a finger together, and comparison with fingers."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ SCORES_CHECKED: Final = (20.0, 30.0, 40.0)
 
 @dataclass(frozen=True, slots=True)
 class Enrolment:
-    """Set which impressions are enrolled, and who else tries to pass for their fingers.
+    """Set which impressions are enrolled, and further impostors.
 
     Parameters
     ----------
     count : int
         Impressions of each finger that are enrolled.
     seed : int or None
-        Draws them at random; None for the first.
+        Seed of a random choice; None for the first impressions.
     impostors : tuple of Dataset
         Further databases, of other fingers: their prints are probes.
 
@@ -52,14 +52,14 @@ class Enrolment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EnrolmentPlan:
-    """Hold what is compared within one database.
+    """Hold the comparisons within one database.
 
     Parameters
     ----------
     pairs : Pairs
-        Each probe with each enrolled finger, for which its first enrolled impression stands.
+        Each probe with each enrolled finger, which its first enrolled impression represents.
     enrolled : mapping of int to tuple of int
-        By that impression all that are enrolled of the finger.
+        All enrolled impressions of a finger, by the one that represents it.
     """
 
     pairs: Pairs
@@ -69,16 +69,17 @@ class EnrolmentPlan:
 def plan_enrolment(
     impressions: Sequence[Impression], enrolment: Enrolment, own: int | None = None
 ) -> EnrolmentPlan:
-    """Choose what is enrolled and compared.
+    """Choose the impressions to enrol and the pairs to compare.
 
     Parameters
     ----------
     impressions : sequence of Impression
         A database's impressions.
     enrolment : Enrolment
-        How many are enrolled. Fingers with fewer impressions are not; theirs are all probes.
+        How many are enrolled. Fingers with fewer impressions are not enrolled; all of their
+        impressions are probes.
     own : int, optional
-        The first so many impressions are those of which fingers are enrolled (default: all).
+        Only the fingers of the first `own` impressions are enrolled (default: all).
 
     Returns
     -------
@@ -138,20 +139,9 @@ def with_impostors(extracted: ExtractedSet, others: Sequence[ExtractedSet]) -> E
 
 
 def enrolment_document(report: EvaluationReport, enrolment: Enrolment) -> dict[str, Any]:
-    """Return what was enrolled, and what the scores state and keep, as JSON values.
+    """Return what was enrolled, and the stated and measured FMR of some scores, as JSON values.
 
-    Parameters
-    ----------
-    report : EvaluationReport
-        The evaluation; its similarities are scores of fingers.
-    enrolment : Enrolment
-        What was enrolled.
-
-    Returns
-    -------
-    dict
-        Under ``"scores"``, for some thresholds of the score, the FMR that they state and the FMR
-        and FNMR that were measured.
+    The similarities of the report are scores of fingers.
     """
     genuine = np.concatenate([row.pairs.genuine for row in report.sets])
     score = np.concatenate([row.outcomes["similarity"] for row in report.sets])
@@ -171,8 +161,8 @@ def enrolment_document(report: EvaluationReport, enrolment: Enrolment) -> dict[s
     }
 
 
-def enrolment_in_words(document: Mapping[str, Any]) -> str:
-    """Return the same for people, from what `enrolment_document` returned."""
+def enrolment_text(document: Mapping[str, Any]) -> str:
+    """Return the result of `enrolment_document` as text."""
     which = "the first" if document["seed"] is None else "drawn at random"
     count = document["impressions"]
     impressions = f"{count} impression{'s' if count > 1 else ''} of each finger, {which}"

@@ -1,4 +1,4 @@
-"""Extract the templates of whole databases, each impression once."""
+"""Extraction of the templates of whole databases."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class Extraction:
-    """Hold what became of one image.
+    """Hold the result of extracting one image.
 
     Parameters
     ----------
@@ -39,11 +39,11 @@ class Extraction:
     reason : str
         Why there is none; else "".
     cpu_ms : float
-        CPU time that the attempt took, in milliseconds.
+        CPU time of the attempt in milliseconds.
     dpi_assumed : bool
         Whether its resolution had to be assumed.
     notes : tuple of str
-        What was noticed on reading it.
+        Notes on reading it.
     """
 
     template: Template | None
@@ -55,7 +55,7 @@ class Extraction:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedSet:
-    """Hold a database with what became of each of its impressions, in the same order."""
+    """Hold a database with the extractions of its impressions, in their order."""
 
     dataset: Dataset
     extractions: tuple[Extraction, ...]
@@ -76,7 +76,7 @@ class ExtractedSet:
 
     @property
     def notes(self) -> list[tuple[Path, tuple[str, ...]]]:
-        """The images that something was noticed on, and what."""
+        """The images with notes, and these."""
         return [(path, extraction.notes) for path, extraction in self._each() if extraction.notes]
 
     def _each(self) -> Iterator[tuple[Path, Extraction]]:
@@ -95,7 +95,7 @@ def extract_image(
     enhance: str | None = None,
     reader: Callable[[Path], GreyImage] = read_image,
 ) -> ExtractedPrint:
-    """Extract a template from an image file by `fpmatch.image.extract`, by default in its way."""
+    """Extract a template from an image file by `fpmatch.image.extract`."""
     from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract  # noqa: PLC0415
 
     image = reader(path)
@@ -104,26 +104,16 @@ def extract_image(
 
 
 def extractor_of(enhance: str, reader: Callable[[Path], GreyImage] = read_image) -> Extractor:
-    """Return what extracts a template from an image file with ridges found in the way named."""
+    """Return the extractor with the ridge enhancement of a name."""
     return partial(extract_image, enhance=enhance, reader=reader)
 
 
 def dataset_reader(
     datasets: Sequence[Dataset], reader: Callable[..., GreyImage] = read_image
 ) -> PolarityReader[GreyImage]:
-    """Return what reads the images of some databases, those of a folder with one polarity.
+    """Return a reader of the images of some databases, those of a folder with one polarity.
 
-    Parameters
-    ----------
-    datasets : sequence of Dataset
-        The databases.
-    reader : callable
-        As for `fpmatch.image.quality.folder_polarity.find_polarities`.
-
-    Returns
-    -------
-    PolarityReader
-        A reader for `extractor_of`.
+    `reader` is as for `fpmatch.image.quality.folder_polarity.find_polarities`.
     """
     paths = [impression.path for dataset in datasets for impression in dataset.impressions]
     return PolarityReader(reader, find_polarities(paths, reader=reader))

@@ -1,4 +1,4 @@
-"""Identification: at which rank a print's own finger comes out of a search among all fingers.
+"""Identification: the rank of a print's own finger in a search among all fingers.
 
 The protocol, within one database: each impression whose finger has another is a probe. It is
 searched among all other impressions of the database; a finger's similarity to the probe is the
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Identification:
-    """Hold the outcome of searching each probe of a database.
+    """Hold the results of searching each probe of a database.
 
     Parameters
     ----------
     fingers : int
-        Fingers searched among, the probe's own included.
+        Number of fingers searched, the probe's own included.
     rank : ndarray of intp, shape (P,)
         Rank of each probe's own finger, from 1 to `fingers`; in the impressions' order.
     finger : ndarray of intp, shape (P,)
@@ -59,16 +59,7 @@ class Identification:
 def identify_all(
     impressions: Sequence[Impression], pairs: Pairs, similarity: NDArray[np.float64]
 ) -> Identification | None:
-    """Search each impression of a database among all others.
-
-    Parameters
-    ----------
-    impressions : sequence of Impression
-        The database's impressions.
-    pairs : Pairs
-        The pairs that were compared.
-    similarity : ndarray of float64, shape (number of pairs,)
-        What each comparison gave.
+    """Search each impression of a database among all others, by the similarities of all pairs.
 
     Returns
     -------

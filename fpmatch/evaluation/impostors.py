@@ -1,8 +1,8 @@
-"""The comparisons of different fingers that a calibration is fitted to."""
+"""The impostor comparisons that a calibration is fitted to."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,20 +10,16 @@ import numpy as np
 
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.all_pairs import compare_all_pairs
 from fpmatch.evaluation.bootstrap import Trials
-from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.comparison import compare_all_pairs
 from fpmatch.evaluation.extraction import extract_image
-from fpmatch.evaluation.intervals import trials_of
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.scores_reader import choose_matcher, read_scores
+from fpmatch.evaluation.scores import choose_matcher, read_scores, scores_of
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
     from fpmatch.evaluation.extraction import ExtractedSet, Extractor
     from fpmatch.evaluation.report import EvaluationReport
@@ -32,15 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImpostorSet:
-    """Hold one database's comparisons of different fingers.
-
-    Parameters
-    ----------
-    name : str
-        The database.
-    trials : Trials
-        The comparisons, none of them genuine, none of a print without template.
-    """
+    """Hold one database's impostor comparisons, none of a print without template."""
 
     name: str
     trials: Trials
@@ -59,10 +47,10 @@ def gather_impostors(
     Parameters
     ----------
     sources : sequence of path
-        CSV files that `fpmatch evaluate --scores` wrote, and FVC-style folders; the latter are
+        Files of scores, see `fpmatch.evaluation.score_file`, and FVC-style folders; the latter are
         extracted and compared by the extended protocol.
     matcher : str or Matcher
-        The matcher whose scores to take, and to compare with.
+        The matcher whose scores are read, and that compares the folders' prints.
     workers, progress, extractor
         As for `evaluate`.
 
@@ -81,7 +69,7 @@ def gather_impostors(
     paths = [Path(source) for source in sources]
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     gathered = [
-        _impostors_of(one.name, one.trials, one.compared)
+        ImpostorSet(one.name, one.impostors)
         for path in paths
         if path.is_file()
         for one in choose_matcher(read_scores(path), chosen.name, path)
@@ -108,21 +96,8 @@ def impostors_of_report(report: EvaluationReport) -> list[ImpostorSet]:
 
     Pairs with an image that gave no template are left out: their similarity of 0 would make the
     matcher look more certain than it is.
-
-    Parameters
-    ----------
-    report : EvaluationReport
-        The evaluation.
-
-    Returns
-    -------
-    list of ImpostorSet
-        Its databases.
     """
-    return [
-        _impostors_of(row.name, trials_of(row), row.outcomes["reason"] != NO_TEMPLATE)
-        for row in report.sets
-    ]
+    return [ImpostorSet(one.name, one.impostors) for one in scores_of(report)]
 
 
 def impostors_among(
@@ -130,22 +105,8 @@ def impostors_among(
 ) -> ImpostorSet:
     """Return the impostor comparisons among all impressions of all databases.
 
-    Fingers of different databases are taken for different ones, so that a few databases make very
-    many comparisons. The default matcher compares.
-
-    Parameters
-    ----------
-    sets : sequence of ExtractedSet
-        The databases.
-    name : str
-        What to call them together.
-    workers : int, optional
-        Threads to use (default: one a core).
-
-    Returns
-    -------
-    ImpostorSet
-        One for all.
+    Fingers of different databases count as different, so that a few databases make very many
+    comparisons. The default matcher compares, in `workers` threads (default: one a core).
     """
     templates, shown = [], []
     for number, one in enumerate(sets):
@@ -153,21 +114,11 @@ def impostors_among(
             if found.template is not None:
                 templates.append(found.template)
                 shown.append((number, impression.finger))
-    # of no impressions at all the list has no rows
+    # without impressions the list has no rows
     fingers, finger = np.unique(np.array(shown, int).reshape(-1, 2), axis=0, return_inverse=True)
     finger = finger.ravel()
     similarity = compare_all_pairs(templates, workers=workers)
     probe, reference = (finger[side] for side in np.triu_indices(len(templates), 1))
-    trials = Trials(similarity, probe, reference, len(fingers))
-    return _impostors_of(name, trials, np.ones(len(similarity), bool))
-
-
-def _impostors_of(name: str, trials: Trials, compared: NDArray[np.bool_]) -> ImpostorSet:
-    kept = ~trials.genuine & compared
-    chosen = replace(
-        trials,
-        similarity=trials.similarity[kept],
-        probe=trials.probe[kept],
-        reference=trials.reference[kept],
-    )
-    return ImpostorSet(name, chosen)
+    impostor = probe != reference
+    trials = Trials(similarity[impostor], probe[impostor], reference[impostor], len(fingers))
+    return ImpostorSet(name, trials)

@@ -1,4 +1,4 @@
-"""How sure the rates of an evaluation are: 95 % intervals, by resampling fingers."""
+"""95 % intervals of the rates of an evaluation, by the bootstrap over fingers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fpmatch.evaluation.bootstrap import RESAMPLED, Trials, draw_fingers, resample_rates
+from fpmatch.evaluation.bootstrap import (
+    BOOTSTRAPPED,
+    DEFAULT_BOOTSTRAP,
+    Trials,
+    bootstrap_rates,
+    draw_fingers,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -15,9 +21,8 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.rates import Rates
     from fpmatch.evaluation.report import EvaluationReport, SetResult
 
-DEFAULT_RESAMPLES: Final = 1000
 MIN_FINGERS: Final = 5
-"""Under so many fingers in a database no interval is given: draws of so few say nothing."""
+"""With fewer fingers in a database no interval is given."""
 CONFIDENCE: Final = 0.95
 
 
@@ -38,8 +43,8 @@ class Interval:
 class RateIntervals:
     """Hold the interval of each rate; None where there is no rate or no interval.
 
-    ZeroFMR and ZeroFNMR have none: each hangs on one extreme score, of which draws from the same
-    fingers say nothing.
+    ZeroFMR and ZeroFNMR have none: each depends on one extreme score, which the bootstrap cannot
+    vary.
     """
 
     eer: Interval | None = None
@@ -55,19 +60,19 @@ class RateIntervals:
 
 @dataclass(frozen=True, slots=True)
 class ReportIntervals:
-    """Hold the intervals of an `EvaluationReport`, in its form.
+    """Hold the intervals of an `EvaluationReport`.
 
     Parameters
     ----------
-    resamples, seed : int
-        How many times fingers were drawn, and what made the draws.
+    bootstrap, seed : int
+        Number of bootstrap replicates, and the seed of their draws.
     sets : tuple of RateIntervals
         Of each database.
     mean, pooled : RateIntervals
         Of the mean and of all scores pooled.
     """
 
-    resamples: int
+    bootstrap: int
     seed: int
     sets: tuple[RateIntervals, ...]
     mean: RateIntervals
@@ -77,7 +82,7 @@ class ReportIntervals:
         """Return the intervals as JSON values."""
         return {
             "confidence": CONFIDENCE,
-            "resamples": self.resamples,
+            "bootstrap": self.bootstrap,
             "seed": self.seed,
             "sets": [one.as_json() for one in self.sets],
             "mean": self.mean.as_json(),
@@ -86,21 +91,20 @@ class ReportIntervals:
 
 
 def rate_intervals(
-    report: EvaluationReport, *, resamples: int = DEFAULT_RESAMPLES, seed: int = 0
+    report: EvaluationReport, *, bootstrap: int = DEFAULT_BOOTSTRAP, seed: int = 0
 ) -> ReportIntervals:
-    """Estimate 95 % intervals of an evaluation's rates by drawing fingers anew.
+    """Estimate 95 % intervals of an evaluation's rates.
 
-    The fingers of each database are drawn with replacement, as many as there are, and the rates
-    computed again; the interval leaves out 2.5 % of the draws on either side. It says what other
-    fingers would have done before the same sensor. With ten fingers it is itself rough, and where
+    The interval leaves out 2.5 % of the bootstrap replicates on either side. It describes how the
+    rates scatter with other fingers on the same sensor. With ten fingers it is rough, and where
     no error was seen it is 0 to 0, which does not mean that there are none.
 
     Parameters
     ----------
     report : EvaluationReport
         The evaluation.
-    resamples, seed : int
-        How many draws, and what makes them.
+    bootstrap, seed : int
+        Number of replicates, and the seed of their draws.
 
     Returns
     -------
@@ -108,37 +112,25 @@ def rate_intervals(
         The intervals; None for databases of fewer than `MIN_FINGERS` fingers.
     """
     trials = [trials_of(row) for row in report.sets]
-    replicates = resample_rates(trials, resamples, seed)
+    replicates = bootstrap_rates(trials, bootstrap, seed)
     enough = [t.fingers >= MIN_FINGERS for t in trials]
-    ranks = [_rank_one(row, resamples, seed, k) for k, row in enumerate(report.sets)]
+    ranks = [_rank_one(row, bootstrap, seed, k) for k, row in enumerate(report.sets)]
     sets = tuple(
         _rate_intervals(row.rates, replicates.sets[k], ranks[k]) if enough[k] else RateIntervals()
         for k, row in enumerate(report.sets)
     )
-    if not all(enough):
-        return ReportIntervals(resamples, seed, sets, RateIntervals(), RateIntervals())
-    hits = None if any(r is None for r in ranks) else sum(r for r in ranks if r is not None)
-    return ReportIntervals(
-        resamples=resamples,
-        seed=seed,
-        sets=sets,
-        mean=_rate_intervals(report.mean, replicates.mean, None),
-        pooled=_rate_intervals(report.pooled, replicates.pooled, hits),
-    )
+    mean = pooled = RateIntervals()
+    if all(enough):
+        hits = None if any(r is None for r in ranks) else sum(r for r in ranks if r is not None)
+        mean = _rate_intervals(report.mean, replicates.mean, None)
+        pooled = _rate_intervals(report.pooled, replicates.pooled, hits)
+    return ReportIntervals(bootstrap, seed, sets, mean, pooled)
 
 
 def interval_of(draws: NDArray[np.float64]) -> Interval | None:
     """Return the limits that leave out 2.5 % of the draws on either side.
 
-    Parameters
-    ----------
-    draws : ndarray of float64, shape (B,)
-        A rate of each draw; NaN where it had none.
-
-    Returns
-    -------
-    Interval or None
-        The limits; None where half of the draws or more had none.
+    Draws without a rate are NaN; where these are half of them or more, there is no interval.
 
     Examples
     --------
@@ -166,15 +158,15 @@ def trials_of(row: SetResult) -> Trials:
 
 
 def _rank_one(
-    row: SetResult, resamples: int, seed: int, set_index: int
+    row: SetResult, bootstrap: int, seed: int, set_index: int
 ) -> NDArray[np.float64] | None:
     """Return hits and probes of each draw, of shape (2, draws); None without identification.
 
-    The probes of the fingers drawn are searched among all fingers, as they were.
+    The probes of the fingers drawn are searched among all fingers.
     """
     if row.identification is None:
         return None
-    counts = draw_fingers(row.identification.fingers, resamples, seed, set_index)
+    counts = draw_fingers(row.identification.fingers, bootstrap, seed, set_index)
     weights = np.take(counts, row.identification.finger, axis=1)
     first = row.identification.rank == 1
     return np.stack([weights @ first, weights.sum(axis=1)]).astype(np.float64)
@@ -185,7 +177,7 @@ def _rate_intervals(
 ) -> RateIntervals:
     found = {
         name: interval_of(draws[:, column])
-        for column, name in enumerate(RESAMPLED)
+        for column, name in enumerate(BOOTSTRAPPED)
         if getattr(rates, name) is not None
     }
     if isinstance(ranks, np.ndarray):

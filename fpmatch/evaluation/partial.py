@@ -1,4 +1,4 @@
-"""Parts of templates: what is left of a print where only a part of the finger touched."""
+"""Parts of templates, as if only a part of the finger had touched the sensor."""
 
 from __future__ import annotations
 
@@ -14,26 +14,14 @@ if TYPE_CHECKING:
 
     from fpmatch.minutiae import RidgeField, Template
 
-MARGIN_PX: Final = 6.0  # minutiae nearer the border of a part are not found in it, at 500 dpi
-DISC_MARGIN_PX: Final = 8.0  # of the ridges around the outermost minutia of a fragment, at 500 dpi
+MARGIN_PX: Final = 6.0  # minutiae this near the border of a part are not found, at 500 dpi
+DISC_MARGIN_PX: Final = 8.0  # ridges beyond the outermost minutia of a fragment, at 500 dpi
 
 
 def fragment(template: Template, size: int, rng: np.random.Generator) -> Template:
-    """Keep a minutia drawn at random and its nearest neighbours.
+    """Keep a minutia drawn at random and its nearest neighbours, `size` minutiae in all.
 
-    Parameters
-    ----------
-    template : Template
-        The whole print.
-    size : int
-        Minutiae to keep; all where it has fewer.
-    rng : numpy.random.Generator
-        Draws the minutia.
-
-    Returns
-    -------
-    Template
-        The fragment; of the ridge field, the disc around its minutiae.
+    Of the ridge field the disc around these minutiae is kept.
 
     Examples
     --------
@@ -51,28 +39,14 @@ def fragment(template: Template, size: int, rng: np.random.Generator) -> Templat
     kept = replace(template, minutiae=m.take(np.sort(order)))
     if template.field is None:
         return kept
-    reach = float(distance[order[-1]]) + DISC_MARGIN_PX * template.dpi / STANDARD_DPI
-    x, y = _places(template.field)
-    inside = (x - m.x[centre]) ** 2 + (y - m.y[centre]) ** 2 <= reach**2
+    radius = float(distance[order[-1]]) + DISC_MARGIN_PX * template.dpi / STANDARD_DPI
+    x, y = _block_centres(template.field)
+    inside = (x - m.x[centre]) ** 2 + (y - m.y[centre]) ** 2 <= radius**2
     return replace(kept, field=_masked(template.field, inside))
 
 
 def thinned(template: Template, size: int, rng: np.random.Generator) -> Template:
-    """Keep some minutiae, drawn from all of the print, and its ridges.
-
-    Parameters
-    ----------
-    template : Template
-        The whole print.
-    size : int
-        Minutiae to keep; all where it has fewer.
-    rng : numpy.random.Generator
-        Draws the minutiae.
-
-    Returns
-    -------
-    Template
-        The print with fewer minutiae.
+    """Keep `size` minutiae, drawn from all of the print, and all ridges.
 
     Examples
     --------
@@ -87,21 +61,10 @@ def thinned(template: Template, size: int, rng: np.random.Generator) -> Template
 
 
 def window(template: Template, side_px: float, rng: np.random.Generator) -> Template:
-    """Keep what lies in an upright square whose middle is drawn from the print's area.
+    """Keep what lies in an upright square of `side_px` pixels at 500 dpi.
 
-    Parameters
-    ----------
-    template : Template
-        The whole print.
-    side_px : float
-        PrintSource of the square in pixels at 500 dpi.
-    rng : numpy.random.Generator
-        Draws the middle: a cell of the ridge field, or a minutia where there is no field.
-
-    Returns
-    -------
-    Template
-        The part.
+    Its middle is drawn from the blocks of the ridge field, or from the minutiae where there is no
+    ridge field.
 
     Examples
     --------
@@ -112,25 +75,25 @@ def window(template: Template, side_px: float, rng: np.random.Generator) -> Temp
     """
     px = template.dpi / STANDARD_DPI
     m, field = template.minutiae, template.field
-    x, y = (m.x, m.y) if field is None else (axis[field.mask] for axis in _places(field))
+    x, y = (m.x, m.y) if field is None else (axis[field.mask] for axis in _block_centres(field))
     if not len(x):
         return template
     k = int(rng.integers(len(x)))
     middle_x, middle_y = float(x[k]), float(y[k])
     half, margin = side_px * px / 2, MARGIN_PX * px
 
-    def within(x: NDArray[np.floating], y: NDArray[np.floating], reach: float) -> NDArray[np.bool_]:
-        near: NDArray[np.bool_] = (np.abs(x - middle_x) < reach) & (np.abs(y - middle_y) < reach)
+    def within(x: NDArray[np.floating], y: NDArray[np.floating], half: float) -> NDArray[np.bool_]:
+        near: NDArray[np.bool_] = (np.abs(x - middle_x) < half) & (np.abs(y - middle_y) < half)
         return near
 
     kept = replace(template, minutiae=m.take(within(m.x, m.y, half - margin)))
     if field is None:
         return kept
-    return replace(kept, field=_masked(field, within(*_places(field), half)))
+    return replace(kept, field=_masked(field, within(*_block_centres(field), half)))
 
 
-def _places(field: RidgeField) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return x and y of the middles of the cells, shape (rows, columns) each."""
+def _block_centres(field: RidgeField) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return x and y of the centres of the blocks, shape (rows, columns) each."""
     y, x = (np.indices(field.mask.shape) + 0.5) * field.step
     return x, y
 

@@ -1,4 +1,4 @@
-"""Which impressions are compared with which: the genuine and the impostor pairs of a database.
+"""Protocols: the genuine and the impostor pairs of a database that are compared.
 
 References
 ----------

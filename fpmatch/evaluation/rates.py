@@ -42,12 +42,9 @@ class Rates:
     ----------
     eer : float or None
         Equal error rate; None without genuine or without impostor scores.
-    fmr100 : float or None
-        FNMR at the lowest threshold whose FMR is at most 1 %; None under 100 impostor scores.
-    fmr1000 : float or None
-        FNMR at the lowest threshold whose FMR is at most 0.1 %; None under 1,000 impostor scores.
-    fmr10000 : float or None
-        FNMR at the lowest threshold whose FMR is at most 0.01 %; None under 10,000 impostor scores.
+    fmr100, fmr1000, fmr10000 : float or None
+        FNMR at the lowest threshold whose FMR is at most 1 %, 0.1 %, 0.01 %; None under 100, 1,000,
+        10,000 impostor scores.
     zero_fmr : float or None
         FNMR at the lowest threshold that no impostor score reaches.
     zero_fnmr : float or None
@@ -88,7 +85,7 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
     Parameters
     ----------
     genuine, impostor : array_like of float, shapes (G,) and (I,)
-        Scores, greater for more alike; either may be empty.
+        Scores, greater for more similar prints; either may be empty.
 
     Returns
     -------
@@ -122,7 +119,7 @@ def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
     Parameters
     ----------
     genuine, impostor : array_like of float, shapes (G,) and (I,), neither empty
-        Scores, greater for more alike.
+        Scores, greater for more similar prints.
 
     Returns
     -------
@@ -165,7 +162,7 @@ def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
     -------
     float or None
         The highest impostor score that must not match; the lowest threshold lies just above. None
-        where there are too few scores to have one in so many.
+        where `fmr` is less than one of the scores.
 
     Raises
     ------
@@ -185,22 +182,22 @@ def _equal_error_rate(curves: ErrorCurves) -> float:
     surplus = curves.fmr - curves.fnmr  # falls from 1 to -1
     after = int(np.argmax(surplus <= 0))
     before = after - 1
-    way = surplus[before] / (surplus[before] - surplus[after])
-    return float(curves.fmr[before] + way * (curves.fmr[after] - curves.fmr[before]))
+    share = surplus[before] / (surplus[before] - surplus[after])
+    return float(curves.fmr[before] + share * (curves.fmr[after] - curves.fmr[before]))
 
 
 def _fnmr_at_fmr(
     genuine: NDArray[np.float64], impostor: NDArray[np.float64], fmr: float
 ) -> float | None:
     """Return FNMR at the lowest threshold whose FMR is at most `fmr`; both sides sorted."""
-    bar = _threshold_at_fmr(impostor, fmr)
-    if bar is None:
+    highest = _threshold_at_fmr(impostor, fmr)
+    if highest is None:
         return None
-    return float(np.searchsorted(genuine, bar, side="right") / genuine.size)
+    return float(np.searchsorted(genuine, highest, side="right") / genuine.size)
 
 
 def _threshold_at_fmr(impostor: NDArray[np.float64], fmr: float) -> float | None:
-    """Return the first sorted impostor score, from the top, that is one too many."""
+    """Return the highest of the sorted impostor scores that must not match."""
     allowed = math.floor(fmr * impostor.size + ROUNDING)
     if fmr > 0 and allowed < 1:
         return None

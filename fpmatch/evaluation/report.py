@@ -1,4 +1,4 @@
-"""What an evaluation found: a row a database, their mean, and all scores pooled."""
+"""The result of an evaluation: a row a database, their mean, and all scores pooled."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SetResult:
-    """Hold what was found on one database.
+    """Hold the results on one database.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class SetResult:
     rates : Rates
         Error rates as fractions.
     failures : tuple of (Path, str)
-        Images that gave no template, and why; they score 0 in all their pairs.
+        Images that gave no template (failures to extract), and why; they score 0 in all pairs.
     extract_ms : float
         Median CPU time to extract an image, in milliseconds.
     match_us : float
@@ -44,7 +44,7 @@ class SetResult:
     pairs : Pairs
         The pairs compared.
     outcomes : ndarray of OUTCOME, shape (number of pairs,)
-        What each comparison gave; see `fpmatch.evaluation.comparison`.
+        The comparisons; see `fpmatch.evaluation.comparison`.
     identification : Identification or None
         Ranks of a search of every print among all others; None where the protocol does not
         compare all of them.
@@ -69,13 +69,33 @@ class SetResult:
 
     @property
     def failure_rate(self) -> float:
-        """Failures to enrol: the share of the impressions that gave no template."""
+        """Share of the impressions that gave no template."""
         return len(self.failures) / self.prints
+
+    @property
+    def rank_one(self) -> float | None:
+        """Share of the probes whose own finger comes first; None without identification."""
+        return None if self.identification is None else self.identification.rank_one
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the figures of the row as JSON values."""
+        return {
+            "name": self.name,
+            "genuine": self.genuine,
+            "impostor": self.impostor,
+            **asdict(self.rates),
+            "rank_one": self.rank_one,
+            "prints": self.prints,
+            "failures": len(self.failures),
+            "failure_rate": self.failure_rate,
+            "extract_ms": _rounded(self.extract_ms),
+            "match_us": _rounded(self.match_us),
+        }
 
 
 @dataclass(frozen=True, slots=True)
 class EvaluationReport:
-    """Hold what was found on some databases by one matcher.
+    """Hold the results of one matcher on some databases.
 
     Parameters
     ----------
@@ -97,7 +117,7 @@ class EvaluationReport:
 
     @property
     def rank_one(self) -> float | None:
-        """Share of all databases' probes whose own finger comes first, each in its own database.
+        """Share of all probes whose own finger comes first, each in its own database.
 
         None where a database has no identification.
         """
@@ -113,13 +133,13 @@ class EvaluationReport:
 
     @property
     def noted(self) -> dict[str, tuple[Path, ...]]:
-        """What was noticed on reading the images, each once, and on which."""
+        """The notes on reading the images, each once, with its images."""
         return by_note(note for row in self.sets for note in row.extracted.notes)
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""
         return {
-            "sets": [_row_as_json(row) for row in self.sets],
+            "sets": [row.as_json() for row in self.sets],
             "mean": {
                 **asdict(self.mean),
                 "extract_ms": _rounded(np.mean([row.extract_ms for row in self.sets])),
@@ -155,12 +175,13 @@ def summarise_set(extracted: ExtractedSet, pairs: Pairs, outcomes: NDArray[np.vo
 
 
 def summarise(matcher: str, protocol: str, sets: Sequence[SetResult]) -> EvaluationReport:
-    """Summarise the databases' rows: their mean, and their scores pooled."""
+    """Summarise the rows of all databases."""
+    columns = zip(*(astuple(row.rates) for row in sets), strict=True)
     return EvaluationReport(
         matcher=matcher,
         protocol=protocol,
         sets=tuple(sets),
-        mean=_mean([row.rates for row in sets]),
+        mean=Rates(*(None if None in column else float(np.mean(column)) for column in columns)),
         pooled=_rates([row.pairs for row in sets], [row.outcomes for row in sets]),
     )
 
@@ -170,30 +191,6 @@ def _rates(pairs: Sequence[Pairs], outcomes: Sequence[NDArray[np.void]]) -> Rate
     genuine = np.concatenate([p.genuine for p in pairs])
     similarity = np.concatenate([o["similarity"] for o in outcomes])
     return error_rates(similarity[genuine], similarity[~genuine])
-
-
-def _mean(rates: Sequence[Rates]) -> Rates:
-    def of(values: list[float | None]) -> float | None:
-        known = [value for value in values if value is not None]
-        return float(np.mean(known)) if known and len(known) == len(values) else None
-
-    columns = zip(*(astuple(row) for row in rates), strict=True)
-    return Rates(*(of(list(column)) for column in columns))
-
-
-def _row_as_json(row: SetResult) -> dict[str, Any]:
-    return {
-        "name": row.name,
-        "genuine": row.genuine,
-        "impostor": row.impostor,
-        **asdict(row.rates),
-        "rank_one": None if row.identification is None else row.identification.rank_one,
-        "prints": row.prints,
-        "failures": len(row.failures),
-        "failure_rate": row.failure_rate,
-        "extract_ms": _rounded(row.extract_ms),
-        "match_us": _rounded(row.match_us),
-    }
 
 
 def _rounded(time: float | np.floating[Any]) -> float | None:

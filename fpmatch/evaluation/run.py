@@ -1,7 +1,8 @@
-"""Evaluate a matcher on FVC-style databases: extract, compare, count errors."""
+"""Evaluation of matchers on FVC-style databases: extract, compare, count errors."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from fpmatch.engine.engine import processes
@@ -50,7 +51,7 @@ def evaluate(
     progress : callable
         Called as ``progress(stage, done, total)`` for the stages "extract" and "compare".
     extractor : callable
-        Makes a template from a path and a resolution (default: as `extract_datasets`).
+        Makes a template from a path and a resolution; see `extract_datasets`.
 
     Returns
     -------
@@ -127,7 +128,7 @@ def evaluate_matchers(
                 matcher=matcher,
                 protocol=protocol,
                 engine=engine,
-                progress=_part(progress, k, len(chosen)),
+                progress=partial(_part, progress, k, len(chosen)),
                 probes=probes,
                 enrolment=enrolment,
                 impostors=impostors,
@@ -136,13 +137,9 @@ def evaluate_matchers(
         ]
 
 
-def _part(progress: Progress, index: int, parts: int) -> Progress:
-    """Return what tells `progress` of one of several equal parts of a stage."""
-
-    def told(stage: str, done: int, total: int) -> None:
-        progress(stage, index * total + done, parts * total)
-
-    return told
+def _part(progress: Progress, index: int, parts: int, stage: str, done: int, total: int) -> None:
+    """Report progress in one of several equal parts of a stage."""
+    progress(stage, index * total + done, parts * total)
 
 
 def evaluate_templates(
@@ -159,10 +156,10 @@ def evaluate_templates(
 ) -> EvaluationReport:
     """Evaluate a matcher on templates that `extract_datasets` has made; else as `evaluate`.
 
-    `engine` is as for `fpmatch.engine.workers.run_chunks`, `probes` as for `compare_sets`. Where
-    `enrolment` is given, several impressions of a finger are enrolled, and all others, and those of
-    the databases `impostors`, compared with the fingers; similarities are then scores, and the
-    protocol means nothing.
+    `engine` is as for `fpmatch.engine.workers.run_chunks`, `probes` as for `compare_sets`. With an
+    `enrolment` several impressions of a finger are enrolled, and all others and those of the
+    databases `impostors` are compared with the fingers; similarities are then scores, and the
+    protocol has no effect.
     """
     chosen = get_matcher(matcher) if isinstance(matcher, str) else matcher
     enrolled = None

@@ -1,8 +1,8 @@
-"""Two runs over the same pairs of prints, compared pair by pair.
+"""Comparison of two runs over the same pairs of prints, pair by pair.
 
-Whether a difference of rates lies outside chance is told by drawing fingers anew, the same for both
-runs: what makes a finger hard for one makes it hard for the other, so the difference scatters less
-than either rate. Decisions on genuine pairs, each run at its own threshold for one false match
+Whether rates differ beyond chance is estimated by the bootstrap over fingers, with the same draws
+for both runs: a finger that is hard in one run is hard in the other, so the difference scatters
+less than either rate. Decisions on genuine pairs, each run at its own threshold for one false match
 rate, are compared by McNemar's exact test, which takes the pairs for independent trials and so
 finds differences too easily where a finger has many impressions.
 
@@ -14,32 +14,169 @@ percentages", Psychometrika 12 (1947).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.bootstrap import RESAMPLED, Trials, resample_rates
-from fpmatch.evaluation.intervals import DEFAULT_RESAMPLES, MIN_FINGERS, interval_of
-from fpmatch.evaluation.rates import FMR_LIMITS, error_rates, threshold_at_fmr
-from fpmatch.evaluation.run_comparison_result import (
-    ChangedPair,
-    DecisionChange,
-    PairedComparison,
-    PairedSet,
-    RateDifference,
-)
+from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, DEFAULT_BOOTSTRAP, Trials, bootstrap_rates
+from fpmatch.evaluation.intervals import MIN_FINGERS, Interval, interval_of
+from fpmatch.evaluation.rates import FMR_LIMITS, Rates, error_rates, threshold_at_fmr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from fpmatch.evaluation.scores_reader import ScoresSet
+    from fpmatch.evaluation.scores import ScoresSet
 
 DECISION_LIMITS: Final = ("fmr1000", "fmr100")
 """Decisions are compared at the first of these that the pairs allow."""
+
+
+@dataclass(frozen=True, slots=True)
+class RateDifference:
+    """Hold a rate before and now.
+
+    Parameters
+    ----------
+    rate : str
+        Name of the rate, as in `Rates`.
+    before, now : float
+        The rate of either run, over the pairs that both compared.
+    interval : Interval or None
+        The 95 % interval of ``now - before``; None where there are too few fingers.
+    """
+
+    rate: str
+    before: float
+    now: float
+    interval: Interval | None
+
+    @property
+    def verdict(self) -> str:
+        """Whether the rate got better or worse."""
+        if self.now == self.before and self.interval == Interval(0.0, 0.0):
+            return "no change"
+        if self.interval is None:
+            return "too few fingers to tell"
+        if not self.interval.excludes_zero:
+            return "within chance"
+        return "better" if self.now < self.before else "worse"
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedPair:
+    """Name a genuine pair that one run accepts and the other does not: database and two images."""
+
+    set: str
+    probe: str
+    reference: str
+
+
+@dataclass(frozen=True, slots=True)
+class DecisionChange:
+    """Hold how decisions on genuine pairs changed, all databases under one threshold.
+
+    Parameters
+    ----------
+    fmr : float
+        The false match rate at which either run has its threshold.
+    genuine : int
+        Genuine pairs compared.
+    gained, lost : tuple of ChangedPair
+        Pairs that only the later, and only the earlier run accepts.
+    p_value : float
+        McNemar's exact test: the probability of a split as uneven if neither run is better.
+    """
+
+    fmr: float
+    genuine: int
+    gained: tuple[ChangedPair, ...]
+    lost: tuple[ChangedPair, ...]
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True)
+class SetComparison:
+    """Hold the comparison of two runs over one database, or over all: pairs and rates."""
+
+    name: str
+    pairs: int
+    differences: tuple[RateDifference, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the comparison as JSON values."""
+        rates = {
+            d.rate: {
+                "before": d.before,
+                "now": d.now,
+                "change_interval": d.interval and [d.interval.low, d.interval.high],
+                "verdict": d.verdict,
+            }
+            for d in self.differences
+        }
+        return {"name": self.name, "pairs": self.pairs, **rates}
+
+
+@dataclass(frozen=True, slots=True)
+class RunComparison:
+    """Hold the comparison of two runs.
+
+    Parameters
+    ----------
+    before, now : str
+        The two matchers.
+    only_before, only_now : int
+        Pairs that just one of them compared; they are left out.
+    identical : int
+        Pairs whose similarity is the same in both, to the last bit.
+    sets : tuple of SetComparison
+        A database each.
+    mean, pooled : SetComparison
+        The mean over the databases, and all their scores together.
+    decisions : DecisionChange or None
+        None where there are too few pairs for a threshold.
+    """
+
+    before: str
+    now: str
+    only_before: int
+    only_now: int
+    identical: int
+    sets: tuple[SetComparison, ...]
+    mean: SetComparison
+    pooled: SetComparison
+    decisions: DecisionChange | None
+
+    def titles(self) -> tuple[str, str]:
+        """Return the column titles of the two runs: their matchers, where these differ."""
+        if self.before in {"", self.now}:
+            return "before", "now"
+        return self.before, self.now
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the comparison as JSON values; rates as fractions."""
+        d = self.decisions
+        return {
+            "before": self.before,
+            "now": self.now,
+            "only_before": self.only_before,
+            "only_now": self.only_now,
+            "identical": self.identical,
+            "sets": [one.as_json() for one in self.sets],
+            "mean": self.mean.as_json(),
+            "pooled": self.pooled.as_json(),
+            "decisions": d
+            and {
+                "fmr": d.fmr,
+                "genuine": d.genuine,
+                "gained": [asdict(pair) for pair in d.gained],
+                "lost": [asdict(pair) for pair in d.lost],
+                "mcnemar_p": d.p_value,
+            },
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,22 +193,17 @@ def compare_runs(
     before: Sequence[ScoresSet],
     now: Sequence[ScoresSet],
     *,
-    resamples: int = DEFAULT_RESAMPLES,
+    bootstrap: int = DEFAULT_BOOTSTRAP,
     seed: int = 0,
-) -> PairedComparison:
-    """Compare two runs over the same prints.
+) -> RunComparison:
+    """Compare two runs over the same prints, on the pairs that both have.
 
     Parameters
     ----------
     before, now : sequence of ScoresSet
-        The databases of either run; those of one name and images of one name are the same.
-    resamples, seed : int
-        Draws of fingers for the intervals, and what makes them.
-
-    Returns
-    -------
-    PairedComparison
-        The comparison, over the pairs that both have.
+        The databases of either run; databases and images are identified by their names.
+    bootstrap, seed : int
+        Bootstrap replicates for the intervals, and the seed of their draws.
 
     Raises
     ------
@@ -88,26 +220,26 @@ def compare_runs(
     common = [c for c in common if c.trials_now.genuine.any() and not c.trials_now.genuine.all()]
     if not common:
         raise DatasetError("the two runs have no genuine and impostor pairs in common")
-    were = resample_rates([c.trials_before for c in common], resamples, seed)
-    are = resample_rates([c.trials_now for c in common], resamples, seed)
+    rates_before = bootstrap_rates([c.trials_before for c in common], bootstrap, seed)
+    rates_now = bootstrap_rates([c.trials_now for c in common], bootstrap, seed)
     enough = [c.trials_now.fingers >= MIN_FINGERS for c in common]
     sets = tuple(
-        _paired_set(c.now.name, [c], are.sets[k] - were.sets[k], enough[k])
+        _set_comparison(c.now.name, [c], rates_now.sets[k] - rates_before.sets[k], enough[k])
         for k, c in enumerate(common)
     )
     shared = sum(one.pairs for one in sets)
-    return PairedComparison(
+    similarity_before, similarity_now, _ = _pooled(common)
+    return RunComparison(
         before=before[0].matcher,
         now=now[0].matcher,
         only_before=sum(one.probe.size for one in before) - shared,
         only_now=sum(one.probe.size for one in now) - shared,
-        alike=sum(
-            int(np.count_nonzero(c.trials_now.similarity == c.trials_before.similarity))
-            for c in common
-        ),
+        identical=int(np.count_nonzero(similarity_now == similarity_before)),
         sets=sets,
-        mean=_mean(sets, are.mean - were.mean, all(enough)),
-        pooled=_paired_set("pooled", common, are.pooled - were.pooled, all(enough)),
+        mean=_mean(sets, rates_now.mean - rates_before.mean, all(enough)),
+        pooled=_set_comparison(
+            "pooled", common, rates_now.pooled - rates_before.pooled, all(enough)
+        ),
         decisions=_decisions(common),
     )
 
@@ -120,20 +252,21 @@ def _in_common(before: ScoresSet, now: ScoresSet) -> _Common:
     earlier = np.flatnonzero(known)
     size = len(now.prints)
     keys = _keys(renumbered[before.probe[earlier]], renumbered[before.reference[earlier]], size)
-    _, there, here = np.intersect1d(
+    _, at_before, at_now = np.intersect1d(
         keys, _keys(now.probe, now.reference, size), assume_unique=True, return_indices=True
     )
     fingers, flat = np.unique(
-        np.concatenate([now.trials.probe[here], now.trials.reference[here]]), return_inverse=True
+        np.concatenate([now.trials.probe[at_now], now.trials.reference[at_now]]),
+        return_inverse=True,
     )
     trials = Trials(
-        similarity=now.trials.similarity[here],
-        probe=flat[: here.size],
-        reference=flat[here.size :],
+        similarity=now.trials.similarity[at_now],
+        probe=flat[: at_now.size],
+        reference=flat[at_now.size :],
         fingers=int(fingers.size),
     )
-    were = replace(trials, similarity=before.trials.similarity[earlier[there]])
-    return _Common(now, here, were, trials)
+    trials_before = replace(trials, similarity=before.trials.similarity[earlier[at_before]])
+    return _Common(now, at_now, trials_before, trials)
 
 
 def _keys(probe: NDArray[np.intp], reference: NDArray[np.intp], size: int) -> NDArray[np.intp]:
@@ -141,49 +274,60 @@ def _keys(probe: NDArray[np.intp], reference: NDArray[np.intp], size: int) -> ND
     return keys
 
 
-def _paired_set(
+def _pooled(
+    common: Sequence[_Common],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Return similarities before and now, and which pairs are genuine, of all databases."""
+    return (
+        np.concatenate([c.trials_before.similarity for c in common]),
+        np.concatenate([c.trials_now.similarity for c in common]),
+        np.concatenate([c.trials_now.genuine for c in common]),
+    )
+
+
+def _set_comparison(
     name: str, common: Sequence[_Common], draws: NDArray[np.float64], enough: bool
-) -> PairedSet:
-    genuine = np.concatenate([c.trials_now.genuine for c in common])
-    now = np.concatenate([c.trials_now.similarity for c in common])
-    before = np.concatenate([c.trials_before.similarity for c in common])
-    rates_now = error_rates(now[genuine], now[~genuine])
-    rates_before = error_rates(before[genuine], before[~genuine])
-    changes = [
+) -> SetComparison:
+    before, now, genuine = _pooled(common)
+    rates = [error_rates(similarity[genuine], similarity[~genuine]) for similarity in (before, now)]
+    return SetComparison(name, int(genuine.size), _differences(*rates, draws=draws, enough=enough))
+
+
+def _differences(
+    before: Rates, now: Rates, *, draws: NDArray[np.float64], enough: bool
+) -> tuple[RateDifference, ...]:
+    return tuple(
         RateDifference(
             rate=rate,
-            before=getattr(rates_before, rate),
-            now=getattr(rates_now, rate),
+            before=getattr(before, rate),
+            now=getattr(now, rate),
             interval=interval_of(draws[:, column]) if enough else None,
         )
-        for column, rate in enumerate(RESAMPLED)
-        if getattr(rates_now, rate) is not None
-    ]
-    return PairedSet(name, int(genuine.size), tuple(changes))
+        for column, rate in enumerate(BOOTSTRAPPED)
+        if getattr(now, rate) is not None
+    )
 
 
-def _mean(sets: Sequence[PairedSet], draws: NDArray[np.float64], enough: bool) -> PairedSet:
-    changes = []
-    for column, rate in enumerate(RESAMPLED):
-        found = [change for one in sets for change in one.changes if change.rate == rate]
+def _mean(sets: Sequence[SetComparison], draws: NDArray[np.float64], enough: bool) -> SetComparison:
+    differences = []
+    for column, rate in enumerate(BOOTSTRAPPED):
+        found = [d for one in sets for d in one.differences if d.rate == rate]
         if len(found) == len(sets):
-            changes.append(
+            differences.append(
                 RateDifference(
                     rate=rate,
-                    before=float(np.mean([change.before for change in found])),
-                    now=float(np.mean([change.now for change in found])),
+                    before=float(np.mean([d.before for d in found])),
+                    now=float(np.mean([d.now for d in found])),
                     interval=interval_of(draws[:, column]) if enough else None,
                 )
             )
-    return PairedSet("mean", sum(one.pairs for one in sets), tuple(changes))
+    return SetComparison("mean", sum(one.pairs for one in sets), tuple(differences))
 
 
 def _decisions(common: Sequence[_Common]) -> DecisionChange | None:
     from scipy.stats import binomtest  # noqa: PLC0415
 
-    genuine = np.concatenate([c.trials_now.genuine for c in common])
-    now = np.concatenate([c.trials_now.similarity for c in common])
-    before = np.concatenate([c.trials_before.similarity for c in common])
+    before, now, genuine = _pooled(common)
     for name in DECISION_LIMITS:
         limit = FMR_LIMITS[name]
         at_now = threshold_at_fmr(now[~genuine], limit)
@@ -201,7 +345,7 @@ def _decisions(common: Sequence[_Common]) -> DecisionChange | None:
 
 
 def _pair(common: Sequence[_Common], row: int) -> ChangedPair:
-    """Name the pair at a row of all databases' pairs one after the other."""
+    """Name the pair at a row of the pairs of all databases."""
     for c in common:
         if row < c.rows.size:
             k, prints = c.rows[row], c.now.prints

@@ -1,4 +1,4 @@
-"""Error rates of scores that count more than once or not at all, for many weightings at once."""
+"""Error rates of weighted scores, for many weightings at once."""
 
 from __future__ import annotations
 
@@ -18,20 +18,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RankedScores:
-    """Hold the order of some scores, so that rates need only the pairs' weights.
+    """Hold the order of scores, so that rates need only the weights of the pairs.
 
-    Impostors below a lowest score may be left out, which are nearly all where few score high; of
-    them only the weight must be known.
+    Impostors below a lowest score may be left out; of them only the total weight must be known.
 
     Parameters
     ----------
     genuine, impostor : ndarray of intp
         Indices of the pairs, by increasing score; impostors from the lowest score on.
     genuine_below, impostor_below : ndarray of intp, shape (T,)
-        How many of them lie below each threshold: every distinct score from the lowest on, then
-        infinity.
+        Number of them below each threshold: every distinct score from the lowest on, then infinity.
     genuine_up_to : ndarray of intp
-        How many genuine scores are at most as high as each impostor score.
+        Number of genuine scores that are at most as high as each impostor score.
     """
 
     genuine: NDArray[np.intp]
@@ -63,12 +61,12 @@ class RankedScores:
         impostor: NDArray[np.integer[Any]],
         total_impostor: NDArray[np.int64],
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Return the rates of draws, and whether the scores reach low enough to tell them.
+        """Return the rates of draws, and whether the ranked scores determine them.
 
         Parameters
         ----------
         genuine, impostor : ndarray of int, shapes (B, G) and (B, I)
-            How often each pair of `genuine` and of `impostor` counts in each draw; of a type that
+            Weight of each pair of `self.genuine` and `self.impostor` in each draw, of a type that
             holds their sums.
         total_impostor : ndarray of int64, shape (B,)
             Weight of all impostors of each draw, those left out included.
@@ -78,7 +76,7 @@ class RankedScores:
         rates : ndarray of float64, shape (B, 1 + number of `FMR_LIMITS`)
             EER and the FNMR at each limit; NaN where a draw has no pairs of a kind.
         complete : ndarray of bool, shape (B,)
-            False where a rate hangs on impostors that were left out.
+            False where a rate depends on impostors that were left out.
         """
         below_g, below_i = _cumulated(genuine), _cumulated(impostor)
         total_g, total_i = below_g[:, -1], total_impostor
@@ -127,7 +125,7 @@ def _cumulated(weights: NDArray[np.integer[Any]]) -> NDArray[np.integer[Any]]:
 def _reaches(
     below: NDArray[np.integer[Any]], needed: NDArray[np.float64], k: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
-    """Return of each row whether the weight below its k-th impostor is what must be rejected."""
+    """Return for each row whether the weight below its k-th impostor is at least `needed`."""
     enough: NDArray[np.bool_] = below[np.arange(k.size), k] >= needed
     return enough
 
@@ -135,7 +133,7 @@ def _reaches(
 def _first(
     holds: Callable[[NDArray[np.intp]], NDArray[np.bool_]], last: int, rows: int
 ) -> NDArray[np.intp]:
-    """Return for each row the first index of 0..last from which on `holds`; at `last` it does."""
+    """Return for each row the first index of 0..last at which `holds`; at `last` it does."""
     low, high = np.full(rows, -1, np.intp), np.full(rows, last, np.intp)
     while (high - low > 1).any():
         middle = np.maximum((low + high) // 2, 0)

@@ -165,7 +165,7 @@ def check_batches(
             (("enrol", out(".db"), *files, *work), 1, _told_in("failures")),
         ]
         if batch is images:
-            runs.append((("evaluate", batch.folder, "--resamples", 0, *work), 1, _missing))
+            runs.append((("evaluate", batch.folder, "--bootstrap", 0, *work), 1, _missing))
         sides = ("--references", batch.folder, "--probes", batch.folder)
         listed = ("--pairs", _few_pairs(batch, out(".csv")))
         runs.append((("score", *sides, *listed, "-o", out(".csv"), *work), 1, _told_in("failures")))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.evaluation.dataset_names import named_apart
+from fpmatch.evaluation.dataset import with_unique_names
 from fpmatch.evaluation.impostors import impostors_among
 from fpmatch.evaluation.run import evaluate, load_datasets
 from fpmatch.matching.matchers import DEFAULT_MATCHER
@@ -56,7 +56,7 @@ def command(
     """
     if json_file:
         check_writable(json_file)
-    report = evaluate(named_apart(load_datasets(folders)), matcher=matcher, workers=workers)
+    report = evaluate(with_unique_names(load_datasets(folders)), matcher=matcher, workers=workers)
     checks = check_calibration(report)
     if synthetic:
         checks.append(_check_synthetic(prints, workers))

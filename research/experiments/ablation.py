@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 import numpy as np
 
-from fpmatch.evaluation.all_pairs import compare_all_pairs
-from fpmatch.evaluation.bootstrap import RESAMPLED, Trials, resample_rates
+from fpmatch.evaluation.bootstrap import BOOTSTRAPPED, Trials, bootstrap_rates
+from fpmatch.evaluation.comparison import compare_all_pairs
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.intervals import interval_of
 from fpmatch.evaluation.rates import error_rates
@@ -254,10 +254,10 @@ def _rows_of(
                 for same in (True, False)
             )
             pooled = error_rates(genuine, impostor)
-            draws = resample_rates(trials, RESAMPLES, 0).mean
+            draws = bootstrap_rates(trials, RESAMPLES, 0).mean
             base_draws.setdefault(form, draws)
             change = {
-                rate: interval_of((draws - base_draws[form])[:, RESAMPLED.index(rate)])
+                rate: interval_of((draws - base_draws[form])[:, BOOTSTRAPPED.index(rate)])
                 for rate in REPORTED
             }
             identical = [

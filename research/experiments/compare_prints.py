@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.evaluation.dataset_names import named_apart
+from fpmatch.evaluation.dataset import with_unique_names
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.output import check_writable
 from research.commands import PATH, Command, folders, json_file, workers, write_json
@@ -45,7 +45,7 @@ def command(
     """
     if json_file:
         check_writable(json_file)
-    measured = measure_sets(named_apart(load_datasets([*folders, *against])), workers=workers)
+    measured = measure_sets(with_unique_names(load_datasets([*folders, *against])), workers=workers)
     sets, others = measured[: len(folders)], measured[len(folders) :]
     click.echo(format_statistics(sets, others))
     for one in measured:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.evaluation.dataset_names import named_apart
+from fpmatch.evaluation.dataset import with_unique_names
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.output import check_writable
 from research.commands import Command, folders, json_file, workers, write_json
@@ -33,7 +33,7 @@ def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | No
     """
     if json_file:
         check_writable(json_file)
-    datasets = named_apart(load_datasets(folders))
+    datasets = with_unique_names(load_datasets(folders))
     results = curves_as_json(sample_quality(datasets, workers=workers))
     click.echo(discard_tables(results))
     if json_file:

@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from fpmatch.drawing.files import png_bytes
-from fpmatch.evaluation.dataset_names import named_apart
+from fpmatch.evaluation.dataset import with_unique_names
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.image.io.read import read_image
 from fpmatch.minutiae import STANDARD_DPI
@@ -46,7 +46,7 @@ def command(
       python -m research contact-sheet fvc/fvc2002/* -o sheet.png
     """
     check_writable(out)
-    datasets = named_apart(load_datasets(folders))
+    datasets = with_unique_names(load_datasets(folders))
     step = count if others else 0
     rows = [tiles_of(dataset, count, n * step) for n, dataset in enumerate(datasets)]
     if across:

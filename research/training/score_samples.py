@@ -13,9 +13,9 @@ from fpmatch.evaluation.partial import window
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.matching.align import AlignmentParameters, aligner_of
 from fpmatch.matching.bit_descriptors import descriptor_similarity
+from fpmatch.matching.compare import MIN_MINUTIAE
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.compare import MIN_MINUTIAE
 from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.score import (
     FEATURES,

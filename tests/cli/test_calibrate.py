@@ -51,12 +51,10 @@ def test_the_file_is_a_calibration_and_the_reach_is_told(
     assert calibration.provenance.fingers == 10
     first, *lines = result.stdout.splitlines()
     assert first == str(output)
-    assert any(line.startswith("  Reach       score 17.5, ") for line in lines)
+    assert any(line.startswith("  Measured    up to score 17.5, ") for line in lines)
     assert any("extrapolated" in line for line in lines)
     as_json = run("calibrate", database, "-o", output, "--matcher", "fake", "--json")
-    assert json.loads(as_json.stdout)["reach_score"] == pytest.approx(
-        calibration.largest_measured_score
-    )
+    assert json.loads(as_json.stdout)["largest_measured_score"] == pytest.approx(calibration.largest_measured_score)
 
 
 def test_too_few_comparisons_leave_no_file(run: Any, tmp_path: Path) -> None:
@@ -73,7 +71,7 @@ def test_too_few_comparisons_leave_no_file(run: Any, tmp_path: Path) -> None:
     ("words", "reason"),
     [
         (["{root}/nowhere", "-o", "{root}/c.json"], "nowhere: no such folder"),
-        (["{root}/notes.txt", "-o", "{root}/c.json"], "notes.txt: not a file of fpmatch evaluate"),
+        (["{root}/notes.txt", "-o", "{root}/c.json"], "notes.txt: not a file of scores"),
         (["{root}", "-o", "{root}/c.json"], "holds no prints named"),
         (["{root}", "-o", "{root}/no/c.json"], "c.json: cannot be written"),
         (["{root}", "-o", "{root}"], "is a folder"),

@@ -79,7 +79,7 @@ def test_evaluate_extracts_in_the_way_that_it_is_told(
     folder.mkdir()
     for name in ("1_1", "1_2", "2_1"):
         (folder / f"{name}.png").write_bytes((prints / f"{name}.png").read_bytes())
-    words = ("--enhance", way, "--workers", 1, "--resamples", 0)
+    words = ("--enhance", way, "--workers", 1, "--bootstrap", 0)
     result = run("evaluate", folder, *words)
     assert result.exit_code == 0
     assert asked == [way] * 3

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fpmatch.drawing.paper_figures.rings import choose_ring_pair
 from fpmatch.drawing.paper_figures.figures import draw_point_figures, numbers_drawn
 from fpmatch.drawing.paper_figures.pair import EASY_SEED, random_point_pair, rotated_point_pair
+from fpmatch.drawing.paper_figures.rings import choose_ring_pair
 from fpmatch.formats.files import save_template
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity

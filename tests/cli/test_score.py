@@ -156,7 +156,7 @@ def test_interrupted_it_says_how_to_go_on(
     output = tmp_path / "scores.csv"
     result = run("score", "--references", pair, "--probes", pair, "-o", output)
     assert result.exit_code == 130
-    assert result.stderr == "fpmatch: note: the same command goes on from here\n"
+    assert result.stderr == "fpmatch: note: the same command resumes the run\n"
 
 
 def test_help_tells_of_columns_order_and_status(run: Any) -> None:

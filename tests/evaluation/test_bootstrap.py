@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fpmatch.evaluation.bootstrap import (
-    RESAMPLED,
+    BOOTSTRAPPED,
     Trials,
+    bootstrap_fmr,
+    bootstrap_rates,
     draw_fingers,
-    resample_fmr,
-    resample_rates,
 )
 from fpmatch.evaluation.rates import error_rates
 
@@ -37,17 +37,17 @@ def slow_rates(trial_sets, counts):
             else:
                 impostor += [s] * (drawn[a] * drawn[b])
     if not genuine or not impostor:
-        return [np.nan] * len(RESAMPLED)
+        return [np.nan] * len(BOOTSTRAPPED)
     zero = error_rates(genuine, impostor).zero_fmr
     rates = error_rates(genuine, impostor)
-    return [zero if (r := getattr(rates, name)) is None else r for name in RESAMPLED]
+    return [zero if (r := getattr(rates, name)) is None else r for name in BOOTSTRAPPED]
 
 
 @settings(max_examples=25)
 @given(st.integers(2, 6), st.integers(2, 3), st.integers(0, 2**32), st.sampled_from([None, 1, 3]))
 def test_agrees_with_repeating_the_comparisons(fingers, impressions, seed, levels):
     given_trials = [trials(fingers, impressions, seed, levels), trials(3, 2, seed + 1, levels)]
-    found = resample_rates(given_trials, 6, seed)
+    found = bootstrap_rates(given_trials, 6, seed)
     counts = [draw_fingers(t.fingers, 6, seed, k) for k, t in enumerate(given_trials)]
     for b in range(6):
         expected = slow_rates(given_trials, [c[b] for c in counts])
@@ -60,9 +60,9 @@ def test_agrees_with_repeating_the_comparisons(fingers, impressions, seed, level
 
 def test_does_not_depend_on_how_many_draws_are_weighed_at_a_time(monkeypatch):
     given_trials = [trials(5, 3, 1), trials(4, 2, 2)]
-    whole = resample_rates(given_trials, 20, 7)
+    whole = bootstrap_rates(given_trials, 20, 7)
     monkeypatch.setattr("fpmatch.evaluation.bootstrap._WEIGHTS_AT_A_TIME", 300)
-    parts = resample_rates(given_trials, 20, 7)
+    parts = bootstrap_rates(given_trials, 20, 7)
     np.testing.assert_array_equal(whole.sets, parts.sets)
     np.testing.assert_array_equal(whole.pooled, parts.pooled)
 
@@ -70,10 +70,10 @@ def test_does_not_depend_on_how_many_draws_are_weighed_at_a_time(monkeypatch):
 @pytest.mark.parametrize("share", [0.0, 0.01, 1.0])
 def test_does_not_depend_on_how_many_impostors_are_looked_at_first(monkeypatch, share):
     given_trials = [trials(8, 4, 1), trials(7, 3, 2, levels=2)]
-    plain = resample_rates(given_trials, 30, 7)
+    plain = bootstrap_rates(given_trials, 30, 7)
     monkeypatch.setattr("fpmatch.evaluation.bootstrap._SHARE_KEPT", share)
     monkeypatch.setattr("fpmatch.evaluation.bootstrap._EERS_KEPT", 0)
-    other = resample_rates(given_trials, 30, 7)
+    other = bootstrap_rates(given_trials, 30, 7)
     np.testing.assert_array_equal(plain.sets, other.sets)
     np.testing.assert_array_equal(plain.pooled, other.pooled)
 
@@ -81,7 +81,7 @@ def test_does_not_depend_on_how_many_impostors_are_looked_at_first(monkeypatch, 
 def test_a_larger_database_with_fmr1000_and_fmr10000():
     many = trials(60, 3, 3)
     drawn = draw_fingers(60, 3, 5)
-    found = resample_rates([many], 3, 5)
+    found = bootstrap_rates([many], 3, 5)
     for b in range(3):
         np.testing.assert_allclose(found.sets[0, b], slow_rates([many], [drawn[b]]), rtol=1e-12)
 
@@ -96,7 +96,7 @@ def test_draws_take_as_many_fingers_as_there_are():
 
 @pytest.mark.parametrize("fingers", [1, 2])
 def test_a_draw_without_impostors_has_no_rates(fingers):
-    found = resample_rates([trials(fingers, 2, 0)], 40, 0)
+    found = bootstrap_rates([trials(fingers, 2, 0)], 40, 0)
     drawn = draw_fingers(fingers, 40, 0)
     alone = (drawn > 0).sum(axis=1) == 1
     assert (np.isnan(found.pooled).all(axis=1) == alone).all()
@@ -104,7 +104,7 @@ def test_a_draw_without_impostors_has_no_rates(fingers):
 
 def test_false_match_rate_at_a_threshold_agrees_with_repeating_the_comparisons():
     sets = [trials(5, 3, 1), trials(4, 2, 2)]
-    found = resample_fmr(sets, 0.5, 8, seed=4)
+    found = bootstrap_fmr(sets, 0.5, 8, seed=4)
     counts = [draw_fingers(t.fingers, 8, 4, k) for k, t in enumerate(sets)]
     for b in range(8):
         impostor = [

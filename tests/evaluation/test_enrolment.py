@@ -15,7 +15,7 @@ from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.enrolment import (
     Enrolment,
     enrolment_document,
-    enrolment_in_words,
+    enrolment_text,
     plan_enrolment,
     with_impostors,
 )
@@ -113,7 +113,7 @@ def test_a_probe_has_the_score_of_the_finger(fake):
     assert document["impressions"] == 2
     at_40 = document["scores"][-1]
     assert (at_40["stated_fmr"], at_40["fmr"], at_40["fnmr"]) == (pytest.approx(1e-4), 0.0, 0.0)
-    words = enrolment_in_words(document)
+    words = enrolment_text(document)
     assert words.startswith("Enrolled: 2 impressions of each finger, the first.")
 
 

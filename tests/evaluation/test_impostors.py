@@ -15,7 +15,7 @@ from fpmatch.evaluation.impostors import (
     impostors_of_report,
 )
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.scores_file import write_scores
+from fpmatch.evaluation.score_file import write_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.minutiae import Minutiae, Template
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.bootstrap import Trials, resample_rates
+from fpmatch.evaluation.bootstrap import Trials, bootstrap_rates
 from fpmatch.evaluation.intervals import Interval, interval_of, rate_intervals, trials_of
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import evaluate
@@ -18,7 +18,7 @@ def report(bench, make_database):
 
 
 def test_the_rate_lies_within_its_interval(report):
-    found = rate_intervals(report, resamples=300)
+    found = rate_intervals(report, bootstrap=300)
     for row, intervals in zip(report.sets, found.sets, strict=True):
         assert intervals.eer.low <= row.rates.eer <= intervals.eer.high
         assert intervals.eer.low < intervals.eer.high
@@ -30,13 +30,13 @@ def test_the_rate_lies_within_its_interval(report):
 
 
 def test_the_seed_makes_the_draws(report):
-    first, again, other = (rate_intervals(report, resamples=50, seed=s) for s in (1, 1, 2))
+    first, again, other = (rate_intervals(report, bootstrap=50, seed=s) for s in (1, 1, 2))
     assert first == again
     assert first.pooled != other.pooled
 
 
 def test_json_of_intervals_is_pairs_of_limits(report):
-    document = json.loads(json.dumps(rate_intervals(report, resamples=50).as_json()))
+    document = json.loads(json.dumps(rate_intervals(report, bootstrap=50).as_json()))
     assert document["confidence"] == 0.95
     assert len(document["sets"]) == 2
     low, high = document["pooled"]["eer"]
@@ -47,7 +47,7 @@ def test_json_of_intervals_is_pairs_of_limits(report):
 def test_few_fingers_have_no_interval(bench, make_database):
     folders = [make_database("few", fingers=4), make_database("enough", fingers=5)]
     report = evaluate(folders, matcher=bench.MATCHER, extractor=bench.extractor, workers=1)
-    found = rate_intervals(report, resamples=50)
+    found = rate_intervals(report, bootstrap=50)
     assert found.sets[0].eer is None
     assert found.sets[1].eer is not None
     assert found.pooled.eer is None
@@ -57,7 +57,7 @@ def test_few_fingers_have_no_interval(bench, make_database):
 def test_without_a_search_of_all_prints_there_is_no_rank(bench, make_database):
     options = {"matcher": bench.MATCHER, "extractor": bench.extractor, "workers": 1}
     report = evaluate([make_database()], protocol="fvc", **options)
-    found = rate_intervals(report, resamples=50)
+    found = rate_intervals(report, bootstrap=50)
     assert found.sets[0].rank_one is None
     assert found.sets[0].eer is not None
 
@@ -91,7 +91,7 @@ def test_intervals_cover_the_true_rate_about_as_often_as_they_say():
     truth = error_rates(large.similarity[large.genuine], large.similarity[~large.genuine]).eer
     inside = 0
     for k in range(40):
-        draws = resample_rates([world(25, 4)], 100, seed=k).pooled[:, 0]
+        draws = bootstrap_rates([world(25, 4)], 100, seed=k).pooled[:, 0]
         interval = interval_of(draws)
         inside += interval.low <= truth <= interval.high
     assert inside >= 33

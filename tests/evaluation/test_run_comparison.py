@@ -11,8 +11,8 @@ from fpmatch.errors import DatasetError
 from fpmatch.evaluation.bootstrap import Trials
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run_comparison import compare_runs
-from fpmatch.evaluation.run_comparison_table import format_paired
-from fpmatch.evaluation.scores_reader import ScoresSet
+from fpmatch.evaluation.scores import ScoresSet
+from fpmatch.evaluation.tables import format_comparison
 
 
 def scored(similarity, fingers=12, impressions=4, name="db", matcher="fake", order=None):
@@ -44,16 +44,16 @@ def similarities(seed, gap, fingers=12, impressions=4, noise_seed=None, noise=0.
 
 
 def change(one, rate="eer"):
-    return next(c for c in one.changes if c.rate == rate)
+    return next(c for c in one.differences if c.rate == rate)
 
 
 def test_the_same_run_is_no_change():
     run = [scored(similarities(0, 3.0))]
-    found = compare_runs(run, run, resamples=50)
+    found = compare_runs(run, run, bootstrap=50)
     assert change(found.pooled).before == change(found.pooled).now
     assert (change(found.pooled).interval.low, change(found.pooled).interval.high) == (0, 0)
     assert change(found.pooled).verdict == "no change"
-    assert found.alike == found.pooled.pairs == 1128
+    assert found.identical == found.pooled.pairs == 1128
     assert (found.only_before, found.only_now) == (0, 0)
     assert (found.decisions.gained, found.decisions.lost) == ((), ())
     assert found.decisions.p_value == 1.0
@@ -63,18 +63,18 @@ def test_a_better_run_is_outside_chance_and_a_little_noise_is_not():
     before = [scored(similarities(0, 2.0))]
     better = [scored(similarities(0, 4.0))]
     noisy = [scored(similarities(0, 2.0, noise_seed=9, noise=0.05))]
-    found = compare_runs(before, better, resamples=200)
+    found = compare_runs(before, better, bootstrap=200)
     assert change(found.pooled).verdict == "better"
     assert change(found.pooled).interval.high < 0
-    assert change(compare_runs(better, before, resamples=200).pooled).verdict == "worse"
-    assert change(compare_runs(before, noisy, resamples=200).pooled).verdict == "within chance"
+    assert change(compare_runs(better, before, bootstrap=200).pooled).verdict == "worse"
+    assert change(compare_runs(before, noisy, bootstrap=200).pooled).verdict == "within chance"
 
 
 def test_pairs_meet_by_name_whatever_their_order():
     was, now = similarities(0, 2.0), similarities(1, 3.0)
     order = np.random.default_rng(3).permutation(48)
-    plain = compare_runs([scored(was)], [scored(now)], resamples=20)
-    mixed = compare_runs([scored(was, order=order)], [scored(now)], resamples=20)
+    plain = compare_runs([scored(was)], [scored(now)], bootstrap=20)
+    mixed = compare_runs([scored(was, order=order)], [scored(now)], bootstrap=20)
     assert mixed.pooled == plain.pooled
     assert mixed.decisions == plain.decisions
 
@@ -82,7 +82,7 @@ def test_pairs_meet_by_name_whatever_their_order():
 def test_what_one_run_alone_compared_is_left_out():
     before = scored(similarities(0, 2.0))
     fewer = scored(similarities(0, 2.0, fingers=8), fingers=8)
-    found = compare_runs([before, scored(similarities(0, 2.0), name="old")], [fewer], resamples=20)
+    found = compare_runs([before, scored(similarities(0, 2.0), name="old")], [fewer], bootstrap=20)
     assert found.pooled.pairs == fewer.probe.size
     assert found.only_before == 2 * before.probe.size - fewer.probe.size
     assert found.only_now == 0
@@ -99,9 +99,9 @@ def test_what_one_run_alone_compared_is_left_out():
 def test_mean_and_pooled_of_two_databases():
     before = [scored(similarities(k, 2.0), name=f"db{k}") for k in range(2)]
     now = [scored(similarities(k, 3.0), name=f"db{k}") for k in range(2)]
-    found = compare_runs(before, now, resamples=50)
+    found = compare_runs(before, now, bootstrap=50)
     assert change(found.mean).now == pytest.approx(np.mean([change(s).now for s in found.sets]))
-    assert {c.rate for c in found.pooled.changes} == {"eer", "fmr100", "fmr1000"}
+    assert {c.rate for c in found.pooled.differences} == {"eer", "fmr100", "fmr1000"}
     low, high = change(found.mean).interval.low, change(found.mean).interval.high
     assert low <= change(found.mean).now - change(found.mean).before <= high
 
@@ -109,7 +109,7 @@ def test_mean_and_pooled_of_two_databases():
 def test_decisions_that_changed_are_named_and_tested():
     was, now = similarities(0, 3.0), similarities(1, 3.0)
     before, after = scored(was), scored(now)
-    found = compare_runs([before], [after], resamples=20).decisions
+    found = compare_runs([before], [after], bootstrap=20).decisions
     impostor = ~before.trials.genuine
     bars = [np.sort(s[impostor])[-2] for s in (was, now)]
     accepted = [(s > bar) & ~impostor for s, bar in zip((was, now), bars, strict=True)]
@@ -127,7 +127,7 @@ def test_decisions_that_changed_are_named_and_tested():
 
 def test_few_fingers_tell_nothing():
     run = [scored(similarities(0, 2.0, fingers=4), fingers=4)]
-    found = compare_runs(run, run, resamples=20)
+    found = compare_runs(run, run, bootstrap=20)
     assert change(found.pooled).interval is None
     assert change(found.pooled).verdict == "too few fingers to tell"
 
@@ -146,8 +146,8 @@ def test_runs_over_other_prints_of_one_database():
 
 def test_text_and_json():
     before = [scored(similarities(0, 2.0), matcher="paper")]
-    found = compare_runs(before, [scored(similarities(1, 4.0))], resamples=100)
-    text = format_paired(found, "old.csv")
+    found = compare_runs(before, [scored(similarities(1, 4.0))], bootstrap=100)
+    text = format_comparison(found, "old.csv")
     head, columns, row, *_ = text.splitlines()
     assert head.startswith("fake compared with old.csv, by matcher paper: 1,128 pairs in both, 0 ")
     assert columns.split()[:4] == ["pairs", "paper", "fake", "points"]

@@ -1,30 +1,28 @@
 """Scores of fingers from a file of scores: a row for each probe and finger of the references.
 
-The rows of a scoring are read again, one after the other; of every probe and finger only three
-numbers are kept. The score of a finger is ``-10·log10`` of the harmonic mean of the false match
-rates of its impressions, as `fpmatch.matching.finger.fused_score` has it.
+The rows are read again one by one; of every probe and finger three numbers are kept. The score of
+a finger is ``-10·log10`` of the harmonic mean of the false match rates of its impressions, as in
+`fpmatch.matching.finger.fused_score`.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.errors import ScoringError
-from fpmatch.evaluation.batch.rows import is_parquet
+from fpmatch.evaluation.score_file import csv_lines, read_rows
 from fpmatch.gallery.names import NamePattern
 from fpmatch.matching.calibration import MAX_SCORE
 from fpmatch.output import atomic_write_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
 FINGER_COLUMNS: Final = ("probe", "finger", "impressions", "best", "score")
-MOST_CELLS: Final = 50_000_000
+MAX_CELLS: Final = 50_000_000
 """Probes times fingers, at most: 20 bytes of memory each."""
 
 
@@ -41,18 +39,12 @@ def finger_of_name(name: str) -> str:
 
 
 def check_fingers(probes: int, fingers: Sequence[str]) -> None:
-    """Refuse more probes and fingers than fit into memory.
-
-    Raises
-    ------
-    ScoringError
-        If there are more than `MOST_CELLS` pairs of a probe and a finger.
-    """
+    """Raise a `ScoringError` if there are more pairs of a probe and a finger than `MAX_CELLS`."""
     cells = probes * len(set(fingers))
-    if cells > MOST_CELLS:
+    if cells > MAX_CELLS:
         raise ScoringError(
             f"scores of fingers: {probes:,} probes and {len(set(fingers)):,} fingers are "
-            f"{cells:,} pairs, more than {MOST_CELLS:,}; score fewer probes at a time"
+            f"{cells:,} pairs, more than {MAX_CELLS:,}; score fewer probes at a time"
         )
 
 
@@ -70,22 +62,21 @@ def write_fingers(
     Parameters
     ----------
     scores : Path
-        What `fpmatch.evaluation.batch.score.score` wrote, ``.csv`` or ``.parquet``, without a
-        threshold.
+        The file of scores, written without a threshold.
     target : Path
         The CSV file to write or replace; its columns are `FINGER_COLUMNS`.
     probes, references : sequence of str
         Names of the prints of the two sides.
     fingers : sequence of str
-        Whose each reference is.
+        The finger of each reference.
     same : bool
         Whether both sides are the same prints: a print is then not compared with itself.
 
     Returns
     -------
     int
-        How many rows were written: one for each probe and finger of which a pair has a score, in
-        the order of the sides.
+        Number of rows: one for each probe and finger of which a pair has a score, in the order of
+        the sides.
 
     Raises
     ------
@@ -100,36 +91,18 @@ def write_fingers(
     shape = (len(probes), len(names))
     ratio, best = np.zeros(shape), np.zeros(shape)
     count = np.zeros(shape, np.int32)
-    for probe, reference, score in _scores(scores):
+    for _, (probe, reference, cell) in read_rows(scores, ("probe", "reference", "score")):
         i, j = probe_number[probe], reference_number[reference]
-        if not (same and i == j):
-            at = i, finger[j]
+        if cell != "" and not (same and i == j):
+            at, score = (i, finger[j]), float(cell)
             ratio[at] += 10.0 ** (score / 10.0)
             best[at] = max(best[at], score)
             count[at] += 1
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(FINGER_COLUMNS)
     rows, columns = np.nonzero(count)
     fused = np.clip(10.0 * np.log10(ratio[rows, columns] / count[rows, columns]), 0, MAX_SCORE)
-    for i, j, score in zip(rows.tolist(), columns.tolist(), fused.tolist(), strict=True):
-        writer.writerow((probes[i], names[j], count[i, j], float(best[i, j]), score))
-    atomic_write_bytes(target, text.getvalue().encode())
+    lines = csv_lines(
+        (probes[i], names[j], count[i, j], float(best[i, j]), score)
+        for i, j, score in zip(rows.tolist(), columns.tolist(), fused.tolist(), strict=True)
+    )
+    atomic_write_bytes(target, csv_lines([FINGER_COLUMNS]) + lines)
     return len(rows)
-
-
-def _scores(path: Path) -> Iterator[tuple[str, str, float]]:
-    """Yield probe, reference and score of the rows that have a score."""
-    if is_parquet(path):
-        from pyarrow import parquet  # noqa: PLC0415
-
-        with parquet.ParquetFile(path) as file:
-            for block in file.iter_batches(columns=["probe", "reference", "score"]):
-                for row in block.to_pylist():
-                    if row["score"] is not None:
-                        yield row["probe"], row["reference"], row["score"]
-        return
-    with path.open(newline="", encoding="utf-8") as stream:
-        for row in csv.DictReader(stream):
-            if row["score"]:
-                yield row["probe"], row["reference"], float(row["score"])

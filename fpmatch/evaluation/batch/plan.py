@@ -1,4 +1,4 @@
-"""Which pairs are scored, in which order, and in what chunks of work."""
+"""The pairs that `fpmatch score` compares: their order and chunks."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 import numpy as np
 
 from fpmatch.errors import ScoringError
+from fpmatch.output import reason
 
 if TYPE_CHECKING:
     import os
@@ -45,7 +46,7 @@ class PairChunk:
 
 
 class Plan(Protocol):
-    """Say which pairs are scored, in so many chunks; other pairs have another `identity`.
+    """The pairs to score, in chunks; different pairs have a different `identity`.
 
     `probes` and `references` are the numbers of the prints in these pairs, ascending.
     """
@@ -63,20 +64,20 @@ class Plan(Protocol):
 
 
 class AllPairs:
-    """Score each probe with each reference.
+    """All probes with all references.
 
     The references come in bands: every probe with the first band, one probe after the other, then
-    every probe with the next. So each reference is prepared for comparison once, and only the
-    templates of a band and of some probes are in memory.
+    every probe with the next. Each reference is thus prepared once, and only the templates of a
+    band and of some probes are in memory.
 
     Parameters
     ----------
     probes, references : int
-        How many there are.
+        Numbers of prints.
     band : int
         References in a band.
     pairs_per_chunk : int
-        Pairs in a chunk, about.
+        Approximate number of pairs in a chunk.
 
     Examples
     --------
@@ -114,14 +115,14 @@ class AllPairs:
 
 
 class ListedPairs:
-    """Score the pairs of a list, in its order.
+    """The pairs of a list, in its order.
 
     Parameters
     ----------
     path : path-like
-        A CSV file with the columns ``probe`` and ``reference``, others being passed over; or,
-        without a first line that names these, with probe and reference as the first two. Prints
-        go by their names, or by these without extension where that is one print's alone.
+        A CSV file with the columns ``probe`` and ``reference`` among others; or, without a first
+        line that names these, with probe and reference as the first two. They contain names of
+        prints, with or without extension.
     probes, references : sequence of str
         Names of the prints of the two sides.
     pairs_per_chunk : int
@@ -142,7 +143,7 @@ class ListedPairs:
         pairs_per_chunk: int = LISTED_PAIRS_PER_CHUNK,
     ) -> None:
         self._size = pairs_per_chunk
-        # 8 bytes a pair: a list of a hundred million takes less than the rows it asks for.
+        # 8 bytes a pair: less than the rows of the output
         numbers = array("i")
         known = _numbers_by_name(probes), _numbers_by_name(references)
         for line, names in _read_pairs(Path(path)):
@@ -174,7 +175,7 @@ def _span(number: int, size: int, end: int) -> NDArray[np.int32]:
 
 
 def _numbers_by_name(names: Sequence[str]) -> dict[str, int]:
-    """Return the numbers of prints by name, and by name without extension where that is one's."""
+    """Return the numbers of prints by name, and by name without extension where it is unique."""
     stems = [Path(name).stem for name in names]
     times = Counter(stems)
     by_stem = {stem: n for n, stem in enumerate(stems) if times[stem] == 1}
@@ -182,7 +183,7 @@ def _numbers_by_name(names: Sequence[str]) -> dict[str, int]:
 
 
 def _read_pairs(path: Path) -> Iterator[tuple[int, tuple[str, str]]]:
-    """Yield number of line, and names of probe and reference, of each pair of a list."""
+    """Yield the line number and the names of probe and reference of each pair of a list."""
     columns = (0, 1)
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
@@ -200,7 +201,6 @@ def _read_pairs(path: Path) -> Iterator[tuple[int, tuple[str, str]]]:
                     )
                 yield reader.line_num, (cells[columns[0]], cells[columns[1]])
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise ScoringError(f"{path}: cannot be read: {reason}") from error
+        raise ScoringError(f"{path}: cannot be read: {reason(error)}") from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise ScoringError(f"{path}: not a CSV file of pairs") from error

@@ -1,4 +1,4 @@
-"""One scoring from its beginning, or from where it was ended, to its file."""
+"""One run of `fpmatch score`, from its beginning or from where it was interrupted."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.batch.compare import Bench, ComparisonTask, compare_pairs
-from fpmatch.evaluation.batch.rows import HEADER, is_parquet, write_parquet
+from fpmatch.evaluation.batch.compare import BytesComparer, ComparisonTask, compare_pairs
 from fpmatch.evaluation.batch.store import Position, flush
+from fpmatch.evaluation.score_file import COLUMNS, convert_to_parquet, csv_lines, is_parquet
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Sequence
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.result import Matcher
 
 COMPARE: Final = "compare"
+HEADER: Final = csv_lines([COLUMNS])
 
 
 def collect(
@@ -36,29 +37,29 @@ def collect(
     engine: Engine,
     progress: Progress,
 ) -> None:
-    """Bring the templates of a side into the store, but for those that are there already.
+    """Store the templates of a side that are not stored yet.
 
     Parameters
     ----------
     store : Store
-        Where to.
+        Where to store them.
     key : str
-        The side's name in the store, and of the stage that `progress` is told of.
+        Name of the side in the store, and of the stage for `progress`.
     side : PrintSource
         The side.
     numbers : sequence of int
-        Those of its prints that are needed, ascending.
+        The prints that are needed, ascending.
     engine : Engine
         Where templates are extracted.
     progress : callable
-        Told of the prints.
+        Called with numbers of prints.
     """
     start = store.count_items(key)
     missing = numbers[start:]
     progress(key, start, len(numbers))
     if missing:
         with (
-            closing(side.items(engine, missing)) as items,
+            closing(side.templates(engine, missing)) as items,
             closing(store.add_items(key, zip(missing, items, strict=True))) as added,
         ):
             for done, _ in enumerate(added, start + 1):
@@ -72,7 +73,7 @@ class Comparing:
     Parameters
     ----------
     store : Store
-        Holds the templates, and how far the rows have come.
+        Holds the templates, and the position that the rows have reached.
     plan : Plan
         The pairs.
     probes, references : str
@@ -80,9 +81,9 @@ class Comparing:
     matcher : Matcher
         The matcher; it is sent to the workers.
     writer : RowWriter
-        Puts rows into words.
+        Writes the rows.
     save_every_s : float
-        Seconds of work that a kill may cost, about.
+        Seconds of work between two saved positions, about.
     """
 
     store: Store
@@ -95,7 +96,7 @@ class Comparing:
 
     def run(self, engine: Engine, progress: Progress) -> tuple[Position, Position]:
         """Write the rows that are missing, and the file; return the positions before and after."""
-        start = self._found()
+        start = self._saved_position()
         position = start
         progress(COMPARE, start.pairs, len(self.plan))
         if not self._is_in_place(start):
@@ -106,15 +107,15 @@ class Comparing:
         self.store.clear()
         return start, position
 
-    def _found(self) -> Position:
-        """Return how far an earlier run came: nowhere, where its rows have gone."""
+    def _saved_position(self) -> Position:
+        """Return the position of an earlier run; the start if its rows are missing."""
         position = self.store.position
         if self.store.rows_file.exists() or self._is_in_place(position):
             return position
         return Position()
 
     def _is_in_place(self, position: Position) -> bool:
-        """Tell whether a run was ended when its file was in place, but not all cleared up."""
+        """Return whether an earlier run put its file in place without clearing up."""
         output = self.store.output
         return (
             position.chunks == self.plan.number_of_chunks
@@ -125,18 +126,18 @@ class Comparing:
 
     def _write(self, start: Position, engine: Engine) -> Generator[Position, None, None]:
         position, saved_at = start, time.monotonic()
-        under_way: deque[PairChunk] = deque()
-        tasks = self._tasks(start.chunks, under_way)
+        pending: deque[PairChunk] = deque()
+        tasks = self._tasks(start.chunks, pending)
         with (
             self.store.rows(start.size) as stream,
-            closing(engine.map(compare_pairs, Bench(self.matcher), tasks)) as results,
+            closing(engine.map(compare_pairs, BytesComparer(self.matcher), tasks)) as results,
         ):
             if start == Position():
                 stream.write(HEADER)
                 position = replace(position, size=len(HEADER))
             try:
                 for similarity in results:
-                    chunk = under_way.popleft()
+                    chunk = pending.popleft()
                     lines, rows, failed = self.writer.lines(chunk, similarity)
                     stream.write(lines)
                     position = Position(
@@ -155,9 +156,9 @@ class Comparing:
                 flush(stream)
                 self.store.advance(position)
 
-    def _tasks(self, start: int, under_way: deque[PairChunk]) -> Iterator[ComparisonTask]:
+    def _tasks(self, start: int, pending: deque[PairChunk]) -> Iterator[ComparisonTask]:
         for chunk in self.plan.chunks(start):
-            under_way.append(chunk)
+            pending.append(chunk)
             yield ComparisonTask(
                 chunk,
                 self.store.templates(self.probes, np.unique(chunk.probe).tolist()),
@@ -165,11 +166,11 @@ class Comparing:
             )
 
     def _finish(self) -> None:
-        """Put the file in its place."""
+        """Put the file in place."""
         rows = self.store.rows_file
         if is_parquet(self.store.output):
             table = rows.with_suffix(self.store.output.suffix)
             with self.store.writing():
-                write_parquet(rows, table)
+                convert_to_parquet(rows, table)
             rows = table
         self.store.put_in_place(rows)

@@ -1,4 +1,4 @@
-"""Score whole batches: references against probes, streamed to a file, resumed after a kill."""
+"""Scores of whole batches: probes against references, streamed to a file, resumed after a kill."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError, OutputError
 from fpmatch.evaluation.batch.fingers import check_fingers, write_fingers
 from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs
-from fpmatch.evaluation.batch.rows import RowWriter, check_format
+from fpmatch.evaluation.batch.rows import RowWriter, SideRows
 from fpmatch.evaluation.batch.run import Comparing, collect
 from fpmatch.evaluation.batch.sources import open_source
 from fpmatch.evaluation.batch.store import Store
+from fpmatch.evaluation.score_file import check_format
 from fpmatch.gallery.prints import by_note
 from fpmatch.matching.calibration import MAX_SCORE, calibrated_matchers, load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
@@ -30,17 +31,17 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Matcher
 
-    AnySide = PrintSource | str | os.PathLike[str]
+    AnySource = PrintSource | str | os.PathLike[str]
 
 SAVE_EVERY_S: Final = 0.5
 REFERENCES: Final = "references"
 PROBES: Final = "probes"
-_FORMAT: Final = "2"  # of what an unfinished run keeps
+_FORMAT: Final = "3"  # of the state of an unfinished run
 
 
 @dataclass(frozen=True, slots=True)
 class ImageFailure:
-    """Hold which print of which side has no template, and why."""
+    """Name a print of a side that has no template, and the reason."""
 
     side: str
     name: str
@@ -48,8 +49,8 @@ class ImageFailure:
 
 
 @dataclass(frozen=True, slots=True)
-class Scoring:
-    """Hold what a scoring did.
+class ScoreSummary:
+    """Hold counts, failures and times of a run of `score`.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ class Scoring:
     pairs, rows : int
         Pairs compared, and rows written of them.
     resumed : int
-        Pairs among them that were there from a run before.
+        Pairs among them that an earlier, interrupted run had compared.
     failed_pairs : int
         Rows without a score, because a print has no template.
     failures : tuple of ImageFailure
@@ -70,8 +71,7 @@ class Scoring:
     seconds : float
         Wall time of the comparisons, without extraction.
     noted : dict of str to tuple of str
-        What was noticed on reading prints (that white ridges were turned into dark ones, say),
-        and the names of which; of prints that a run before has read too.
+        Notes on reading prints, and the names of those prints.
     fingers : Path or None
         The file of finger scores; None without one.
     finger_rows : int or None
@@ -100,8 +100,8 @@ class Scoring:
 
 
 def score(
-    references: AnySide,
-    probes: AnySide,
+    references: AnySource,
+    probes: AnySource,
     output: str | os.PathLike[str],
     *,
     pairs: str | os.PathLike[str] | Plan | None = None,
@@ -113,48 +113,49 @@ def score(
     engine: Engine | None = None,
     progress: Progress = no_progress,
     save_every_s: float = SAVE_EVERY_S,
-) -> Scoring:
-    """Score references against probes and write a row a pair.
+) -> ScoreSummary:
+    """Score probes against references and write a row a pair.
 
-    The rows are the same, byte by byte, whichever engine works and however often the run was
-    ended and started again; what is done is kept beside the output until it is whole.
+    The rows are the same, byte by byte, with every engine and however often the run was
+    interrupted; its state is kept beside the output until that is complete.
 
     Parameters
     ----------
     references, probes : PrintSource or path-like or str
         Folders of prints or galleries; see `open_source`.
     output : path-like
-        The file to write or replace, ``.csv`` or ``.parquet``; see `scoring_rows.COLUMNS`.
+        The file to write or replace, ``.csv`` or ``.parquet``; see
+        `fpmatch.evaluation.score_file`.
     pairs : path-like or Plan, optional
         A list of the pairs to score (see `ListedPairs`); by default all (see `AllPairs`).
     matcher : str or Matcher
         The matcher, or its name.
     calibration : Calibration, optional
-        Turns similarities into scores; by default the one that the package has for the matcher.
+        Turns similarities into scores (default: the package's own for the matcher).
     threshold : float, optional
         Keep only rows whose score is at least this, and those without a score.
     fingers : path-like, optional
         A CSV file for the scores of fingers, too; see
         `fpmatch.evaluation.batch.fingers.write_fingers`. Not with a threshold: the rows that it
-        leaves out count.
+        leaves out are needed.
     dpi : float, optional
         Resolution of all images of folders, in dots per inch.
     engine : Engine, optional
         Where the work is done, entered here (default: in this process).
     progress : callable
-        Told of the stages "references", "probes" (in prints) and "compare" (in pairs).
+        Called with the stages "references", "probes" (in prints) and "compare" (in pairs).
     save_every_s : float
-        Seconds of work that a kill may cost, about.
+        Seconds of work between two saved positions, about.
 
     Returns
     -------
-    Scoring
+    ScoreSummary
         Counts, failures and times.
 
     Raises
     ------
     ScoringError
-        If the list of pairs is malformed, or another run of this output is unfinished.
+        If the list of pairs is malformed, or a different run of this output is unfinished.
     MatcherError
         If the matcher is unknown, or there is a threshold but no calibration, or it is not in
         0..100; or finger scores are requested with a threshold or without a calibration.
@@ -192,13 +193,14 @@ def score(
         "matcher": chosen.name,
         "calibration": calibration.as_json() if calibration else "",
         "threshold": repr(threshold),
-        "set of references": sides[REFERENCES].fingerprint,
-        "set of probes": sides[PROBES].fingerprint,
+        "set of references": sides[REFERENCES].content_hash,
+        "set of probes": sides[PROBES].content_hash,
         "list of pairs": plan.identity,
     }
     needed = {REFERENCES: plan.references, PROBES: plan.probes}
     key = {side: side for side in sides}
-    if _same(*sides.values()):
+    same = _same(*sides.values())
+    if same:
         key[PROBES] = REFERENCES
         needed[REFERENCES] = sorted({*plan.references, *plan.probes})
     stored = dict.fromkeys(key.values())
@@ -206,10 +208,11 @@ def score(
         for name in stored:
             collect(store, name, sides[name], needed[name], place, progress)
         failed = {side: store.failures(key[side]) for side in sides}
-        assumed = {_called(sides[k], n) for k in stored for n in store.assumed(k)}
+        assumed = {_full_name(sides[k], n) for k in stored for n in store.assumed(k)}
         noted = by_note(
-            (_called(sides[k], n), notes) for k in stored for n, notes in store.notes(k).items()
+            (_full_name(sides[k], n), notes) for k in stored for n, notes in store.notes(k).items()
         )
+        rows_of = {s: SideRows(sides[s].names, sides[s].fingers, failed[s]) for s in sides}
         comparing = Comparing(
             store=store,
             plan=plan,
@@ -217,10 +220,11 @@ def score(
             references=key[REFERENCES],
             matcher=chosen,
             writer=RowWriter(
-                probes=sides[PROBES].names,
-                references=sides[REFERENCES].names,
-                probe_failures=failed[PROBES],
-                reference_failures=failed[REFERENCES],
+                matcher=chosen.name,
+                database=_database(sides[PROBES], sides[REFERENCES]),
+                probes=rows_of[PROBES],
+                references=rows_of[REFERENCES],
+                same=same,
                 calibration=calibration,
                 threshold=threshold,
             ),
@@ -232,8 +236,8 @@ def score(
     if fingers is not None:
         one, other = sides[PROBES], sides[REFERENCES]
         names = one.names, other.names, other.fingers
-        finger_rows = write_fingers(target, Path(fingers), *names, same=_same(one, other))
-    return Scoring(
+        finger_rows = write_fingers(target, Path(fingers), *names, same=same)
+    return ScoreSummary(
         output=target,
         references=len(plan.references),
         probes=len(plan.probes),
@@ -254,19 +258,25 @@ def score(
     )
 
 
-def _called(side: PrintSource, number: int) -> str:
-    """Return what a print of a side is called in notes."""
+def _full_name(side: PrintSource, number: int) -> str:
     return f"{side.place}: {side.names[number]}"
 
 
-def _opened(side: AnySide, dpi: float | None) -> PrintSource:
+def _opened(side: AnySource, dpi: float | None) -> PrintSource:
     if isinstance(side, str | os.PathLike):
         return open_source(side, dpi=dpi)
     return side
 
 
 def _same(one: PrintSource, other: PrintSource) -> bool:
-    return (one.place, one.fingerprint) == (other.place, other.fingerprint)
+    return (one.place, one.content_hash) == (other.place, other.content_hash)
+
+
+def _database(probes: PrintSource, references: PrintSource) -> str:
+    """Return the name of the database in the rows."""
+    if _same(probes, references):
+        return probes.title
+    return f"{probes.title} against {references.title}"
 
 
 def _planned(pairs: str | os.PathLike[str] | Plan | None, sides: dict[str, PrintSource]) -> Plan:
@@ -287,6 +297,6 @@ def _check_threshold(
         raise MatcherError(f"threshold must lie in 0..{MAX_SCORE:g}, not {threshold:g}")
     if calibration is None:
         raise MatcherError(
-            f"matcher {matcher!r} has no calibration, so its scores cannot be held against a "
+            f"matcher {matcher!r} has no calibration, so its scores cannot be compared with a "
             "threshold; see fpmatch calibrate"
         )

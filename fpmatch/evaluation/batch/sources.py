@@ -1,4 +1,4 @@
-"""The two sides of a scoring: a folder of prints or a gallery, as names and templates in bytes."""
+"""The two sides of `fpmatch score`: folders of prints or galleries, as names and templates."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
 
 @dataclass(frozen=True, slots=True)
 class StoredTemplate:
-    """Hold what a side has of one print.
+    """Hold the template of one print.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class StoredTemplate:
     dpi_assumed : bool
         Whether its resolution had to be assumed.
     notes : tuple of str
-        What was noticed on reading it.
+        Notes on reading it.
     """
 
     data: bytes | None
@@ -61,21 +61,22 @@ class StoredTemplate:
 
 
 class PrintSource(Protocol):
-    """Give the prints of one side, in an order that stays.
+    """Provides the prints of one side, in a fixed order.
 
-    `names` are those of its prints, each once, and `fingers` says whose each is; `fingerprint` is a
-    word that is another one whenever they have changed; `place` says where they are, in words.
+    `place` is the path or address, `title` the name of the database, `names` and `fingers` those of
+    its prints, all names different. `content_hash` differs whenever the prints have changed.
     """
 
     place: str
+    title: str
     names: list[str]
     fingers: list[str]
-    fingerprint: str
+    content_hash: str
 
-    def items(
+    def templates(
         self, engine: Engine, numbers: Sequence[int]
     ) -> Generator[StoredTemplate, None, None]:
-        """Yield some prints by their ascending numbers, extracted by `engine` where need be."""
+        """Yield some prints by their ascending numbers; `engine` extracts them if necessary."""
 
 
 def open_source(
@@ -85,17 +86,18 @@ def open_source(
     polarity: Polarity = "auto",
     reader: Callable[..., GreyImage | TemplateRecord] = read_print,
 ) -> PrintSource:
-    """Open one side of a scoring.
+    """Open one side of `fpmatch score`.
 
     Parameters
     ----------
     place : path-like or str
         A folder of prints, or a gallery: a file or the URL of a database.
     dpi : float, optional
-        Resolution of all prints of a folder; by default what its ``dataset.toml`` says, else each
-        file's own.
+        Resolution of all prints of a folder (default: that in its ``dataset.toml``, else each
+        file's own).
     polarity : str
-        Polarity of all images of a folder, as for `fpmatch.image.quality.folder_polarity.find_polarities`.
+        Polarity of all images of a folder; see
+        `fpmatch.image.quality.folder_polarity.find_polarities`.
     reader : callable
         Reads the file of a print (default: `read_print`).
 
@@ -115,7 +117,7 @@ def open_source(
 
 
 class FolderSource:
-    """The images of a folder, by name, from which templates are extracted; or its templates."""
+    """The images of a folder by name, from which templates are extracted, or its templates."""
 
     def __init__(
         self,
@@ -125,17 +127,19 @@ class FolderSource:
         reader: Callable[..., GreyImage | TemplateRecord],
     ) -> None:
         self._files = find_prints([folder], dpi)
-        known = read_dataset_info(folder).polarity if polarity == "auto" else polarity
+        info = read_dataset_info(folder)
+        known = info.polarity if polarity == "auto" else polarity
         self._open_reader = cache(
             partial(folder_reader, self._files, polarity=known, dpi=dpi, reader=reader)
         )
         self.place = str(folder)
+        self.title = info.name or folder.resolve().name
         self.names = [file.path.name for file in self._files]
         self.fingers = [finger_of_name(name) for name in self.names]
         states: list[object] = [_state(file) for file in self._files]
-        self.fingerprint = _digest(states if known == "auto" else [*states, known])
+        self.content_hash = _digest(states if known == "auto" else [*states, known])
 
-    def items(
+    def templates(
         self, engine: Engine, numbers: Sequence[int]
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their numbers."""
@@ -155,25 +159,25 @@ class FolderSource:
 
 
 class GallerySource:
-    """The entries of a gallery, by their numbers; templates are those it keeps."""
+    """The entries of a gallery by their numbers, with the templates that it holds."""
 
     def __init__(self, place: str | os.PathLike[str]) -> None:
         self._open = partial(open_gallery, place)
         with self._open() as gallery:
-            self.place = gallery.name
-            self.fingerprint = gallery.content_hash()
+            self.place = self.title = gallery.name
+            self.content_hash = gallery.content_hash()
             entries = list(gallery.entries())
         if not entries:
             raise ScoringError(f"{self.place}: the gallery is empty")
         self._numbers = [entry.id for entry in entries]
         self.fingers = [str(entry.label.of_finger) for entry in entries]
         times = Counter(str(entry.label) for entry in entries)
-        # Labels differ, but not always once they are written as one word.
+        # Different labels may give the same word.
         self.names = [
             str(e.label) if times[str(e.label)] == 1 else f"{e.label}#{e.id}" for e in entries
         ]
 
-    def items(
+    def templates(
         self, engine: Engine, numbers: Sequence[int]
     ) -> Generator[StoredTemplate, None, None]:
         """Yield some prints by their ascending numbers."""
@@ -189,7 +193,7 @@ class GallerySource:
 
 
 def pack(template: Template) -> bytes:
-    """Return a template as bytes, exactly as it is."""
+    """Return a template as bytes, without loss."""
     minutiae, field = template.minutiae, template.field
     arrays = {name: getattr(minutiae, name) for name in _COLUMNS}
     arrays["frame"] = np.array([template.width, template.height, template.dpi])
@@ -204,7 +208,7 @@ def pack(template: Template) -> bytes:
 
 
 def unpack(data: bytes) -> Template:
-    """Return the template that an `StoredTemplate` holds as bytes, packed here or by a gallery."""
+    """Return the template of bytes that `pack` or a gallery made."""
     if not data.startswith(_ZIP):
         return unpack_template(data)
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
@@ -228,7 +232,7 @@ def _extract(opened: OpenedPrint) -> StoredTemplate:
 def _state(file: PrintFile) -> tuple[str, int, int, float | None]:
     try:
         status = file.path.stat()
-    except OSError:  # a file that is gone fails when it is read, as a row
+    except OSError:  # a missing file fails when it is read, and becomes a row
         return file.path.name, -1, -1, file.dpi
     return file.path.name, status.st_size, status.st_mtime_ns, file.dpi
 

@@ -1,8 +1,8 @@
-"""What an unfinished scoring keeps beside its output, so that it goes on where it was ended.
+"""The state of an unfinished `fpmatch score` beside its output, from which it is resumed.
 
-The folder ``OUTPUT.unfinished`` holds the rows so far, ``rows.csv``, and ``state.db``: what run it
-is, the templates of both sides, and how far the rows are good. A row that was written but not yet
-counted there when the run was killed is cut off, and made again.
+The folder ``OUTPUT.unfinished`` holds the rows so far, ``rows.csv``, and ``state.db``: which run it
+is, the templates of both sides, and the position that the rows have reached. Rows beyond that
+position, written when the run was killed, are cut off and made again.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from fpmatch.output import reason
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
-    from types import TracebackType
     from typing import BinaryIO, Self
 
     from fpmatch.evaluation.batch.sources import StoredTemplate
@@ -44,12 +43,12 @@ CREATE TABLE IF NOT EXISTS item (
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """Hold how far a run has come.
+    """Hold the position that a run has reached.
 
     Parameters
     ----------
     chunks, pairs : int
-        Chunks of work whose rows are written, and the pairs in them.
+        Chunks whose rows are written, and the pairs in them.
     rows, size : int
         Rows written, and the length of their file in bytes.
     failed : int
@@ -64,19 +63,19 @@ class Position:
 
 
 class Store:
-    """Keep an unfinished scoring on disk; a context manager that leaves it there.
+    """Keep an unfinished run on disk; a context manager that leaves it there.
 
     Parameters
     ----------
     output : Path
-        The file that is to be written in the end.
+        The file to write in the end.
     run : mapping of str to str
-        What run it is, in words for what may differ; another cannot go on with it.
+        Describes the run; a run of another description cannot resume it.
 
     Raises
     ------
     ScoringError
-        If another run is unfinished there, or is going on at this moment.
+        If a different run is unfinished there, or another one is running now.
     OutputError
         If the disk is full, or nothing can be written there.
     """
@@ -99,16 +98,11 @@ class Store:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._database.close()
 
     def _begin(self, run: Mapping[str, str]) -> None:
-        # One run at a time; the system lets go of the lock of a run that was killed.
+        # One run at a time; the system releases the lock of a run that was killed.
         self._database.execute("PRAGMA locking_mode = EXCLUSIVE")
         self._database.execute("BEGIN EXCLUSIVE")
         self._database.commit()
@@ -129,12 +123,12 @@ class Store:
 
     @property
     def position(self) -> Position:
-        """How far the run has come."""
+        """The position that the run has reached."""
         with self.writing():
             return Position(*self._database.execute("SELECT * FROM position").fetchone())
 
     def advance(self, position: Position) -> None:
-        """Note how far the run has come; its rows must be on disk."""
+        """Save the position that the run has reached; its rows must be on disk."""
         with self.writing(), self._database:
             self._database.execute(
                 "UPDATE position SET (chunks, pairs, rows, bytes, failed) = (?, ?, ?, ?, ?)",
@@ -152,7 +146,7 @@ class Store:
             yield stream
 
     def count_items(self, side: str) -> int:
-        """Return how many prints of a side are here; they are the first of those needed."""
+        """Return the number of stored prints of a side, which are the first of those needed."""
         with self.writing():
             query = "SELECT count(*) FROM item WHERE side = ?"
             return int(self._database.execute(query, [side]).fetchone()[0])
@@ -160,7 +154,7 @@ class Store:
     def add_items(
         self, side: str, items: Iterable[tuple[int, StoredTemplate]]
     ) -> Generator[int, None, None]:
-        """Keep prints of a side with their numbers; yield the number of each."""
+        """Store prints of a side with their numbers; yield the number of each."""
         query = "INSERT INTO item VALUES (?, ?, ?, ?, ?, ?)"
         committed = time.monotonic()
         try:
@@ -178,7 +172,7 @@ class Store:
                 self._database.commit()
 
     def templates(self, side: str, numbers: Sequence[int]) -> dict[int, bytes]:
-        """Return the templates, in bytes, of those among some prints of a side that have one."""
+        """Return the templates, in bytes, of those of some prints that have one."""
         found: dict[int, bytes] = {}
         for k in range(0, len(numbers), _NUMBERS_PER_QUERY):
             part = numbers[k : k + _NUMBERS_PER_QUERY]
@@ -203,13 +197,13 @@ class Store:
             return [number for (number,) in self._database.execute(query, [side])]
 
     def notes(self, side: str) -> dict[int, list[str]]:
-        """Return what was noticed on reading prints of a side, by number."""
+        """Return the notes on reading prints of a side, by number."""
         query = "SELECT number, notes FROM item WHERE side = ? AND notes != '' ORDER BY number"
         with self.writing():
             return {n: json.loads(notes) for n, notes in self._database.execute(query, [side])}
 
     def put_in_place(self, finished: Path) -> None:
-        """Make a file of the folder the output."""
+        """Move a file of the folder to the output's path."""
         with self.writing():
             finished.replace(self.output)
 
@@ -221,15 +215,15 @@ class Store:
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Turn what goes wrong on disk into errors of one line."""
+        """Turn errors of the disk and the database into errors of one line."""
         try:
             yield
         except OSError as error:
             raise OutputError(f"{self.output}: cannot be written: {reason(error)}") from error
         except sqlite3.Error as error:
-            raise self._in_words(error) from error
+            raise self._as_error(error) from error
 
-    def _in_words(self, error: sqlite3.Error) -> OutputError | ScoringError:
+    def _as_error(self, error: sqlite3.Error) -> OutputError | ScoringError:
         code = getattr(error, "sqlite_errorname", "")
         if code == "SQLITE_BUSY":
             return ScoringError(f"{self.folder}: another run is writing this output")
@@ -239,6 +233,6 @@ class Store:
 
 
 def flush(stream: BinaryIO) -> None:
-    """Bring what was written to the disk itself."""
+    """Write buffered rows to the disk."""
     stream.flush()
     os.fsync(stream.fileno())

@@ -1,1 +1,1 @@
-"""An evaluation as one page for a browser: tables, curves, and the pairs that went worst."""
+"""An evaluation as one page for a browser: tables, curves, and the hardest pairs."""

@@ -18,13 +18,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _SIZE: Final = (5.6, 4.4)  # inches; the page scales it
-_DET_TICKS: Final = (
-    *(0.00001, 0.0001, 0.001, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4),
-    *(0.6, 0.8),
-)
+_DET_TICKS: Final = (*(1e-5, 1e-4, 0.001, 0.005, 0.01, 0.02, 0.05), *(0.1, 0.2, 0.4, 0.6, 0.8))
 _DET_HIGHEST: Final = 0.6
 _ROC_LOWEST_FMR: Final = 1e-4
-_RULE_OF_30: Final = 30  # errors from which on a rate is known to some 30 % (ISO/IEC 19795-1)
+_RULE_OF_30: Final = 30  # errors for a rate within 30 % (ISO/IEC 19795-1)
 _BINS: Final = 50
 _MOST_RANKS: Final = 10
 _LEAST_SPAN: Final = 0.9  # axes of shares near 1 begin no higher
@@ -32,17 +29,7 @@ _LEAST_SPAN: Final = 0.9  # axes of shares near 1 begin no higher
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
-    """Hold one line of a plot.
-
-    Parameters
-    ----------
-    label : str
-        What it is called.
-    genuine, impostor : ndarray of float64
-        Scores; greater for more alike.
-    bold : bool
-        Whether it stands out among the others.
-    """
+    """Hold one line of a plot: scores, greater for more similar prints; `bold` stands out."""
 
     label: str
     genuine: NDArray[np.float64]
@@ -58,17 +45,8 @@ class Curve:
 def det_plot(curves: Sequence[Curve], name: str) -> str:
     """Draw FNMR against FMR on axes of normal deviates, on which normal scores give a line.
 
-    Parameters
-    ----------
-    curves : sequence of Curve
-        The lines, none of them one-sided; the last one's impostors tell where rates get unsure.
-    name : str
-        As for `inline_svg`.
-
-    Returns
-    -------
-    str
-        An SVG element.
+    Each curve has genuine and impostor scores; the last one determines the shaded range of unsure
+    rates. `name` is as for `inline_svg`.
 
     References
     ----------
@@ -123,24 +101,7 @@ def roc_plot(curves: Sequence[Curve], name: str) -> str:
 
 
 def score_plot(curve: Curve, name: str, unit: str, threshold: float | None = None) -> str:
-    """Draw how scores of genuine and of impostor pairs are spread.
-
-    Parameters
-    ----------
-    curve : Curve
-        The scores.
-    name : str
-        As for `inline_svg`.
-    unit : str
-        What the scores are called.
-    threshold : float, optional
-        A score to mark.
-
-    Returns
-    -------
-    str
-        An SVG element.
-    """
+    """Draw the distributions of genuine and impostor scores, called `unit`; mark a threshold."""
     with svg.settings():
         figure, axes = _axes()
         both = np.concatenate([curve.genuine, curve.impostor])
@@ -162,20 +123,7 @@ def score_plot(curve: Curve, name: str, unit: str, threshold: float | None = Non
 
 
 def rank_plot(found: Sequence[tuple[str, NDArray[np.float64]]], name: str) -> str:
-    """Draw the share of probes whose own finger is among the first so many.
-
-    Parameters
-    ----------
-    found : sequence of (str, ndarray of float64)
-        What each line is called, and its share at rank 1, 2, ….
-    name : str
-        As for `inline_svg`.
-
-    Returns
-    -------
-    str
-        An SVG element.
-    """
+    """Draw the shares of probes whose own finger is at rank 1, 2, … or before, each with a name."""
     with svg.settings():
         figure, axes = _axes()
         ranks = min(_MOST_RANKS, max(share.size for _, share in found))
@@ -214,7 +162,7 @@ def _line(
 
 
 def _in_percent(share: float) -> str:
-    """Write a share without needless digits.
+    """Write a share in percent without needless digits.
 
     Examples
     --------

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-# Colours that stand for the page's own: matplotlib writes them out, the page's CSS names follow.
+# Placeholders that matplotlib writes, each replaced by a CSS variable of the page.
 INK: Final = "#000001"
 MUTED: Final = "#000002"
 GRID: Final = "#000003"
@@ -55,19 +55,13 @@ _SETTINGS: Final = {
 
 
 def check_matplotlib() -> None:
-    """Refuse to go on where matplotlib is not installed.
-
-    Raises
-    ------
-    OutputError
-        If it is not.
-    """
+    """Raise an `OutputError` if matplotlib is not installed."""
     if find_spec("matplotlib") is None:
         raise OutputError("a report needs matplotlib: pip install 'fpmatch[plot]'")
 
 
 def series_colour(index: int) -> str:
-    """Return the stand-in for the colour of a page's `index`-th series.
+    """Return the placeholder of the colour of a page's `index`-th series.
 
     Examples
     --------
@@ -84,7 +78,7 @@ def series_dashes(index: int) -> str:
 
 @contextmanager
 def settings() -> Iterator[None]:
-    """Draw with matplotlib's own settings and ours, whatever the user's are."""
+    """Draw with matplotlib's defaults and `_SETTINGS`, independent of the user's."""
     import matplotlib as mpl  # noqa: PLC0415
 
     with mpl.rc_context():
@@ -101,14 +95,9 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
     figure : Figure
         The plot, drawn with the colours of this module.
     name : str
-        Different for each plot of a page; no identifier then occurs twice.
+        Prefix of all identifiers, different for each plot of a page.
     label : str
-        What is to be seen, for those who cannot.
-
-    Returns
-    -------
-    str
-        The element.
+        Description of the plot for screen readers.
     """
     import matplotlib as mpl  # noqa: PLC0415
 
@@ -133,12 +122,12 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
     return opened + text[box.end() :].strip()
 
 
-def colour_name(stand_in: str) -> str:
-    """Return the page's name of a stand-in colour.
+def colour_name(placeholder: str) -> str:
+    """Return the CSS variable of a placeholder colour.
 
     Examples
     --------
     >>> colour_name(INK), colour_name(series_colour(2))
     ('ink', 'series-2')
     """
-    return _NAMES.get(stand_in) or f"series-{int(stand_in[5:], 16) - _FIRST_SERIES}"
+    return _NAMES.get(placeholder) or f"series-{int(placeholder[5:], 16) - _FIRST_SERIES}"

@@ -14,12 +14,12 @@ class Line:
 
     def __init__(self, places, place="line"):
         self.places = places
-        self.place = place
+        self.place = self.title = place
         self.names = [f"{place}_{n}" for n in range(len(places))]
         self.fingers = list(self.names)
-        self.fingerprint = repr((place, places))
+        self.content_hash = repr((place, places))
 
-    def items(self, engine, numbers):
+    def templates(self, engine, numbers):
         for x in (self.places[n] for n in numbers):
             if x is None:
                 yield StoredTemplate(None, "no image, but text")

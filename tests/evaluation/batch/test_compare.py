@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fpmatch.evaluation.batch import compare as scoring_compare
-from fpmatch.evaluation.batch.compare import Bench, ComparisonTask, compare_pairs
+from fpmatch.evaluation import comparison
+from fpmatch.evaluation.batch.compare import BytesComparer, ComparisonTask, compare_pairs
 from fpmatch.evaluation.batch.plan import AllPairs, PairChunk
 from fpmatch.evaluation.batch.sources import pack
 from fpmatch.matching.matchers import get_matcher
@@ -32,25 +32,31 @@ def packed(template, rng, count):
     return {number: data for number, data in found.items() if number != 1}
 
 
-def test_many_at_once_are_as_one_by_one(template, rng, monkeypatch):
+def test_many_at_once_are_as_one_by_one(template, rng):
     probes, references = packed(template, rng, 3), packed(template, rng, 5)
     (chunk,) = AllPairs(3, 5).chunks()
     task = ComparisonTask(chunk, probes, references)
-    monkeypatch.setattr(scoring_compare, "PREPARED_HELD", 2)
-    found = compare_pairs(Bench(get_matcher("unit-circle")), task)
-    assert found.tobytes() == compare_pairs(Bench(OneByOne()), task).tobytes()
+    found = compare_pairs(BytesComparer(get_matcher("unit-circle"), capacity=2), task)
+    assert found.tobytes() == compare_pairs(BytesComparer(OneByOne()), task).tobytes()
     missing = (chunk.probe == 1) | (chunk.reference == 1)
     assert np.isnan(found).tolist() == missing.tolist()
 
     order = rng.permutation(len(chunk))
     listed = PairChunk(chunk.probe[order], chunk.reference[order])
-    shuffled = compare_pairs(Bench(get_matcher("unit-circle")), replace(task, pairs=listed))
+    shuffled = compare_pairs(BytesComparer(get_matcher("unit-circle")), replace(task, pairs=listed))
     assert shuffled.tobytes() == found[order].tobytes()
 
 
-def test_a_bench_packs_a_band_once(template, rng):
-    bench = Bench(get_matcher("unit-circle"))
-    templates = list(packed(template, rng, 4).values())
-    first = bench.pack(templates)
-    assert bench.pack(list(templates)) is first
-    assert bench.pack(templates[1:]) is not first
+def test_a_band_of_references_is_packed_once(template, rng, monkeypatch):
+    comparer = BytesComparer(get_matcher("unit-circle"))
+    bands = []
+    monkeypatch.setattr(
+        comparison.PackedTemplates, "pack", lambda prints: bands.append(list(prints)) or bands[-1]
+    )
+    monkeypatch.setattr(
+        comparer.matcher.__class__, "similarities", lambda _, probe, packed: len(packed)
+    )
+    one, *others = packed(template, rng, 5).values()
+    assert [comparer.similarities(one, others) for _ in range(2)] == [3, 3]
+    assert comparer.similarities(one, others[1:]) == 2
+    assert [len(band) for band in bands] == [3, 2]

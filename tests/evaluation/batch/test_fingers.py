@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from fpmatch.errors import ScoringError
 from fpmatch.evaluation.batch.fingers import (
     FINGER_COLUMNS,
-    MOST_CELLS,
+    MAX_CELLS,
     check_fingers,
     finger_of_name,
     write_fingers,
@@ -89,5 +89,5 @@ def test_the_name_of_a_file_tells_the_finger(name: str, finger: str) -> None:
 
 def test_more_than_fits_into_memory_is_refused() -> None:
     check_fingers(1000, ["1", "1", "2"])
-    with pytest.raises(ScoringError, match=f"more than {MOST_CELLS:,}"):
-        check_fingers(MOST_CELLS, ["1", "2"])
+    with pytest.raises(ScoringError, match=f"more than {MAX_CELLS:,}"):
+        check_fingers(MAX_CELLS, ["1", "2"])

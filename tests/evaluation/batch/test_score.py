@@ -60,7 +60,17 @@ def test_a_print_that_fails_is_rows_with_its_reason(output):
     done = run(output)
     failed = [r for r in rows(output) if r["reason"]]
     assert {tuple(r.values()) for r in failed} == {
-        ("probe_1", name, "", "", "probe: no image, but text") for name in REFERENCES.names
+        (
+            "near",
+            "probe against reference",
+            "probe_1",
+            name,
+            "",
+            "",
+            "",
+            "probe: no image, but text",
+        )
+        for name in REFERENCES.names
     }
     (failure,) = done.failures
     assert (failure.side, failure.name) == ("probes", "probe_1")
@@ -121,7 +131,7 @@ def test_one_folder_on_both_sides_is_read_once(output):
 def test_parquet_holds_the_same(output, monkeypatch):
     from pyarrow import parquet
 
-    monkeypatch.setattr("fpmatch.evaluation.batch.rows._BLOCK_BYTES", 400)
+    monkeypatch.setattr("fpmatch.evaluation.score_file._BLOCK_BYTES", 400)
     run(output)
     table = output.with_suffix(".parquet")
     run(table)

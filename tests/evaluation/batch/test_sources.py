@@ -62,38 +62,38 @@ def test_a_folder_by_name_with_its_failures(folder):
     side = open_source(folder)
     assert isinstance(side, FolderSource)
     assert side.names == ["9_1.png", "10_1.png", "any name, really.tif"]
-    untagged, tagged, failed = side.items(serial(), range(3))
+    untagged, tagged, failed = side.templates(serial(), range(3))
     assert (untagged.dpi_assumed, tagged.dpi_assumed) == (True, False)
     assert unpack(tagged.data).minutiae == extract(folder / "10_1.png").minutiae
     assert (failed.data, failed.reason) == (None, "not an image of a known format")
-    assert next(side.items(serial(), [2])) == failed
+    assert next(side.templates(serial(), [2])) == failed
 
 
 def test_a_resolution_for_all(folder):
-    items = list(open_source(folder, dpi=569).items(serial(), range(3)))
+    items = list(open_source(folder, dpi=569).templates(serial(), range(3)))
     assert [unpack(item.data).dpi for item in items if item.data] == [569, 569]
     assert not any(item.dpi_assumed for item in items)
 
 
 def test_a_fingerprint_tells_of_changes(folder):
-    before = open_source(folder).fingerprint
-    assert open_source(folder).fingerprint == before
-    assert open_source(folder, dpi=569).fingerprint != before
+    before = open_source(folder).content_hash
+    assert open_source(folder).content_hash == before
+    assert open_source(folder, dpi=569).content_hash != before
     (folder / "any name, really.tif").write_text("no image either")
-    assert open_source(folder).fingerprint != before
+    assert open_source(folder).content_hash != before
 
 
 def test_a_picture_that_goes_away_is_a_row(folder):
     side = open_source(folder)
     (folder / "10_1.png").unlink()
-    assert next(side.items(serial(), [1])).reason == "no such file"
+    assert next(side.templates(serial(), [1])).reason == "no such file"
 
 
 def test_a_gallery_by_number(gallery):
     side = open_source(gallery)
     assert isinstance(side, GallerySource)
     assert side.names == ["ada_1_1", "bob_2#2", "bob_2#3"]
-    assert [unpack(item.data).width for item in side.items(serial(), [0, 2])] == [300, 302]
+    assert [unpack(item.data).width for item in side.templates(serial(), [0, 2])] == [300, 302]
 
 
 def test_a_gallery_that_changes_meanwhile_is_refused(gallery):
@@ -101,7 +101,7 @@ def test_a_gallery_that_changes_meanwhile_is_refused(gallery):
     with open_gallery(gallery) as opened:
         opened.remove([2])
     with pytest.raises(ScoringError, match=r"prints.db: changed while it was read; start again"):
-        list(side.items(serial(), range(3)))
+        list(side.templates(serial(), range(3)))
 
 
 @pytest.mark.parametrize(
@@ -123,6 +123,6 @@ def test_scores_are_those_of_verify(folder, tmp_path):
     line = next(
         line
         for line in (tmp_path / "scores.csv").read_text().splitlines()
-        if line.startswith("9_1.png,10_1.png,")
+        if ",9_1.png,10_1.png," in line
     )
-    assert float(line.split(",")[3]) == verify(probe, reference).score
+    assert float(line.split(",")[6]) == verify(probe, reference).score

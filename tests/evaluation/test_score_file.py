@@ -5,9 +5,9 @@ import csv
 import pytest
 
 from fpmatch.errors import OutputError
-from fpmatch.evaluation import scores_file
+from fpmatch.evaluation import score_file
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.scores_file import COLUMNS, write_scores
+from fpmatch.evaluation.score_file import COLUMNS, DETAILS, write_scores
 from fpmatch.matching.calibration import Calibration
 
 
@@ -27,9 +27,10 @@ def test_a_row_a_comparison(report, tmp_path):
     write_scores(path, report)
     rows, outcomes = read(path), report.sets[0].outcomes
     assert len(rows) == 190
-    assert tuple(rows[0]) == COLUMNS
+    assert set(rows[0]) == {*COLUMNS, *DETAILS}
     assert {row["set"] for row in rows} == {"set, one"}
-    assert [float(row["similarity"]) for row in rows] == outcomes["similarity"].tolist()
+    similarities = [float(row["similarity"] or 0) for row in rows]
+    assert similarities == outcomes["similarity"].tolist()
     assert sum(row["genuine"] == "1" for row in rows) == 30
     assert all(
         (row["probe"].split("_")[0] == row["reference"].split("_")[0]) == (row["genuine"] == "1")
@@ -46,28 +47,30 @@ def test_what_does_not_exist_is_left_empty(report, tmp_path):
     assert float(near["rotation_deg"]) == pytest.approx(5.72958)
     assert (near["reason"], near["pairs"]) == ("", "1")
     assert (far["scale"], far["tx"], far["rms_px"], far["reason"]) == ("", "", "", "too far")
-    assert (lost["similarity"], lost["tx"], lost["reason"]) == ("0.0", "", "no template")
+    assert (lost["similarity"], lost["tx"], lost["reason"]) == ("", "", "reference: broken")
     assert {row["score"] for row in rows.values()} == {""}
 
 
 def test_a_reason_stands_beside_what_does_not_match_alone(report, tmp_path, monkeypatch):
     write_scores(tmp_path / "before.csv", report)
-    monkeypatch.setattr(scores_file, "decide", lambda matcher, similarity: similarity == 0.0)
+    monkeypatch.setattr(score_file, "decide", lambda matcher, similarity: similarity > 0.01)
     write_scores(tmp_path / "after.csv", report)
     files = [read(tmp_path / f"{name}.csv") for name in ("before", "after")]
     for before, after in zip(*files, strict=True):
-        matches = float(before["similarity"]) == 0.0
+        matches = float(before["similarity"] or 0) > 0.01
         assert after["reason"] == ("" if matches else before["reason"])
     assert any(row["reason"] for row in files[0])
 
 
 def test_scores_come_from_the_calibration(report, tmp_path, monkeypatch):
     calibration = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
-    monkeypatch.setattr(scores_file, "calibrated_matchers", lambda: ["fake"])
-    monkeypatch.setattr(scores_file, "load_calibration", lambda name: calibration)
+    monkeypatch.setattr(score_file, "calibrated_matchers", lambda: ["fake"])
+    monkeypatch.setattr(score_file, "load_calibration", lambda name: calibration)
     write_scores(tmp_path / "scores.csv", report)
     for row in read(tmp_path / "scores.csv"):
-        assert float(row["score"]) == pytest.approx(50 * float(row["similarity"]), rel=1e-5)
+        assert float(row["score"] or 0) == pytest.approx(
+            50 * float(row["similarity"] or 0), rel=1e-5
+        )
 
 
 def test_failed_write_leaves_the_old_file_and_nothing_else(report, tmp_path, monkeypatch):
@@ -79,7 +82,7 @@ def test_failed_write_leaves_the_old_file_and_nothing_else(report, tmp_path, mon
     def fill_the_disk(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(scores_file, "_rows", fill_the_disk)
+    monkeypatch.setattr(score_file, "_rows", fill_the_disk)
     with pytest.raises(OutputError, match=r"scores\.csv: cannot be written: no space left"):
         write_scores(path, report)
     assert [p.name for p in folder.iterdir()] == ["scores.csv"]
@@ -93,7 +96,7 @@ def test_interrupted_write_leaves_nothing(report, tmp_path, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(scores_file, "_rows", interrupt)
+    monkeypatch.setattr(score_file, "_rows", interrupt)
     with pytest.raises(KeyboardInterrupt):
         write_scores(folder / "scores.csv", report)
     assert list(folder.iterdir()) == []

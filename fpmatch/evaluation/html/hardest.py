@@ -1,4 +1,4 @@
-"""The pairs that went worst: prints of one finger least alike, of different fingers most alike."""
+"""The hardest pairs: genuine pairs least similar, impostor pairs most similar."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from fpmatch.image.io.read import GreyImage
     from fpmatch.matching.result import Verification
 
-DEFAULT_WORST: Final = 6
+DEFAULT_COUNT: Final = 6
 _PICTURE_WIDTH: Final = 900
 
 
 @dataclass(frozen=True, slots=True)
-class WorstPair:
-    """Hold one pair that went wrong, or nearly so.
+class HardPair:
+    """Hold one hard pair.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class WorstPair:
     similarity : float
         The matcher's own measure.
     causes : tuple of str
-        Why, as far as the comparison can tell, in words.
+        Likely causes of the score, as phrases.
     picture : bytes
         A WebP of the overlay; empty where there is none.
     """
@@ -55,34 +55,22 @@ class WorstPair:
     picture: bytes
 
 
-def worst_genuine(report: EvaluationReport, count: int = DEFAULT_WORST) -> list[WorstPair]:
-    """Find the pairs of one finger that are least alike, and draw them.
+def hardest_genuine(report: EvaluationReport, count: int = DEFAULT_COUNT) -> list[HardPair]:
+    """Find the genuine pairs that are least similar, the least first, and draw them.
 
     Each print comes once, so that one bad print does not fill the list; pairs with a print that
-    gave no template are failures to enrol and are left out.
-
-    Parameters
-    ----------
-    report : EvaluationReport
-        The evaluation; its images must still be there to be drawn.
-    count : int
-        How many.
-
-    Returns
-    -------
-    list of WorstPair
-        The worst first.
+    gave no template are left out. The images must still be there to be drawn.
     """
-    return _worst(report, count, genuine=True)
+    return _hardest(report, count, genuine=True)
 
 
-def worst_impostors(report: EvaluationReport, count: int = DEFAULT_WORST) -> list[WorstPair]:
-    """Find the pairs of different fingers that are most alike; else as `worst_genuine`."""
-    return _worst(report, count, genuine=False)
+def hardest_impostors(report: EvaluationReport, count: int = DEFAULT_COUNT) -> list[HardPair]:
+    """Find the impostor pairs that are most similar; else as `hardest_genuine`."""
+    return _hardest(report, count, genuine=False)
 
 
-def _worst(report: EvaluationReport, count: int, *, genuine: bool) -> list[WorstPair]:
-    """Go through the pairs of all databases, the worst first."""
+def _hardest(report: EvaluationReport, count: int, *, genuine: bool) -> list[HardPair]:
+    """Return the hardest pairs of all databases."""
     indices, similarity, set_index = [], [], []
     for k, row in enumerate(report.sets):
         usable = row.outcomes["reason"] != NO_TEMPLATE
@@ -92,25 +80,25 @@ def _worst(report: EvaluationReport, count: int, *, genuine: bool) -> list[Worst
         set_index.append(np.full(chosen.size, k))
     pair, of = np.concatenate(indices), np.concatenate(set_index)
     towards = np.concatenate(similarity) * (1 if genuine else -1)
-    found: list[WorstPair] = []
+    found: list[HardPair] = []
     seen: set[tuple[int, int]] = set()
     for n in np.argsort(towards, kind="stable"):
         row, k = report.sets[of[n]], int(pair[n])
         sides = [(int(of[n]), int(row.pairs.probe[k])), (int(of[n]), int(row.pairs.reference[k]))]
         if seen.isdisjoint(sides):
             seen.update(sides)
-            found.append(_looked_at(report, row, k, genuine=genuine))
+            found.append(_explained(report, row, k, genuine=genuine))
         if len(found) >= count:
             break
     return found
 
 
-def _looked_at(report: EvaluationReport, row: SetResult, k: int, *, genuine: bool) -> WorstPair:
+def _explained(report: EvaluationReport, row: SetResult, k: int, *, genuine: bool) -> HardPair:
     i, j = int(row.pairs.probe[k]), int(row.pairs.reference[k])
     impressions, extractions = row.extracted.dataset.impressions, row.extracted.extractions
     probe, reference = extractions[i].template, extractions[j].template
     if probe is None or reference is None:
-        raise ValueError("a pair without templates cannot be looked at")
+        raise ValueError("a pair without templates cannot be explained")
     causes: tuple[str, ...]
     score: float | None = None
     picture = b""
@@ -128,7 +116,7 @@ def _looked_at(report: EvaluationReport, row: SetResult, k: int, *, genuine: boo
             picture = _picture(verification, *images)
         except FpmatchError as error:
             causes = (*causes, f"not drawn: {error}")
-    return WorstPair(
+    return HardPair(
         set_name=row.name,
         probe=impressions[i].path.name,
         reference=impressions[j].path.name,

@@ -8,8 +8,8 @@ import pytest
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.intervals import trials_of
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.scores_file import write_scores
-from fpmatch.evaluation.scores_reader import choose_matcher, read_scores
+from fpmatch.evaluation.score_file import write_scores
+from fpmatch.evaluation.scores import choose_matcher, read_scores
 
 
 @pytest.fixture
@@ -65,16 +65,16 @@ GOOD = "a,1_1.tif,1_2.tif,1,0.5\n"
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        ("", "no column 'set'"),
-        ("x,y\n1,2\n", "no column 'set'"),
-        (HEAD.replace("genuine,", ""), "no column 'genuine'"),
+        ("", "no column 'probe'"),
+        ("x,y\n1,2\n", "no column 'probe'"),
+        (HEAD.replace("similarity", "score"), "no column 'similarity'"),
         (HEAD, "holds no comparison"),
-        (HEAD + GOOD + "\na,1_1.tif,2_1.tif\n", "line 4: genuine must be 0 or 1, not ''"),
+        (HEAD + GOOD + "\na,1_1.tif,2_1.tif,yes,1\n", "line 4: genuine must be 0 or 1, not 'yes'"),
         (HEAD + "a,1_1.tif,2_1.tif,1,0.5\n", "line 2: genuine is 1, which 1_1.tif and 2_1.tif"),
         (HEAD + "a,left.tif,2_1.tif,0,0.5\n", "line 2: 'left.tif' is not named FFF_M"),
         (HEAD + "a,1_1.tif,2_1.tif,0,high\n", "line 2: could not convert string to float"),
         (HEAD + "a,1_1.tif,2_1.tif,0,nan\n", "line 2: similarity must be a finite number"),
-        (HEAD + GOOD + "a,1_2.tif,1_1.tif,1,0\n", "line 3: 1_2.tif and 1_1.tif are compared twice"),
+        (HEAD + GOOD + "a,1_2.tif,1_1.tif,1,0\n", "1_2.tif and 1_1.tif are compared twice"),
         (b"\xff\xfe\x00", "not a CSV file of scores"),
         (HEAD + 'a,"' + "x" * 200_000 + '",2,0,1\n', "not a CSV file of scores"),
         (None, "cannot be read: no such file"),
@@ -94,3 +94,15 @@ def test_a_file_that_is_none_is_named(tmp_path, content, reason):
 def test_a_folder_is_no_file(tmp_path):
     with pytest.raises(DatasetError, match="cannot be read: is a directory"):
         read_scores(tmp_path)
+
+
+def test_a_file_of_score_has_each_pair_once(tmp_path):
+    path = tmp_path / "db.csv"
+    path.write_text(
+        "probe,reference,similarity,score,reason\n"
+        "1_1,1_1,9,9,\n1_1,1_2,3,3,\n1_2,1_1,3,3,\n1_2,2_1,,,reference: torn\n"
+    )
+    (found,) = read_scores(path)
+    assert (found.name, found.matcher, found.prints) == ("db", "", ("1_1", "1_2", "2_1"))
+    assert found.trials.similarity.tolist() == [3, 0]
+    assert found.compared.tolist() == [True, False]

@@ -9,10 +9,11 @@ from PIL import Image
 
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.analysis import analyse, compare_matchers
-from fpmatch.evaluation.html import markup, write
-from fpmatch.evaluation.html.worst import worst_genuine, worst_impostors
+from fpmatch.evaluation.html.hardest import hardest_genuine, hardest_impostors
+from fpmatch.evaluation.html.page import page as page_of
+from fpmatch.evaluation.html.page import prepare_page, write_page
 from fpmatch.evaluation.run import evaluate, evaluate_matchers
-from fpmatch.evaluation.scores_reader import scores_of
+from fpmatch.evaluation.scores import scores_of
 from fpmatch.minutiae import Minutiae, Template
 
 pytest.importorskip("matplotlib")
@@ -66,7 +67,7 @@ def database(tmp_path):
 def test_a_page_closes_what_it_opens_and_loads_nothing(options, database, tmp_path):
     report = evaluate([database], **options)
     baseline = scores_of(report)
-    target = write.write_page(tmp_path / "out", [analyse(report, resamples=30, baseline=baseline)])
+    target = write_page(tmp_path / "out", [analyse(report, bootstrap=30, baseline=baseline)])
     read = Reader(target.read_text(encoding="utf-8"))
     assert all(value.startswith(("data:", "#")) for value in read.loaded)
     words = "".join(read.words)
@@ -86,8 +87,8 @@ def test_two_matchers_stand_side_by_side_and_share_no_identifier(bench, options,
     reports = evaluate_matchers(
         [database], [bench.MATCHER, Other()], extractor=bench.extractor, workers=1
     )
-    analyses = [analyse(report, resamples=30) for report in reports]
-    page = write.page(analyses, compare_matchers(analyses, resamples=30))
+    analyses = [analyse(report, bootstrap=30) for report in reports]
+    page = page_of(analyses, compare_matchers(analyses, bootstrap=30))
     words = "".join(Reader(page).words)
     assert "Matchers side by side" in words
     assert "other against fake, pair by pair" in words
@@ -109,7 +110,7 @@ def test_the_decisions_are_those_of_verify(bench, options, database, name, rule)
             self.name = name
 
     report = evaluate([database], **{**options, "matcher": Named()})
-    words = "".join(Reader(write.page([analyse(report, resamples=0)])).words)
+    words = "".join(Reader(page_of([analyse(report, bootstrap=0)])).words)
     assert ("genuine pairs do not match" in words) == bool(rule)
     assert rule in words
 
@@ -117,20 +118,23 @@ def test_the_decisions_are_those_of_verify(bench, options, database, name, rule)
 def test_a_database_of_genuine_pairs_alone(options, tmp_path):
     for number in (1, 2, 3):
         (tmp_path / f"1_{number}.tif").write_text("print")
-    found = analyse(evaluate([tmp_path], **options), resamples=10)
-    assert "No curves" in write.page([found])
+    found = analyse(evaluate([tmp_path], **options), bootstrap=10)
+    assert "No curves" in page_of([found])
     assert compare_matchers([found, found]) == []
-    assert "side by side" in write.page([found, found])
+    assert "side by side" in page_of([found, found])
 
 
 def test_the_first_matcher_without_intervals(options, database):
-    page = write.page([analyse(evaluate([database], **options), resamples=0)])
+    page = page_of([analyse(evaluate([database], **options), bootstrap=0)])
     assert "<small>" not in page
 
 
 def test_the_worst_come_first_and_each_print_once(options, database):
     report = evaluate([database], **options)
-    for worst, genuine in ((worst_genuine(report, 4), True), (worst_impostors(report, 4), False)):
+    for worst, genuine in (
+        (hardest_genuine(report, 4), True),
+        (hardest_impostors(report, 4), False),
+    ):
         values = [pair.similarity for pair in worst]
         assert values == sorted(values, reverse=not genuine)
         named = [name for pair in worst for name in (pair.probe, pair.reference)]
@@ -160,12 +164,12 @@ def test_the_worst_are_drawn_and_explained(tmp_path):
             noise = np.random.default_rng([finger, number]).integers(0, 255, (150, 150), np.uint8)
             Image.fromarray(noise).save(tmp_path / f"{finger}_{number}.png")
     report = evaluate([tmp_path], extractor=printed, workers=1)
-    (worst, *_) = worst_impostors(report, 1)
+    (worst, *_) = hardest_impostors(report, 1)
     assert worst.picture[8:12] == b"WEBP"
     assert worst.score is not None
     assert worst.causes
     (tmp_path / worst.probe).unlink()
-    (again, *_) = worst_impostors(report, 1)
+    (again, *_) = hardest_impostors(report, 1)
     assert again.picture == b""
     assert again.causes[-1].startswith("not drawn: ")
 
@@ -173,13 +177,7 @@ def test_the_worst_are_drawn_and_explained(tmp_path):
 def test_a_folder_that_cannot_be_is_refused(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="no folder can be made"):
-        write.prepare_page(tmp_path / "file" / "below")
+        prepare_page(tmp_path / "file" / "below")
     (tmp_path / "index.html").mkdir()
     with pytest.raises(OutputError, match="it is a folder"):
-        write.prepare_page(tmp_path)
-
-
-def test_words_are_escaped():
-    assert markup.element("p", markup.text("<&>"), title='"') == (
-        '<p title="&quot;">&lt;&amp;&gt;</p>'
-    )
+        prepare_page(tmp_path)

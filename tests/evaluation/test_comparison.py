@@ -1,4 +1,4 @@
-"""`fpmatch.evaluation.all_pairs`: 1:N comparison of all pairs gives what 1:1 gives."""
+"""`fpmatch.evaluation.comparison`: 1:N comparison of all pairs gives what 1:1 gives."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from fpmatch.evaluation.all_pairs import compare_all_pairs
+from fpmatch.evaluation.comparison import compare_all_pairs
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.minutiae import Minutiae, Template
 

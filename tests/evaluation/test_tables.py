@@ -1,13 +1,13 @@
 from __future__ import annotations
 
 from fpmatch.evaluation.run import evaluate
-from fpmatch.evaluation.table import format_table
+from fpmatch.evaluation.tables import format_report
 
 
 def test_rows_in_percent_with_dashes_for_what_is_undefined(bench, make_database):
     folders = [make_database("a"), make_database("bee", contents={"1_1": "broken"})]
     report = evaluate(folders, matcher=bench.MATCHER, extractor=bench.extractor, workers=1)
-    head, a, bee, mean, pooled = format_table(report).splitlines()
+    head, a, bee, mean, pooled = format_report(report).splitlines()
     assert head.split()[:4] == ["database", "genuine", "impostor", "EER"]
     assert a.split()[:5] == ["a", "30", "160", f"{100 * report.sets[0].rates.eer:.2f}", "%"]
     assert " - " in a

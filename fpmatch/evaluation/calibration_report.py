@@ -1,0 +1,145 @@
+"""The data behind a calibration: the scores that it measures, and the package's own beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.drawing.words import odds
+from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
+from fpmatch.evaluation.calibrate import CalibrationParameters
+from fpmatch.evaluation.intervals import Interval, interval_of
+from fpmatch.matching.calibration import (
+    Calibration,
+    calibrated_matchers,
+    load_calibration,
+    score_to_fmr,
+)
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fpmatch.evaluation.impostors import ImpostorSet
+
+CHECKED_SCORES: Final = (20.0, 30.0)
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationReport:
+    """Hold what a calibration is based on.
+
+    Parameters
+    ----------
+    matcher : str
+        The matcher.
+    sets, fingers, impostors : int
+        Numbers of databases, fingers and impostor comparisons.
+    largest_measured_score : float
+        Score up to which these measure the false match rate; above, it is extrapolated.
+    fmr_interval : Interval or None
+        The 95 % interval over fingers of the false match rate at that score.
+    highest_score : float
+        Highest score of an impostor comparison.
+    package : tuple of (float, float)
+        Scores of the package's own calibration, and the share of these comparisons that reach
+        each; empty where the package has none.
+    """
+
+    matcher: str
+    sets: int
+    fingers: int
+    impostors: int
+    largest_measured_score: float
+    fmr_interval: Interval | None
+    highest_score: float
+    package: tuple[tuple[float, float], ...]
+
+    @property
+    def smallest_measured_fmr(self) -> float:
+        """The false match rate at the largest measured score."""
+        return score_to_fmr(self.largest_measured_score)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the report as JSON values."""
+        interval = self.fmr_interval
+        return {
+            "matcher": self.matcher,
+            "databases": self.sets,
+            "fingers": self.fingers,
+            "impostors": self.impostors,
+            "largest_measured_score": self.largest_measured_score,
+            "smallest_measured_fmr": self.smallest_measured_fmr,
+            "smallest_measured_fmr_interval": interval and [interval.low, interval.high],
+            "highest_impostor_score": self.highest_score,
+            "package_calibration": [{"score": s, "fmr": share} for s, share in self.package],
+        }
+
+    def as_text(self) -> str:
+        """Return the report as text, a line an item."""
+        databases = f"{self.sets} database{'s' if self.sets > 1 else ''}"
+        rows = [
+            ("Matcher", self.matcher),
+            ("Fitted to", f"{self.impostors:,} impostor comparisons"),
+            ("", f"of {self.fingers} fingers ({databases})"),
+            (
+                "Measured",
+                f"up to score {self.largest_measured_score:.1f}, "
+                f"a false match rate of {odds(self.smallest_measured_fmr)}",
+            ),
+        ]
+        if self.fmr_interval is not None:
+            low, high = self.fmr_interval.low, self.fmr_interval.high
+            lowest = odds(low) if low > 0 else "none"
+            rows.append(("", f"(95 % interval over fingers: {odds(high)} to {lowest})"))
+        rows.append(("Beyond", "scores are extrapolated, and verify notes it"))
+        if self.largest_measured_score < DEFAULT_THRESHOLD:
+            threshold_fmr = score_to_fmr(DEFAULT_THRESHOLD)
+            needed = round(CalibrationParameters().min_above / threshold_fmr)
+            rows += [
+                ("", f"so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes"),
+                ("", f"some {needed:,} impostor comparisons"),
+            ]
+        rows.append(
+            ("Highest", f"the highest of these comparisons scores {self.highest_score:.1f}")
+        )
+        for at, share in self.package:
+            reached = f"{odds(share)} reach" if share > 0 else "none reaches"
+            text = (
+                f"{reached} {at:g} on the package's calibration; {odds(score_to_fmr(at))} is meant"
+            )
+            rows.append(("As supplied", text))
+        return "\n".join(f"  {label:<12}{text}" for label, text in rows)
+
+
+def report_calibration(
+    calibration: Calibration,
+    sets: Sequence[ImpostorSet],
+    *,
+    bootstrap: int = DEFAULT_BOOTSTRAP,
+    seed: int = 0,
+) -> CalibrationReport:
+    """Return the report on a calibration that `calibrate_on` fitted to these databases.
+
+    `bootstrap` and `seed` are the number of replicates for the interval, and their seed.
+    """
+    matcher = calibration.provenance.matcher
+    similarity = np.concatenate([one.trials.similarity for one in sets])
+    package: tuple[tuple[float, float], ...] = ()
+    if matcher in calibrated_matchers():
+        scores = load_calibration(matcher).scores(similarity)
+        package = tuple((at, float(np.mean(scores >= at))) for at in CHECKED_SCORES)
+    last_knot = calibration.knots[-1][0]
+    draws = bootstrap_fmr([one.trials for one in sets], last_knot, bootstrap, seed)
+    return CalibrationReport(
+        matcher=matcher,
+        sets=len(sets),
+        fingers=calibration.provenance.fingers,
+        impostors=calibration.provenance.impostors,
+        largest_measured_score=calibration.largest_measured_score,
+        fmr_interval=interval_of(draws),
+        highest_score=calibration.score(float(similarity.max())),
+        package=package,
+    )

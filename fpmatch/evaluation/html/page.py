@@ -1,0 +1,207 @@
+"""The page of an evaluation, which needs no other file and no network."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from fpmatch._version import __version__
+from fpmatch.errors import OutputError
+from fpmatch.evaluation.decision import decide, rho_of
+from fpmatch.evaluation.html.figures import Figures, matcher_figures, pooled_curve, pooled_figures
+from fpmatch.evaluation.html.hardest import HardPair, hardest_genuine, hardest_impostors
+from fpmatch.evaluation.html.svg import check_matplotlib
+from fpmatch.evaluation.tables import (
+    INTERVAL_TITLES,
+    RATE_TITLES,
+    change_limits,
+    decisions_sentence,
+    limits,
+    percent,
+    points,
+)
+from fpmatch.matching.calibration import calibrated_matchers
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.output import atomic_write_bytes, check_writable, reason
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterable, Sequence
+
+    from fpmatch.evaluation.analysis import Analysis
+    from fpmatch.evaluation.rates import Rates
+    from fpmatch.evaluation.report import EvaluationReport
+    from fpmatch.evaluation.run_comparison import RunComparison
+
+PAGE_NAME: Final = "index.html"
+_IMPOSTOR_PAIRS: Final = {
+    "extended": "every two impressions of different fingers",
+    "fvc": "the first impressions of every two different fingers",
+}
+_FAILURES_SHOWN: Final = 50
+_TONES: Final = {"better": "good", "worse": "bad"}
+
+
+def prepare_page(folder: str | os.PathLike[str]) -> Path:
+    """Make the folder of a page, and return the file that `write_page` will write.
+
+    Raises
+    ------
+    OutputError
+        If matplotlib is not installed, or the page cannot be written there.
+    """
+    check_matplotlib()
+    target = Path(folder) / PAGE_NAME
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: no folder can be made: {reason(error)}") from error
+    check_writable(target)
+    return target
+
+
+def write_page(
+    folder: str | os.PathLike[str],
+    analyses: Sequence[Analysis],
+    comparisons: Sequence[RunComparison] = (),
+) -> Path:
+    """Write the page and return its file; an older page there is replaced.
+
+    Parameters
+    ----------
+    folder : path
+        The folder; made if missing.
+    analyses : sequence of Analysis
+        One a matcher, over the same databases, whose images are read again for the overlays.
+    comparisons : sequence of RunComparison
+        Those of the first matcher with the others.
+
+    Raises
+    ------
+    OutputError
+        As `prepare_page`.
+    """
+    target = prepare_page(folder)
+    atomic_write_bytes(target, page(analyses, comparisons).encode("utf-8"))
+    return target
+
+
+def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()) -> str:
+    """Return the HTML that `write_page` writes."""
+    environment = Environment(
+        loader=PackageLoader("fpmatch.evaluation.html", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "base64": lambda content: base64.b64encode(content).decode("ascii"),
+        "change_limits": change_limits,
+        "decisions_sentence": decisions_sentence,
+        "limits": limits,
+        "percent": percent,
+        "points": points,
+        "thousands": lambda number: f"{number:,}",
+        "title_of": RATE_TITLES.__getitem__,
+    }
+    sets = analyses[0].report.sets
+    totals = [
+        sum(row.prints for row in sets),
+        sum(len(row.failures) for row in sets),
+        sum(row.genuine for row in sets),
+        sum(row.impostor for row in sets),
+    ]
+    prints, _, genuine, impostor = totals
+    reports = [one.report for one in analyses]
+    protocol = reports[0].protocol
+    html = environment.get_template("page.html.j2").render(
+        analyses=analyses,
+        comparisons=comparisons,
+        databases=len(sets),
+        prints=prints,
+        fingers=sum(len({i.finger for i in r.extracted.dataset.impressions}) for r in sets),
+        genuine=genuine,
+        impostor=impostor,
+        totals=totals,
+        protocol=protocol,
+        impostor_pairs=_IMPOSTOR_PAIRS[protocol],
+        version=__version__,
+        side_by_side=_SideBySide.of(reports) if len(reports) > 1 else None,
+        matchers=[_MatcherSection.of(one, number) for number, one in enumerate(analyses)],
+        failures=[why for row in sets for _, why in row.failures],
+        failures_shown=_FAILURES_SHOWN,
+        tones=_TONES,
+        interval_titles=INTERVAL_TITLES,
+    )
+    return html.lstrip() + "\n"
+
+
+@dataclass(frozen=True, slots=True)
+class _SideBySide:
+    """Hold the section on all matchers: names of rates, and figures."""
+
+    names: list[str]
+    figures: Figures
+
+    @classmethod
+    def of(cls, reports: Sequence[EvaluationReport]) -> _SideBySide:
+        return cls(_defined(r.pooled for r in reports), pooled_figures(reports))
+
+
+@dataclass(frozen=True, slots=True)
+class _MatcherSection:
+    """Hold the section on one matcher."""
+
+    analysis: Analysis
+    names: list[str]
+    decisions: str
+    figures: Figures
+    hardest_genuine: list[HardPair]
+    hardest_impostors: list[HardPair]
+
+    @classmethod
+    def of(cls, analysis: Analysis, number: int) -> _MatcherSection:
+        report = analysis.report
+        return cls(
+            analysis=analysis,
+            names=_defined([*(row.rates for row in report.sets), report.pooled]),
+            decisions=_default_decisions(report),
+            figures=matcher_figures(report, number),
+            hardest_genuine=hardest_genuine(report),
+            hardest_impostors=hardest_impostors(report),
+        )
+
+
+def _defined(rates: Iterable[Rates]) -> list[str]:
+    """Return the names of the rates that are defined at least once."""
+    every = list(rates)
+    return [name for name in RATE_TITLES if any(getattr(r, name) is not None for r in every)]
+
+
+def _default_decisions(report: EvaluationReport) -> str:
+    """Return the errors of `verify` with its defaults, in a sentence; "" without a rule."""
+    rho = rho_of(report.matcher)
+    if rho is None and report.matcher not in calibrated_matchers():
+        return ""
+    pooled = pooled_curve(report)
+    missed = int((~decide(report.matcher, pooled.genuine)).sum())
+    matched = int(decide(report.matcher, pooled.impostor).sum())
+    rule = (
+        f"At the default threshold of {DEFAULT_THRESHOLD:g}"
+        if rho is None
+        else f"Where more than a share rho = {rho:g} of the minutiae must be paired"
+    )
+    return (
+        f"{rule}, {missed:,} of {pooled.genuine.size:,} genuine pairs do not match"
+        f"{_share(missed, pooled.genuine.size)}, and {matched:,} of {pooled.impostor.size:,} "
+        f"impostor pairs do{_share(matched, pooled.impostor.size)}."
+    )
+
+
+def _share(count: int, total: int) -> str:
+    return f" ({100 * count / total:.3g} %)" if total else ""

@@ -1,0 +1,227 @@
+"""Files of scores: a row a comparison, in the one format of `evaluate --scores` and `score`.
+
+The columns are found by their names:
+
+- ``matcher``, ``set``: the matcher and the database;
+- ``probe``, ``reference``: names of the two prints;
+- ``genuine``: 1 if both show the same finger, 0 if not, empty where it is not known;
+- ``similarity``: the matcher's own measure; empty where a print has no template;
+- ``score``: calibrated, 0 to 100; empty without calibration;
+- the columns `DETAILS`, which only `evaluate` writes: number of pairs, transform, agreement;
+- ``reason``: why there is no similarity, or, in `evaluate`, why the prints do not match.
+
+A file of `score` may also be Parquet.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fpmatch.errors import DatasetError, OutputError
+from fpmatch.evaluation.comparison import NO_TEMPLATE
+from fpmatch.evaluation.decision import decide
+from fpmatch.matching.calibration import calibrated_matchers, load_calibration
+from fpmatch.output import atomic_write, check_writable, reason
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from fpmatch.evaluation.extraction import Extraction
+    from fpmatch.evaluation.report import EvaluationReport, SetResult
+
+
+COLUMNS: Final = (
+    *("matcher", "set", "probe", "reference", "genuine", "similarity", "score"),
+    "reason",
+)
+DETAILS: Final = (
+    *("pairs", "scale", "rotation_deg", "tx", "ty", "rms_px", "agreement", "overlap"),
+)
+PARQUET: Final = ".parquet"
+FORMATS: Final = (".csv", PARQUET)
+_BLOCK_BYTES: Final = 8 << 20  # of CSV that become one row group of Parquet, at least
+
+
+def csv_lines(rows: Iterable[Sequence[object]]) -> bytes:
+    """Return rows as lines of a CSV file."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue().encode()
+
+
+def failure_reason(probe: str, reference: str) -> str:
+    """Return the reason of a row from those why its prints have no template ("": they have one)."""
+    sides = {"probe": probe, "reference": reference}
+    return "; ".join(f"{side}: {why}" for side, why in sides.items() if why)
+
+
+def write_scores(path: str | os.PathLike[str], *reports: EvaluationReport) -> None:
+    """Write all comparisons of evaluations, one a matcher, with `COLUMNS` and `DETAILS`.
+
+    ``reason`` is empty where `fpmatch.verify` decides by default that the prints match.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written; it appears whole or not at all.
+    """
+    check_writable(path)
+    with atomic_write(path) as stream:
+        stream.write(csv_lines([(*COLUMNS[:-1], *DETAILS, COLUMNS[-1])]))
+        for report in reports:
+            for row in report.sets:
+                stream.write(csv_lines(_rows(row, report.matcher)))
+
+
+def _rows(result: SetResult, matcher: str) -> Iterator[Sequence[object]]:
+    names = [i.path.name for i in result.extracted.dataset.impressions]
+    outcomes, pairs = result.outcomes, result.pairs
+    failed = outcomes["reason"] == NO_TEMPLATE
+    similarity = outcomes["similarity"]
+    score = np.full(len(pairs), np.nan)
+    if matcher in calibrated_matchers():
+        score = load_calibration(matcher).scores(similarity)
+    why = np.where(decide(matcher, similarity), "", outcomes["reason"])
+    extractions = result.extracted.extractions
+    paths = [i.path for i in result.extracted.dataset.impressions]
+    failures = [_failure(path, e) for path, e in zip(paths, extractions, strict=True)]
+    for k in np.flatnonzero(failed).tolist():
+        why[k] = failure_reason(failures[pairs.probe[k]], failures[pairs.reference[k]])
+    columns = (
+        [names[i] for i in pairs.probe],
+        [names[i] for i in pairs.reference],
+        pairs.genuine.astype(int).tolist(),
+        ["" if no else value for no, value in zip(failed, similarity.tolist(), strict=True)],
+        ["" if no else _short(value) for no, value in zip(failed, score.tolist(), strict=True)],
+        outcomes["pairs"].tolist(),
+        *([_short(value) for value in outcomes[column].tolist()] for column in DETAILS[1:]),
+        why.tolist(),
+    )
+    for values in zip(*columns, strict=True):
+        yield (matcher, result.name, *values)
+
+
+def _failure(path: Path, extraction: Extraction) -> str:
+    """Return why an image gave no template, without its path; "" where it gave one."""
+    if extraction.template is not None:
+        return ""
+    return extraction.reason.removeprefix(f"{path}: ") or NO_TEMPLATE
+
+
+def _short(value: float) -> str:
+    """Return a measured value with six digits; "" where there is none."""
+    return "" if np.isnan(value) else f"{value:.6g}"
+
+
+def read_rows(
+    path: str | os.PathLike[str], columns: Sequence[str], optional: Sequence[str] = ()
+) -> Iterator[tuple[int, list[Any]]]:
+    """Yield line number and cells of each row of a file of scores, CSV or Parquet.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    columns : sequence of str
+        Columns to read, in this order; empty cells are "".
+    optional : sequence of str
+        Those of them that may be missing, and are then "".
+
+    Raises
+    ------
+    DatasetError
+        If the file cannot be read or lacks a column.
+    """
+    source = Path(path)
+    rows = _parquet_rows(source) if is_parquet(source) else _csv_rows(source)
+    try:
+        _, head = next(rows, (0, []))
+        for name in columns:
+            if name not in head and name not in optional:
+                raise DatasetError(
+                    f"{path}: not a file of scores (of fpmatch evaluate --scores or fpmatch "
+                    f"score): no column {name!r}"
+                )
+        places = [head.index(name) if name in head else -1 for name in columns]
+        for line, row in rows:
+            row.extend([""] * (len(head) - len(row)))
+            yield line, [row[k] if k >= 0 else "" for k in places]
+    except OSError as error:
+        raise DatasetError(f"{path}: cannot be read: {reason(error)}") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise DatasetError(f"{path}: not a CSV file of scores") from error
+
+
+def _csv_rows(path: Path) -> Iterator[tuple[int, list[Any]]]:
+    with path.open(newline="", encoding="utf-8") as stream:
+        reader = csv.reader(stream)
+        for row in reader:
+            if row:
+                yield reader.line_num, row
+
+
+def _parquet_rows(path: Path) -> Iterator[tuple[int, list[Any]]]:
+    check_format(path)
+    from pyarrow import ArrowInvalid, parquet  # noqa: PLC0415
+
+    line = 1
+    try:
+        with parquet.ParquetFile(path) as file:
+            names = file.schema_arrow.names
+            yield line, names
+            for block in file.iter_batches():
+                for row in block.to_pylist():
+                    line += 1
+                    yield line, ["" if row[name] is None else row[name] for name in names]
+    except ArrowInvalid as error:
+        raise DatasetError(f"{path}: not a Parquet file of scores") from error
+
+
+def check_format(path: Path) -> None:
+    """Refuse the name of a file of scores that cannot be written.
+
+    Raises
+    ------
+    OutputError
+        If it does not end in one of `FORMATS`, or in ``.parquet`` where pyarrow (extra
+        ``fpmatch[parquet]``) is missing.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise OutputError(f"{path}: scores are written as {' or '.join(FORMATS)}")
+    if is_parquet(path):
+        try:
+            import pyarrow.parquet  # noqa: F401, PLC0415
+        except ImportError as error:
+            raise OutputError(
+                f"{path}: Parquet needs pyarrow: pip install 'fpmatch[parquet]'"
+            ) from error
+
+
+def is_parquet(path: Path) -> bool:
+    """Return whether the name of a file is that of a Parquet file."""
+    return path.suffix.lower() == PARQUET
+
+
+def convert_to_parquet(source: Path, target: Path) -> None:
+    """Convert a CSV file of `COLUMNS` to Parquet, a block at a time; numbers are kept exactly."""
+    from pyarrow import csv as arrow_csv  # noqa: PLC0415
+    from pyarrow import float64, parquet, string  # noqa: PLC0415
+
+    types: dict[str, Any] = dict.fromkeys(COLUMNS, string())
+    types |= {"similarity": float64(), "score": float64()}
+    with (
+        arrow_csv.open_csv(
+            source,
+            read_options=arrow_csv.ReadOptions(use_threads=False, block_size=_BLOCK_BYTES),
+            convert_options=arrow_csv.ConvertOptions(column_types=types, null_values=[""]),
+        ) as blocks,
+        parquet.ParquetWriter(target, blocks.schema) as writer,
+    ):
+        for block in blocks:
+            writer.write_batch(block)

@@ -1,0 +1,223 @@
+"""The results of an evaluation as tables of text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.text_table import text_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fpmatch.evaluation.intervals import Interval, ReportIntervals
+    from fpmatch.evaluation.rates import Rates
+    from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.evaluation.run_comparison import (
+        ChangedPair,
+        DecisionChange,
+        RateDifference,
+        RunComparison,
+        SetComparison,
+    )
+
+RATE_TITLES: Final = {
+    "eer": "EER",
+    "fmr100": "FMR100",
+    "fmr1000": "FMR1000",
+    "fmr10000": "FMR10000",
+    "zero_fmr": "ZeroFMR",
+    "zero_fnmr": "ZeroFNMR",
+}
+INTERVAL_TITLES: Final = {
+    **{name: RATE_TITLES[name] for name in ("eer", "fmr100", "fmr1000", "fmr10000")},
+    "rank_one": "rank-1",
+}
+_PAIRS_NAMED: Final = 5
+_LEAST_P: Final = 0.0001
+
+
+def percent(rate: float | None) -> str:
+    """Write a rate in percent, "-" where there is none.
+
+    Examples
+    --------
+    >>> percent(0.0123), percent(None)
+    ('1.23 %', '-')
+    """
+    return "-" if rate is None else f"{100 * rate:.2f} %"
+
+
+def limits(interval: Interval | None) -> str:
+    """Write an interval in percent, "-" where there is none.
+
+    Examples
+    --------
+    >>> from fpmatch.evaluation.intervals import Interval
+    >>> limits(Interval(0.012, 0.034)), limits(None)
+    ('1.20 - 3.40 %', '-')
+    """
+    if interval is None:
+        return "-"
+    return f"{100 * interval.low:.2f} - {100 * interval.high:.2f} %"
+
+
+def points(difference: float) -> str:
+    """Write a difference of rates in percentage points.
+
+    Examples
+    --------
+    >>> points(-0.00123), points(0.0)
+    ('-0.12', '+0.00')
+    """
+    return f"{100 * difference:+.2f}"
+
+
+def change_limits(difference: RateDifference) -> str:
+    """Write the interval of a difference in percentage points, "-" where there is none."""
+    interval = difference.interval
+    return f"{points(interval.low)} to {points(interval.high)}" if interval else "-"
+
+
+def format_report(report: EvaluationReport) -> str:
+    """Return a line a database, their mean, and all scores pooled; rates in percent.
+
+    FMR10000 is left out where no database has enough pairs for it.
+    """
+    genuine = sum(row.genuine for row in report.sets)
+    impostor = sum(row.impostor for row in report.sets)
+    failed = sum(len(row.failures) for row in report.sets)
+    rates = [*(row.rates for row in report.sets), report.pooled]
+    names = [
+        n for n in RATE_TITLES if n != "fmr10000" or any(r.fmr10000 is not None for r in rates)
+    ]
+    titles = [RATE_TITLES[name] for name in names]
+    return text_table(
+        [
+            ("database", "genuine", "impostor", *titles, "rank-1", "failed", "extract", "match"),
+            *(_set_cells(row, names) for row in report.sets),
+            ("mean", "", "", *_cells(report.mean, names), "", "", "", ""),
+            (
+                *("pooled", str(genuine), str(impostor), *_cells(report.pooled, names)),
+                *(percent(report.rank_one), str(failed), "", ""),
+            ),
+        ]
+    )
+
+
+def _set_cells(row: SetResult, names: list[str]) -> tuple[str, ...]:
+    return (
+        *(row.name, str(row.genuine), str(row.impostor), *_cells(row.rates, names)),
+        *(percent(row.rank_one), str(len(row.failures))),
+        *(f"{row.extract_ms:.1f} ms", f"{row.match_us:.0f} µs"),
+    )
+
+
+def _cells(rates: Rates, names: Sequence[str]) -> list[str]:
+    return [percent(getattr(rates, name)) for name in names]
+
+
+def format_matchers(reports: Sequence[EvaluationReport]) -> str:
+    """Return a line a matcher: mean EER, and the rates of all scores pooled."""
+    names = [n for n in RATE_TITLES if any(getattr(r.pooled, n) is not None for r in reports)]
+    titles = [f"pooled {RATE_TITLES[name]}" for name in names]
+    return text_table(
+        [
+            ("side by side", "mean EER", *titles, "rank-1"),
+            *(
+                (r.matcher, percent(r.mean.eer), *_cells(r.pooled, names), percent(r.rank_one))
+                for r in reports
+            ),
+        ]
+    )
+
+
+def format_intervals(report: EvaluationReport, intervals: ReportIntervals) -> str:
+    """Return a line a database, their mean, and all scores pooled; limits in percent.
+
+    Rates without any interval are left out.
+    """
+    rows = [
+        *((row.name, one) for row, one in zip(report.sets, intervals.sets, strict=True)),
+        ("mean", intervals.mean),
+        ("pooled", intervals.pooled),
+    ]
+    names = [n for n in INTERVAL_TITLES if any(getattr(one, n) is not None for _, one in rows)]
+    if not names:
+        return "95 % intervals: none, there are too few fingers"
+    head = ("95 % intervals", *(INTERVAL_TITLES[name] for name in names))
+    cells = [(title, *(limits(getattr(one, name)) for name in names)) for title, one in rows]
+    return text_table([head, *cells])
+
+
+def format_comparison(comparison: RunComparison, name: str) -> str:
+    """Return the rates before and now, and the decisions that changed.
+
+    Parameters
+    ----------
+    comparison : RunComparison
+        The comparison.
+    name : str
+        Name of the earlier run.
+
+    Returns
+    -------
+    str
+        A table: EER of each database, then all rates of mean and pooled scores; below it the
+        decisions on genuine pairs.
+    """
+    c = comparison
+    by = f", by matcher {c.before}" if c.before not in {"", c.now, name} else ""
+    lines = [
+        f"{c.now} compared with {name}{by}: {c.pooled.pairs:,} pairs in both, "
+        f"{c.identical:,} with the same similarity"
+    ]
+    cells: list[Sequence[str]] = [(" ", "pairs", *c.titles(), "points", "95 % interval", "")]
+    for one in c.sets:
+        cells += _comparison_cells(one, one.differences[:1])
+    for one in (c.mean, c.pooled):
+        cells += _comparison_cells(one, one.differences)
+    lines.append(text_table(cells))
+    if c.only_before or c.only_now:
+        lines.append(
+            f"left out: {c.only_before:,} pairs that only the earlier run compared, "
+            f"{c.only_now:,} that only this one did"
+        )
+    if c.decisions is not None:
+        lines.append(decisions_sentence(c.decisions))
+        lines += _named("now matching", c.decisions.gained)
+        lines += _named("no longer", c.decisions.lost)
+    return "\n".join(lines)
+
+
+def _comparison_cells(
+    one: SetComparison, differences: Sequence[RateDifference]
+) -> list[Sequence[str]]:
+    return [
+        (
+            *(f"{one.name} {RATE_TITLES[d.rate]}", f"{one.pairs:,}"),
+            *(percent(d.before), percent(d.now), points(d.now - d.before)),
+            *(change_limits(d), d.verdict),
+        )
+        for d in differences
+    ]
+
+
+def decisions_sentence(decisions: DecisionChange) -> str:
+    """Return how many decisions changed, and the p-value of the change."""
+    d = decisions
+    counts = (
+        f"at a false match rate of {100 * d.fmr:g} %, of {d.genuine:,} genuine pairs "
+        f"{len(d.gained):,} match now and did not, {len(d.lost):,} did and do not"
+    )
+    if not d.gained and not d.lost:
+        return counts
+    p = f"= {d.p_value:.2g}" if d.p_value >= _LEAST_P else f"< {_LEAST_P:g}"
+    return f"{counts} (McNemar's exact test: p {p})"
+
+
+def _named(label: str, pairs: Sequence[ChangedPair]) -> list[str]:
+    rest = len(pairs) - _PAIRS_NAMED
+    return [
+        *(f"  {label}: {p.set} {p.probe} {p.reference}" for p in pairs[:_PAIRS_NAMED]),
+        *([f"  {label}: {rest} more"] if rest > 0 else []),
+    ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.points.trials import TrialPlan
     from fpmatch.pointset.random_sets import PointModel
 
-_MATCHERS: Final = ("ours", "paper", "van-wamelen", "astroalign")
-_READINGS: Final[tuple[PointModel, ...]] = ("patch", "clutter")
+_MATCHERS: Final = ("triangles", "paper", "van-wamelen", "astroalign")
+_MODELS: Final[tuple[PointModel, ...]] = ("patch", "clutter")
 _LABEL_WIDTH: Final = 48
 
 
@@ -25,14 +26,13 @@ _LABEL_WIDTH: Final = 48
     "bench",
     epilog="""\b
 Matchers:
-  ours         what `fpmatch points match` uses by default
-  paper        the paper's method; claims a match by the paper's rule, where more than a share
-               rho of P is paired
-  van-wamelen  the baseline of the paper, told the true rho and lambda
+  triangles    the default of `fpmatch points match`
+  paper        the paper's method, which matches where more than a share rho of P is paired
+  van-wamelen  the baseline of the paper, given the true rho and lambda
   astroalign   the Python package, where it is installed
 
 \b
-Readings of where P's partners lie in Q:
+Models of where P's partners lie in Q:
   patch        in a part of Q as large as P, so that neighbours stay neighbours
   clutter      anywhere in Q, with other points between them
 
@@ -47,7 +47,7 @@ Examples:
 @click.option(
     "--independent-trials",
     type=click.IntRange(min=1),
-    help="Of them, independent pairs, on which a search takes longest.  [default: as --trials]",
+    help="Independent pairs a cell, on which a search takes longest.  [default: as --trials]",
 )
 @click.option(
     "--matcher",
@@ -57,11 +57,11 @@ Examples:
     help="Matcher to try (repeatable).  [default: all]",
 )
 @click.option(
-    "--reading",
-    "readings",
+    "--model",
+    "models",
     multiple=True,
-    type=click.Choice(_READINGS),
-    help="PointModel of the experiment (repeatable).  [default: both]",
+    type=click.Choice(_MODELS),
+    help="Model of the experiment (repeatable).  [default: both]",
 )
 @click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the sets."
@@ -70,29 +70,29 @@ Examples:
     "--budget",
     metavar="SECONDS",
     type=click.FloatRange(min=0, min_open=True),
-    help="Time after which matchers other than ours try no more pairs of a kind in a cell, once "
-    "they have tried five.  [default: 20]",
+    help="Time after which matchers other than triangles try no more pairs of a kind in a cell, "
+    "after five at least.  [default: 20]",
 )
 @click.option(
     "--quick",
     is_flag=True,
-    help="Less of everything, for a look within a minute: rows up to m = 100, few pairs.",
+    help="A run of a minute: rows up to m = 100, few pairs.",
 )
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
     default=1,
     show_default=True,
-    help="Processes to use. More slow each other down: of times, only those of one cell compare.",
+    help="Processes to use. More slow each other down: only times of one cell are comparable.",
 )
 @click.option(
     "--json",
     "json_file",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="Write the results as JSON, anew after each cell.",
+    help="Write the results as JSON, after each cell.",
 )
-@click.option("--resume", is_flag=True, help="Go on with the file of --json where it ends.")
+@click.option("--resume", is_flag=True, help="Continue the file of --json.")
 @click.option(
     "--plot",
     metavar="FILE",
@@ -104,7 +104,7 @@ def points_bench(
     trials: int | None,
     independent_trials: int | None,
     matchers: tuple[str, ...],
-    readings: tuple[PointModel, ...],
+    models: tuple[PointModel, ...],
     seed: int,
     budget: float | None,
     quick: bool,
@@ -118,14 +118,14 @@ def points_bench(
 
     For each of the 13 rows of the paper's tables, and n = 2m, 4m and 8m, every matcher is tried on
     pairs of random sets: on pairs that have points in common, for its time and how often it finds
-    the true transform, and on independent pairs, for its false matches. The results are printed
+    the true transform, and on independent pairs, for its false positives. The results are printed
     beside the paper's own times.
 
-    Times are processor times of one thread. A full run takes an hour or more: --json with
-    --resume lets it go on after an interruption.
+    Times are processor times of one thread. A full run takes an hour or more; --json with
+    --resume continues it after an interruption.
     """
     from fpmatch.evaluation.points.bench import run_bench
-    from fpmatch.evaluation.points.places import places
+    from fpmatch.evaluation.points.conditions import conditions
     from fpmatch.evaluation.points.plot import check_plot, save_bench_plot
     from fpmatch.evaluation.points.results import write_results
     from fpmatch.evaluation.points.table import format_bench, format_bench_markdown
@@ -141,7 +141,7 @@ def points_bench(
     plan = replace(_plan(trials, budget, seed, quick=quick), independent_trials=independent_trials)
     chosen = _installed(matchers)
     results = _results(plan, workers, json_file if resume else None)
-    where = places(readings or _READINGS, QUICK_LARGEST_M if quick else None)
+    where = conditions(models or _MODELS, QUICK_LARGEST_M if quick else None)
     with _Bar(len(where) * len(chosen)) as bar:
 
         def keep(_: object) -> None:
@@ -195,35 +195,35 @@ def _results(plan: TrialPlan, workers: int, old: Path | None) -> BenchResults:
 
 
 class _Bar:
-    """Show a bar with the cell's name on stderr, and nothing where that is not a terminal."""
+    """A progress bar with the cell's name on stderr; nothing where that is not a terminal."""
 
     def __init__(self, length: int) -> None:
         self._name = ""
-        self._bar: Any = None
+        self._bar: Any = nullcontext()
         if sys.stderr.isatty():
             self._bar = click.progressbar(
-                length=length, label="matching", file=sys.stderr, item_show_func=self._shown
+                length=length,
+                label="matching",
+                file=sys.stderr,
+                item_show_func=lambda _: self._name.ljust(_LABEL_WIDTH),
             )
 
     def __enter__(self) -> _Bar:
-        if self._bar is not None:
-            self._bar.__enter__()
+        self._bar.__enter__()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.render_finish()
+    def __exit__(self, *error: object) -> None:
+        self._bar.__exit__(*error)
 
     def name(self, cell: str) -> None:
         """Show that a cell begins."""
         self._name = cell
-        if self._bar is not None:
-            self._bar.update(0, self._name)
+        self._update(0)
 
     def advance(self) -> None:
         """Show that a cell is finished."""
-        if self._bar is not None:
-            self._bar.update(1, self._name)
+        self._update(1)
 
-    def _shown(self, _: object) -> str:
-        return self._name.ljust(_LABEL_WIDTH)
+    def _update(self, cells: int) -> None:
+        if not isinstance(self._bar, nullcontext):
+            self._bar.update(cells, self._name)

@@ -1,23 +1,22 @@
 """Random pairs of point sets with known truth, as in the paper's section 4.2.
 
-All lengths are taken by density. Of n points strewn at random over a square of side r, the mean
-distance from a point to its nearest neighbour is r/(2√n), the edge of the square aside. With Q
-such a set of n points,
+All lengths are relative to the density. Of n random points in a square of side r, the mean distance
+from a point to its nearest neighbour is r/(2√n), apart from the edge of the square. With Q such a
+set of n points,
 
 - the matching distance of eq. (2) is ``t = λ·r/(2√n)``: λ mean nearest-neighbour distances;
 - the jitter between partners is uniform in a disc of radius ``η·r/(2√n)``;
-- ρ is the share of P's m points that have a partner in Q: ⌈ρm⌉ points, so that a matcher that
-  asks for ρm pairs can be satisfied by the truth. The others lie anywhere P lies, independently.
+- ρ is the share of P's m points that have a partner in Q: ⌈ρm⌉ points, so that the truth satisfies
+  a matcher that needs ρm pairs. The others are random in the area of P, independently.
 
-The paper does not say which part of Q the partners come from, and both readings are here:
+The paper does not say which part of Q the partners come from; there are two models:
 
-- "patch": P covers a sub-square of Q's square, of side r·√(m/n) and at a random place. Q has the
-  same density everywhere, n/r², and so has P: within the sub-square Q has m points of its n, the
-  partners of P among them. Most of P's one-rings and neighbours come again in Q.
+- "patch": P covers a sub-square of Q's square, of side r·√(m/n) and at a random position. P and Q
+  have the same density n/r². Most of P's one-rings and neighbours recur in Q.
 - "clutter": P's partners are spread over all of Q's square. Q is n/m times as dense as P, and
   neighbours in P are not neighbours in Q.
 
-P is then moved by a random similarity, and the truth is the transform that moves it back.
+P is then moved by a random similarity; the truth is the inverse transform.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 PointModel = Literal["patch", "clutter"]
-READINGS: Final[tuple[PointModel, ...]] = get_args(PointModel)
+POINT_MODELS: Final[tuple[PointModel, ...]] = get_args(PointModel)
 
 MIN_SCALE: Final = 0.5
 MAX_SCALE: Final = 2.0
@@ -75,18 +74,6 @@ class RandomPair:
 def mean_nearest_distance(side: float, n: int) -> float:
     """Return r/(2√n), the mean nearest-neighbour distance of n random points in a square.
 
-    Parameters
-    ----------
-    side : float
-        r, the side of the square.
-    n : int
-        Number of points, 1 or more.
-
-    Returns
-    -------
-    float
-        The distance, in the units of `side`.
-
     References
     ----------
     Clark, Evans, "Distance to nearest neighbor as a measure of spatial relationships in
@@ -107,7 +94,7 @@ def random_pair(
     eta: float,
     lambda_: float,
     *,
-    reading: PointModel = "patch",
+    model: PointModel = "patch",
     rng: np.random.Generator | int,
 ) -> RandomPair:
     """Make a random pair of sets in which a share ρ of P's points has a partner in Q.
@@ -122,8 +109,8 @@ def random_pair(
         η: radius of the jitter in mean nearest-neighbour distances of Q.
     lambda_ : float
         λ: matching distance in mean nearest-neighbour distances of Q.
-    reading : {"patch", "clutter"}
-        Where P lies in Q; see the module.
+    model : {"patch", "clutter"}
+        Where P's partners lie in Q; see the module.
     rng : numpy.random.Generator or int
         Source of randomness, or its seed. The same seed gives the same pair.
 
@@ -135,7 +122,7 @@ def random_pair(
     Raises
     ------
     PointSetError
-        If a parameter is outside its range, or the reading is neither of the two.
+        If a parameter is outside its range, or the model is unknown.
 
     Examples
     --------
@@ -146,8 +133,8 @@ def random_pair(
     """
     if not 0 <= rho <= 1:
         raise PointSetError(f"rho must be in [0, 1], not {rho:g}")
-    _check(m, n, eta, lambda_, reading)
-    return _make(m, n, share_of(rho, m), eta, lambda_, reading, np.random.default_rng(rng))
+    _check(m, n, eta, lambda_, model)
+    return _make(m, n, share_of(rho, m), eta, lambda_, model, np.random.default_rng(rng))
 
 
 def independent_pair(
@@ -155,10 +142,10 @@ def independent_pair(
     n: int,
     lambda_: float,
     *,
-    reading: PointModel = "patch",
+    model: PointModel = "patch",
     rng: np.random.Generator | int,
 ) -> RandomPair:
-    """Make two sets that have nothing in common but the density `random_pair` gives them.
+    """Make two independent sets of the densities of `random_pair`.
 
     Parameters
     ----------
@@ -166,8 +153,8 @@ def independent_pair(
         Points of P and of Q, 1 ≤ m ≤ n.
     lambda_ : float
         λ: matching distance in mean nearest-neighbour distances of Q.
-    reading : {"patch", "clutter"}
-        Which density P has; see the module.
+    model : {"patch", "clutter"}
+        The density of P; see the module.
     rng : numpy.random.Generator or int
         Source of randomness, or its seed.
 
@@ -179,24 +166,24 @@ def independent_pair(
     Raises
     ------
     PointSetError
-        If a parameter is outside its range, or the reading is neither of the two.
+        If a parameter is outside its range, or the model is unknown.
 
     Examples
     --------
     >>> len(independent_pair(50, 100, 0.84, rng=7).pairs)
     0
     """
-    _check(m, n, 0.0, lambda_, reading)
-    return _make(m, n, 0, 0.0, lambda_, reading, np.random.default_rng(rng))
+    _check(m, n, 0.0, lambda_, model)
+    return _make(m, n, 0, 0.0, lambda_, model, np.random.default_rng(rng))
 
 
-def _check(m: int, n: int, eta: float, lambda_: float, reading: str) -> None:
+def _check(m: int, n: int, eta: float, lambda_: float, model: str) -> None:
     if not 1 <= m <= n:
         raise PointSetError(f"P needs 1 to n points, Q at least as many: {m} and {n}")
     if not (0 <= eta < math.inf and 0 <= lambda_ < math.inf):
         raise PointSetError(f"eta and lambda must be 0 or more, not {eta:g} and {lambda_:g}")
-    if reading not in READINGS:
-        raise PointSetError(f"unknown reading {reading!r}: expected {' or '.join(READINGS)}")
+    if model not in POINT_MODELS:
+        raise PointSetError(f"unknown model {model!r}: expected {' or '.join(POINT_MODELS)}")
 
 
 def _make(
@@ -205,16 +192,16 @@ def _make(
     partners: int,
     eta: float,
     lambda_: float,
-    reading: PointModel,
+    model: PointModel,
     rng: np.random.Generator,
 ) -> RandomPair:
     side = math.sqrt(n)
     spacing = mean_nearest_distance(side, n)
-    place = _patch if reading == "patch" else _clutter
-    q, q_partner, strangers = place(m, n, partners, side, rng)
-    p_in_q = np.vstack([q[q_partner] + _in_disc(partners, eta * spacing, rng), strangers])
+    sample = _patch if model == "patch" else _clutter
+    q, q_partner, outliers = sample(m, n, partners, side, rng)
+    p_in_q = np.vstack([q[q_partner] + _in_disc(partners, eta * spacing, rng), outliers])
     order = rng.permutation(m)
-    rank = order.argsort().astype(np.int32)  # where each point of P comes to stand
+    rank = order.argsort().astype(np.int32)  # position of each point in P
     pairs = np.column_stack([rank[:partners], q_partner]).astype(np.int32)
     move = _random_similarity(side, rng)
     return RandomPair(
@@ -236,8 +223,8 @@ def _patch(
     inside = corner + rng.uniform(0.0, patch_side, (m, 2))
     order = rng.permutation(n)
     q = np.vstack([inside, _outside(m, n, corner, patch_side, side, rng)])[order]
-    strangers = corner + rng.uniform(0.0, patch_side, (m - partners, 2))
-    return q, order.argsort()[:partners], strangers
+    outliers = corner + rng.uniform(0.0, patch_side, (m - partners, 2))
+    return q, order.argsort()[:partners], outliers
 
 
 def _clutter(
@@ -245,8 +232,8 @@ def _clutter(
 ) -> tuple[Floats, NDArray[np.int64], Floats]:
     """Return Q, the indices of its partners anywhere in the square, and P's other points."""
     q = rng.uniform(0.0, side, (n, 2))
-    strangers = rng.uniform(0.0, side, (m - partners, 2))
-    return q, rng.permutation(n)[:partners], strangers
+    outliers = rng.uniform(0.0, side, (m - partners, 2))
+    return q, rng.permutation(n)[:partners], outliers
 
 
 def _outside(
@@ -269,7 +256,7 @@ def _in_disc(count: int, radius: float, rng: np.random.Generator) -> Floats:
 
 
 def _random_similarity(side: float, rng: np.random.Generator) -> Similarity:
-    """Return any rotation, a scale even in its logarithm, and a shift of up to the side."""
+    """Return any rotation, a log-uniform scale, and a shift of up to the side."""
     scale = math.exp(rng.uniform(math.log(MIN_SCALE), math.log(MAX_SCALE)))
     shift = rng.uniform(-side, side, 2)
     return Similarity(scale, rng.uniform(-math.pi, math.pi), float(shift[0]), float(shift[1]))

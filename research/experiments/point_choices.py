@@ -11,8 +11,7 @@ from dataclasses import replace
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.evaluation.points.matchers import Claim
-from fpmatch.evaluation.points.places import make_pair, places
+from fpmatch.evaluation.points.conditions import conditions, make_pair
 from fpmatch.evaluation.points.trials import is_recognised
 from fpmatch.pointset.point_match import share_of
 from fpmatch.pointset.triangles.matcher import TriangleParameters, match_by_triangles
@@ -26,9 +25,7 @@ from fpmatch.pointset.unit_circle.prepared_points import prepare_points
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.evaluation.points.places import Place
-    from fpmatch.pointset.point_match import PointMatch
-    from fpmatch.pointset.random_sets import RandomPair
+    from fpmatch.evaluation.points.conditions import Condition
 
 AREA_TOLERANCES: Final = (0.1, 0.03, 0.01)
 EXITS: Final = (1, 4, 16, 64, 0)
@@ -42,13 +39,13 @@ _MS: Final = 1e3
 
 
 def measure_paper(
-    place: Place, area_tolerance: float, trials: int, seed: int = SEED
+    condition: Condition, area_tolerance: float, trials: int, seed: int = SEED
 ) -> dict[str, Any]:
-    """Try the paper's method at one place with one area tolerance.
+    """Try the paper's method at one condition with one area tolerance.
 
     Parameters
     ----------
-    place : Place
+    condition : Condition
         Where in the paper's tables.
     area_tolerance : float
         The area tolerance.
@@ -60,18 +57,21 @@ def measure_paper(
     Returns
     -------
     dict
-        JSON values: the place; ``passing``, the share of ring pairs of equal degree that are
+        JSON values: the condition; ``passing``, the share of ring pairs of equal degree that are
         alike; ``median_ms`` of a genuine pair and ``independent_ms`` of another; ``right`` and
         ``false``, matches by the paper's rule, more than ρ of the points; ``right_at`` and
         ``false_at`` by ρ or more of them, and ``right_80`` and ``false_80`` by 80 % of ⌈ρm⌉.
     """
-    rho, fewest = place.parameters.rho, FORMER_SHARE * share_of(place.parameters.rho, place.m)
+    rho, fewest = (
+        condition.parameters.rho,
+        FORMER_SHARE * share_of(condition.parameters.rho, condition.m),
+    )
     counts = dict.fromkeys(("right", "false", "right_at", "false_at", "right_80", "false_80"), 0)
     alike = equal = 0
     seconds: dict[bool, list[float]] = {True: [], False: []}
     for genuine in (True, False):
         for trial in range(trials):
-            pair = make_pair(place, seed, trial, genuine=genuine)
+            pair = make_pair(condition, seed, trial, genuine=genuine)
             given = UnitCircleParameters(
                 area_tolerance=area_tolerance, tolerance=pair.tolerance, matching_factor=rho
             )
@@ -82,12 +82,12 @@ def measure_paper(
             alike += match.local_matches
             equal += len(similar_rings(p.rings, q.rings, _ANY_AREA))
             found = "right" if genuine else "false"
-            holds = not genuine or _is_true(match, pair)
+            holds = not genuine or is_recognised(match, pair)
             counts[found] += holds and match.matched_share > rho
             counts[f"{found}_at"] += holds and match.matched_share >= rho
             counts[f"{found}_80"] += holds and len(match.pairs) >= fewest
     return {
-        **_named(place),
+        **_named(condition),
         "area_tolerance": area_tolerance,
         "trials": trials,
         "passing": alike / equal if equal else 0.0,
@@ -98,13 +98,13 @@ def measure_paper(
 
 
 def measure_exit(
-    place: Place, a_point: int, trials: int, independent_trials: int, seed: int = SEED
+    condition: Condition, a_point: int, trials: int, independent_trials: int, seed: int = SEED
 ) -> dict[str, Any]:
-    """Try the default matcher at one place where it gives up after so many proposals.
+    """Try the default matcher at one condition where it gives up after so many proposals.
 
     Parameters
     ----------
-    place : Place
+    condition : Condition
         Where in the paper's tables.
     a_point : int
         Proposals a point of Q, at most; 0 for the matcher's default.
@@ -116,26 +116,26 @@ def measure_exit(
     Returns
     -------
     dict
-        JSON values: the place; ``right`` of ``trials``, the median and the longest time of a
+        JSON values: the condition; ``right`` of ``trials``, the median and the longest time of a
         genuine pair, and the median time of an independent pair, in ms.
     """
     parameters = TriangleParameters()
     if a_point:
-        most = min(a_point * place.n, parameters.max_proposals)
+        most = min(a_point * condition.n, parameters.max_proposals)
         parameters = replace(parameters, max_proposals=most)
     times: dict[bool, list[float]] = {True: [], False: []}
     right = 0
     for genuine, count in ((True, trials), (False, independent_trials)):
         for trial in range(count):
-            pair = make_pair(place, seed, trial, genuine=genuine)
+            pair = make_pair(condition, seed, trial, genuine=genuine)
             start = time.process_time()
             match = match_by_triangles(
                 pair.p, pair.q, tolerance=pair.tolerance, parameters=parameters
             )
             times[genuine].append(_MS * (time.process_time() - start))
-            right += genuine and _is_true(match, pair)
+            right += genuine and is_recognised(match, pair)
     return {
-        **_named(place),
+        **_named(condition),
         "a_point": a_point,
         "trials": trials,
         "right": right,
@@ -148,14 +148,14 @@ def measure_exit(
 def measure_points(
     trials: int, finished: Callable[[str], None] = lambda _: None
 ) -> dict[str, list[dict[str, Any]]]:
-    """Measure both at every place of up to 200 points of P.
+    """Measure both at every condition of up to 200 points of P.
 
     Parameters
     ----------
     trials : int
-        Genuine pairs, and independent pairs, of a place; a quarter of them where they are slow.
+        Genuine pairs, and independent pairs, of a condition; a quarter of them where they are slow.
     finished : callable
-        Called with the name of each place when it is done.
+        Called with the name of each condition when it is done.
 
     Returns
     -------
@@ -165,27 +165,23 @@ def measure_points(
     """
     few = max(1, trials // 4)
     found: dict[str, list[dict[str, Any]]] = {"paper": [], "exits": []}
-    for place in places(largest_m=LARGEST_M):
-        number = few if place.m == LARGEST_M else trials
-        measure_paper(place, AREA_TOLERANCES[0], 1)  # so that nothing is loaded on the clock
-        found["paper"] += [measure_paper(place, area, number) for area in AREA_TOLERANCES]
+    for condition in conditions(largest_m=LARGEST_M):
+        number = few if condition.m == LARGEST_M else trials
+        measure_paper(condition, AREA_TOLERANCES[0], 1)  # so that nothing is loaded on the clock
+        found["paper"] += [measure_paper(condition, area, number) for area in AREA_TOLERANCES]
         no = found["paper"][-len(AREA_TOLERANCES)]["independent_ms"]
         found["exits"] += [
-            {**measure_exit(place, each, few, max(1, few // 2)), "paper_ms": no} for each in EXITS
+            {**measure_exit(condition, each, few, max(1, few // 2)), "paper_ms": no}
+            for each in EXITS
         ]
-        finished(str(place))
+        finished(str(condition))
     return found
 
 
-def _is_true(match: PointMatch, pair: RandomPair) -> bool:
-    claim = None if match.transform is None else Claim(match.transform, match.pairs)
-    return is_recognised(claim, pair)
-
-
-def _named(place: Place) -> dict[str, Any]:
+def _named(condition: Condition) -> dict[str, Any]:
     return {
-        "reading": place.reading,
-        "rho": place.parameters.rho,
-        "m": place.m,
-        "n": place.n,
+        "reading": condition.model,
+        "rho": condition.parameters.rho,
+        "m": condition.m,
+        "n": condition.n,
     }

@@ -1,24 +1,24 @@
 """What the default matcher is to reach on random point sets, and the cells that miss it.
 
-All targets are on "ours". Under the patch reading, at all 39 places:
+All targets are for "triangles". Under the patch model, at all 39 conditions:
 
 - of 100 or more genuine pairs 99 % are recognised, and on at most 1 % of 20 or more independent
-  pairs a match is claimed;
+  pairs there is a match;
 - a match takes no longer than scipy takes to triangulate the same two sets where ρ is 0.9 or more,
   and no longer than 5 times that where ρ is 0.6;
 - at n = 2m it is at least 20 times as fast as van Wamelen's matcher, in the geometric mean of the
   13 rows;
 - wherever van Wamelen's matcher ran too, it recognises no fewer of the pairs that both tried.
 
-Under the clutter reading, where ρ is 0.9 or more, η at most 0.4, and n = 2m, 95 % are recognised,
-and on at most 1 % of the independent pairs a match is claimed. A cell that is not there misses.
+Under the clutter model, where ρ is 0.9 or more, η at most 0.4, and n = 2m, 95 % are recognised,
+and on at most 1 % of the independent pairs there is a match. A cell that is not there misses.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.evaluation.points.places import Place, places
+from fpmatch.evaluation.points.conditions import Condition, conditions
 from fpmatch.evaluation.points.published_results import PAPER_ROWS
 from fpmatch.evaluation.points.summary import geometric_mean, speed_ups
 
@@ -53,49 +53,49 @@ def missed_targets(results: BenchResults) -> list[str]:
         The cell, the figure and the target; empty where all is reached.
     """
     missed = []
-    for place in places():
-        if place.reading == "patch" or _is_easy_clutter(place):
-            missed += [f"ours, {place}: {miss}" for miss in _missed_at(results, place)]
+    for condition in conditions():
+        if condition.model == "patch" or _is_easy_clutter(condition):
+            missed += [f"triangles, {condition}: {miss}" for miss in _missed_at(results, condition)]
     return [*missed, *_missed_speed_up(results)]
 
 
-def _is_easy_clutter(place: Place) -> bool:
-    row = place.parameters
+def _is_easy_clutter(condition: Condition) -> bool:
+    row = condition.parameters
     return (
         row.rho >= CLUTTER_LEAST_RHO
         and row.eta <= CLUTTER_MOST_ETA
-        and place.factor == CLUTTER_FACTOR
+        and condition.factor == CLUTTER_FACTOR
     )
 
 
-def _missed_at(results: BenchResults, place: Place) -> Iterator[str]:
-    cell = results.cell(place, "ours")
+def _missed_at(results: BenchResults, condition: Condition) -> Iterator[str]:
+    cell = results.cell(condition, "triangles")
     if cell is None:
         yield "not run"
         return
     yield from _missed_answers(cell)
-    if place.reading == "patch":
+    if condition.model == "patch":
         yield from _missed_time(cell)
-        baseline = results.cell(place, "van-wamelen")
+        baseline = results.cell(condition, "van-wamelen")
         if baseline is not None:
             yield from _missed_comparison(cell, baseline)
 
 
 def _missed_answers(cell: PointCell) -> Iterator[str]:
-    least = LEAST_RECOGNISED[cell.place.reading]
+    least = LEAST_RECOGNISED[cell.condition.model]
     if cell.trials < FEWEST_TRIALS or cell.independent_trials < FEWEST_INDEPENDENT:
         yield (
             f"{cell.trials} genuine and {cell.independent_trials} independent trials, "
             f"target at least {FEWEST_TRIALS} and {FEWEST_INDEPENDENT}"
         )
-    if cell.recognised < least:
-        yield f"recognised {cell.recognised:.3f}, target at least {least:g}"
-    if cell.false_match > MOST_FALSE:
-        yield f"false matches {cell.false_match:.3f}, target at most {MOST_FALSE:g}"
+    if cell.true_positive_rate < least:
+        yield f"recognised {cell.true_positive_rate:.3f}, target at least {least:g}"
+    if cell.false_positive_rate > MOST_FALSE:
+        yield f"false positives {cell.false_positive_rate:.3f}, target at most {MOST_FALSE:g}"
 
 
 def _missed_time(cell: PointCell) -> Iterator[str]:
-    most = MOST_TRIANGULATIONS[cell.place.parameters.rho]
+    most = MOST_TRIANGULATIONS[cell.condition.parameters.rho]
     share = cell.time_ms / cell.scipy_delaunay_ms
     if share > most:
         yield (
@@ -116,14 +116,14 @@ def _missed_comparison(ours: PointCell, baseline: PointCell) -> Iterator[str]:
 
 def _missed_speed_up(results: BenchResults) -> Iterator[str]:
     missing = [
-        str(place)
-        for place in (Place("patch", row, 2) for row in range(len(PAPER_ROWS)))
-        if results.cell(place, "van-wamelen") is None
+        str(condition)
+        for condition in (Condition("patch", row, 2) for row in range(len(PAPER_ROWS)))
+        if results.cell(condition, "van-wamelen") is None
     ]
-    yield from (f"van-wamelen, {place}: not run" for place in missing)
+    yield from (f"van-wamelen, {condition}: not run" for condition in missing)
     ratios = speed_ups(results, "patch")
     if ratios and geometric_mean(ratios) < LEAST_SPEED_UP:
         yield (
-            f"ours over van-wamelen, patch, n = 2m: {geometric_mean(ratios):.2f} times as fast, "
+            f"triangles over van-wamelen, patch, n = 2m: {geometric_mean(ratios):.2f} times as fast, "
             f"target at least {LEAST_SPEED_UP:g} times"
         )

@@ -16,9 +16,10 @@ import pytest
 from fpmatch.evaluation.points import bench as point_bench
 from fpmatch.evaluation.points import matchers as point_matchers
 from fpmatch.evaluation.points import trials as point_trials
+from fpmatch.evaluation.points.conditions import conditions
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES, BenchMatcher, PointCase
-from fpmatch.evaluation.points.places import places
-from fpmatch.pointset.random_sets import READINGS
+from fpmatch.pointset.point_match import PointMatch
+from fpmatch.pointset.random_sets import POINT_MODELS
 
 # The module: the package's attribute of this name is the command that is found in it.
 command = importlib.import_module("fpmatch.cli.points_bench")
@@ -37,10 +38,10 @@ def fakes(monkeypatch: pytest.MonkeyPatch, calls: list[str]) -> None:
     """Put matchers that find nothing, at no cost, into the places of all four."""
 
     def fake(name: str) -> Find:
-        return lambda _: calls.append(name)
+        return lambda _: calls.append(name) or PointMatch.none()  # type: ignore[func-returns-value]
 
     matchers = {
-        name: BenchMatcher(name, fake(name), complete=name == "ours") for name in MATCHER_NAMES
+        name: BenchMatcher(name, fake(name), complete=name == "triangles") for name in MATCHER_NAMES
     }
     monkeypatch.setattr(point_matchers, "_MATCHERS", matchers)
     monkeypatch.setattr(point_matchers, "find_spec", lambda _: True)
@@ -56,27 +57,27 @@ def bench(run: Any) -> Any:
 
 def test_the_choices_are_those_of_the_experiment() -> None:
     assert command._MATCHERS == MATCHER_NAMES
-    assert command._READINGS == READINGS
+    assert command._MODELS == POINT_MODELS
 
 
 def test_the_table_is_on_stdout_and_stderr_is_silent(bench: Any) -> None:
-    result = bench("--reading", "patch", "--matcher", "ours", "--matcher", "paper")
+    result = bench("--model", "patch", "--matcher", "triangles", "--matcher", "paper")
     assert (result.exit_code, result.stderr) == (0, "")
-    titles = [line for line in result.stdout.splitlines() if " reading" in line]
-    assert [title.split(",")[0] for title in titles] == ["ours", "ours", "paper", "paper"]
-    assert "ours, patch: recognised 0 of 9" in result.stdout
+    titles = [line for line in result.stdout.splitlines() if " model:" in line]
+    assert [title.split(",")[0] for title in titles] == ["triangles", "triangles", "paper", "paper"]
+    assert "triangles, patch: recognised 0 of 9" in result.stdout
 
 
-def test_all_matchers_and_both_readings_by_default(bench: Any, tmp_path: Path) -> None:
+def test_all_matchers_and_both_models_by_default(bench: Any, tmp_path: Path) -> None:
     path = tmp_path / "bench.json"
     assert bench("--json", path).exit_code == 0
     cells = json.loads(path.read_text())["cells"]
     assert len(cells) == 3 * 3 * 2 * 4
     assert {cell["matcher"] for cell in cells} == set(MATCHER_NAMES)
-    assert {cell["reading"] for cell in cells} == set(READINGS)
+    assert {cell["model"] for cell in cells} == set(POINT_MODELS)
 
 
-def test_all_39_places_without_quick(
+def test_all_conditions_without_quick(
     run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plans = []
@@ -92,16 +93,16 @@ def test_all_39_places_without_quick(
     plan = point_trials.TrialPlan()
     assert (plan.trials, plan.budget_s) == (100, 20.0)
     assert plans == [
-        (places(), plan),
-        (places(), replace(plan, trials=7, independent_trials=2, seed=3, budget_s=2.5)),
-        (places(largest_m=50), replace(point_trials.QUICK_PLAN, budget_s=2.5)),
+        (conditions(), plan),
+        (conditions(), replace(plan, trials=7, independent_trials=2, seed=3, budget_s=2.5)),
+        (conditions(largest_m=50), replace(point_trials.QUICK_PLAN, budget_s=2.5)),
     ]
 
 
 def test_markdown(bench: Any) -> None:
-    result = bench("--reading", "clutter", "--matcher", "ours", "--markdown")
+    result = bench("--model", "clutter", "--matcher", "triangles", "--markdown")
     assert result.stdout.startswith(
-        "### ours, clutter reading: times in ms, beside the paper's Table 2\n"
+        "### triangles, clutter model: times in ms, beside the paper's Table 2\n"
     )
 
 
@@ -109,10 +110,10 @@ def test_a_matcher_that_is_not_installed_is_left_out_with_a_note(
     bench: Any, calls: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(point_matchers, "find_spec", lambda _: None)
-    result = bench("--reading", "patch")
+    result = bench("--model", "patch")
     assert result.exit_code == 0
     assert result.stderr == "fpmatch: note: astroalign is left out: pip install 'fpmatch[bench]'\n"
-    assert set(calls) == {"ours", "paper", "van-wamelen"}
+    assert set(calls) == {"triangles", "paper", "van-wamelen"}
 
 
 def interrupt_after(monkeypatch: pytest.MonkeyPatch, cells: int) -> None:
@@ -132,7 +133,7 @@ def test_ctrl_c_leaves_a_whole_file_that_can_be_resumed(
     bench: Any, tmp_path: Path, calls: list[str]
 ) -> None:
     path = tmp_path / "bench.json"
-    words = ("--reading", "patch", "--matcher", "ours", "--json", path)
+    words = ("--model", "patch", "--matcher", "triangles", "--json", path)
     with pytest.MonkeyPatch.context() as patch:
         interrupt_after(patch, cells=4)
         assert bench(*words).exit_code == 130
@@ -148,32 +149,32 @@ def test_ctrl_c_leaves_a_whole_file_that_can_be_resumed(
 
 def test_resume_adds_a_matcher_and_shows_all(bench: Any, tmp_path: Path) -> None:
     path = tmp_path / "bench.json"
-    words = ("--reading", "patch", "--json", path)
-    bench(*words, "--matcher", "ours")
+    words = ("--model", "patch", "--json", path)
+    bench(*words, "--matcher", "triangles")
     result = bench(*words, "--matcher", "paper", "--resume")
-    assert "ours, patch reading" in result.stdout
-    assert "paper, patch reading" in result.stdout
+    assert "triangles, patch model" in result.stdout
+    assert "paper, patch model" in result.stdout
     assert len(json.loads(path.read_text())["cells"]) == 18
 
 
 def test_resume_begins_where_there_is_no_file(bench: Any, tmp_path: Path) -> None:
     path = tmp_path / "bench.json"
-    assert bench("--matcher", "ours", "--json", path, "--resume").exit_code == 0
+    assert bench("--matcher", "triangles", "--json", path, "--resume").exit_code == 0
     assert path.exists()
 
 
 def test_without_resume_the_file_begins_anew(bench: Any, tmp_path: Path) -> None:
     path = tmp_path / "bench.json"
-    bench("--matcher", "ours", "--reading", "patch", "--json", path)
-    bench("--matcher", "paper", "--reading", "patch", "--json", path)
+    bench("--matcher", "triangles", "--model", "patch", "--json", path)
+    bench("--matcher", "paper", "--model", "patch", "--json", path)
     assert {cell["matcher"] for cell in json.loads(path.read_text())["cells"]} == {"paper"}
 
 
 def test_resume_refuses_other_settings_and_keeps_the_file(bench: Any, tmp_path: Path) -> None:
     path = tmp_path / "bench.json"
-    bench("--matcher", "ours", "--json", path)
+    bench("--matcher", "triangles", "--json", path)
     before = path.read_bytes()
-    result = bench("--matcher", "ours", "--json", path, "--resume", "--seed", 4)
+    result = bench("--matcher", "triangles", "--json", path, "--resume", "--seed", 4)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr == (
         f"fpmatch: error: {path}: cannot resume with other settings: seed was 0, is 4\n"
@@ -219,7 +220,7 @@ def test_a_matcher_that_was_asked_for_has_to_be_installed(
         ["--budget", "nan"],
         ["--budget", "inf"],
         ["--matcher", "his"],
-        ["--reading", "aloud"],
+        ["--model", "aloud"],
         ["--workers", "0"],
         ["--seed", "-1"],
     ],
@@ -234,8 +235,8 @@ def test_wrong_usage(run: Any, words: list[str]) -> None:
 def test_the_plot_is_written(bench: Any, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     path = tmp_path / "bench.svg"
-    assert bench("--matcher", "ours", "--plot", path).exit_code == 0
-    assert "patch reading" in path.read_text()
+    assert bench("--matcher", "triangles", "--plot", path).exit_code == 0
+    assert "patch model" in path.read_text()
 
 
 class Terminal(io.StringIO):
@@ -249,16 +250,19 @@ def test_the_bar_on_a_terminal_names_the_cell(monkeypatch: pytest.MonkeyPatch) -
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     with command._Bar(2) as bar:
-        for name in ("ours, patch, rho 0.95, m 50, n 100", "paper, patch, rho 0.95, m 50, n 100"):
+        for name in (
+            "triangles, patch, rho 0.95, m 50, n 100",
+            "paper, patch, rho 0.95, m 50, n 100",
+        ):
             bar.name(name)
             bar.advance()
     shown = terminal.getvalue()
-    assert shown.index("ours, patch") < shown.index("paper, patch")
+    assert shown.index("triangles, patch") < shown.index("paper, patch")
     assert "100%" in shown
 
 
-def test_help_tells_matchers_and_readings_apart(run: Any) -> None:
+def test_help_tells_matchers_and_models(run: Any) -> None:
     output = run("points", "bench", "--help").output
-    for word in (*MATCHER_NAMES, *READINGS):
+    for word in (*MATCHER_NAMES, *POINT_MODELS):
         assert f"\n    {word} " in output.split("Matchers:")[1]
     assert "    fpmatch points bench --quick\n" in output

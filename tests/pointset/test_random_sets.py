@@ -13,7 +13,7 @@ from fpmatch.errors import PointSetError
 from fpmatch.pointset.random_sets import (
     MAX_SCALE,
     MIN_SCALE,
-    READINGS,
+    POINT_MODELS,
     PointModel,
     RandomPair,
     independent_pair,
@@ -22,7 +22,7 @@ from fpmatch.pointset.random_sets import (
     share_of,
 )
 
-readings = st.sampled_from(READINGS)
+models = st.sampled_from(POINT_MODELS)
 sizes = st.integers(1, 60).flatmap(lambda m: st.tuples(st.just(m), st.integers(m, 8 * m)))
 shares = st.floats(0, 1)
 
@@ -41,12 +41,12 @@ def same(a: RandomPair, b: RandomPair) -> bool:
     return all(np.array_equal(x, y) for x, y in zip(astuple(a), astuple(b), strict=True))
 
 
-@given(sizes, shares, readings, seeds)
+@given(sizes, shares, models, seeds)
 def test_sizes_share_and_pairs_are_as_asked(
-    size: tuple[int, int], rho: float, reading: PointModel, seed: int
+    size: tuple[int, int], rho: float, model: PointModel, seed: int
 ) -> None:
     m, n = size
-    pair = random_pair(m, n, rho, 0.25, 0.61, reading=reading, rng=seed)
+    pair = random_pair(m, n, rho, 0.25, 0.61, model=model, rng=seed)
     assert pair.p.shape == (m, 2)
     assert pair.q.shape == (n, 2)
     assert pair.pairs.dtype == np.int32
@@ -56,48 +56,48 @@ def test_sizes_share_and_pairs_are_as_asked(
     assert len(set(of_q)) == len(of_q)
 
 
-@given(sizes, readings, seeds)
+@given(sizes, models, seeds)
 def test_without_jitter_partners_coincide(
-    size: tuple[int, int], reading: PointModel, seed: int
+    size: tuple[int, int], model: PointModel, seed: int
 ) -> None:
-    pair = random_pair(*size, 1.0, 0.0, 0.4, reading=reading, rng=seed)
+    pair = random_pair(*size, 1.0, 0.0, 0.4, model=model, rng=seed)
     assert len(pair.pairs) == size[0]
     assert partner_distances(pair) == pytest.approx(0, abs=1e-9)
 
 
-@given(sizes, readings, seeds, st.floats(0.01, 1))
+@given(sizes, models, seeds, st.floats(0.01, 1))
 def test_jitter_stays_in_its_disc(
-    size: tuple[int, int], reading: PointModel, seed: int, eta: float
+    size: tuple[int, int], model: PointModel, seed: int, eta: float
 ) -> None:
-    pair = random_pair(*size, 1.0, eta, 0.4, reading=reading, rng=seed)
+    pair = random_pair(*size, 1.0, eta, 0.4, model=model, rng=seed)
     assert pair.jitter == eta / 2  # one point a unit of area
     assert partner_distances(pair).max() <= pair.jitter + 1e-9
 
 
-@pytest.mark.parametrize("reading", READINGS)
-def test_jitter_is_uniform_over_the_disc(reading: PointModel) -> None:
-    pair = random_pair(4000, 4000, 1.0, 0.4, 0.84, reading=reading, rng=1)
+@pytest.mark.parametrize("model", POINT_MODELS)
+def test_jitter_is_uniform_over_the_disc(model: PointModel) -> None:
+    pair = random_pair(4000, 4000, 1.0, 0.4, 0.84, model=model, rng=1)
     share_within = (partner_distances(pair) / pair.jitter) ** 2  # uniform in [0, 1]
     quartiles = np.quantile(share_within, [0.25, 0.5, 0.75])
     assert quartiles == pytest.approx([0.25, 0.5, 0.75], abs=0.03)
 
 
-@given(seeds, readings)
-def test_the_same_seed_gives_the_same_pair(seed: int, reading: PointModel) -> None:
+@given(seeds, models)
+def test_the_same_seed_gives_the_same_pair(seed: int, model: PointModel) -> None:
     make = (20, 50, 0.6, 0.25, 0.61)
-    first = random_pair(*make, reading=reading, rng=seed)
-    again = random_pair(*make, reading=reading, rng=np.random.default_rng(seed))
-    other = random_pair(*make, reading=reading, rng=seed + 1)
+    first = random_pair(*make, model=model, rng=seed)
+    again = random_pair(*make, model=model, rng=np.random.default_rng(seed))
+    other = random_pair(*make, model=model, rng=seed + 1)
     assert same(first, again)
     assert not np.array_equal(first.q, other.q)
 
 
-@pytest.mark.parametrize("reading", READINGS)
-def test_q_has_one_point_a_unit_of_area_everywhere(reading: PointModel) -> None:
+@pytest.mark.parametrize("model", POINT_MODELS)
+def test_q_has_one_point_a_unit_of_area_everywhere(model: PointModel) -> None:
     side = 20
     counts = np.zeros((4, 4))
     for seed in range(100):
-        q = random_pair(100, side * side, 0.6, 0.25, 0.61, reading=reading, rng=seed).q
+        q = random_pair(100, side * side, 0.6, 0.25, 0.61, model=model, rng=seed).q
         assert q.min() >= 0
         assert q.max() <= side
         counts += np.histogram2d(*q.T, bins=4, range=[[0, side], [0, side]])[0]
@@ -108,7 +108,7 @@ def test_a_patch_has_the_density_of_q_within_it() -> None:
     m, n = 100, 800
     inside = []
     for seed in range(20):
-        pair = random_pair(m, n, 0.6, 0.0, 0.61, reading="patch", rng=seed)
+        pair = random_pair(m, n, 0.6, 0.0, 0.61, model="patch", rng=seed)
         p = in_frame_of_q(pair)
         low, high = p.min(axis=0), p.max(axis=0)
         assert (high - low).max() <= math.sqrt(m) + 1e-9
@@ -118,24 +118,24 @@ def test_a_patch_has_the_density_of_q_within_it() -> None:
 
 
 def test_clutter_covers_all_of_q() -> None:
-    pair = random_pair(200, 800, 0.6, 0.0, 0.61, reading="clutter", rng=1)
+    pair = random_pair(200, 800, 0.6, 0.0, 0.61, model="clutter", rng=1)
     p = in_frame_of_q(pair)
     strangers = np.setdiff1d(np.arange(200), pair.pairs[:, 0])
     for part in (p, p[pair.pairs[:, 0]], p[strangers]):
         assert (np.ptp(part, axis=0) > 0.9 * math.sqrt(800)).all()
 
 
-@given(seeds, readings)
-def test_strangers_are_strangers(seed: int, reading: PointModel) -> None:
-    pair = random_pair(50, 100, 0.5, 0.0, 0.61, reading=reading, rng=seed)
+@given(seeds, models)
+def test_strangers_are_strangers(seed: int, model: PointModel) -> None:
+    pair = random_pair(50, 100, 0.5, 0.0, 0.61, model=model, rng=seed)
     strangers = np.setdiff1d(np.arange(50), pair.pairs[:, 0])
     distances = np.hypot(*(in_frame_of_q(pair)[strangers, None] - pair.q[None]).transpose(2, 0, 1))
     assert distances.min() > 1e-9
 
 
-@given(seeds, readings)
-def test_points_stand_in_random_order(seed: int, reading: PointModel) -> None:
-    pair = random_pair(50, 100, 0.5, 0.0, 0.61, reading=reading, rng=seed)
+@given(seeds, models)
+def test_points_stand_in_random_order(seed: int, model: PointModel) -> None:
+    pair = random_pair(50, 100, 0.5, 0.0, 0.61, model=model, rng=seed)
     for order, size in zip(pair.pairs.T, (50, 100), strict=True):
         assert order.min() < size / 2 < order.max()
 
@@ -164,9 +164,9 @@ def test_tolerance_is_by_the_density_of_q() -> None:
     assert (pair.tolerance, pair.jitter) == (pytest.approx(0.42), pytest.approx(0.2))
 
 
-@pytest.mark.parametrize("reading", READINGS)
-def test_independent_sets_have_no_truth(reading: PointModel) -> None:
-    pair = independent_pair(50, 100, 0.61, reading=reading, rng=3)
+@pytest.mark.parametrize("model", POINT_MODELS)
+def test_independent_sets_have_no_truth(model: PointModel) -> None:
+    pair = independent_pair(50, 100, 0.61, model=model, rng=3)
     assert (pair.p.shape, pair.q.shape, pair.pairs.shape) == ((50, 2), (100, 2), (0, 2))
     assert pair.transform is None
     assert pair.tolerance == pytest.approx(0.305)
@@ -197,5 +197,5 @@ def test_refuses_parameters_outside_their_range(
 
 
 def test_refuses_an_unknown_reading() -> None:
-    with pytest.raises(PointSetError, match="unknown reading 'both': expected patch or clutter"):
-        independent_pair(5, 5, 0.4, reading="both", rng=1)  # type: ignore[arg-type]
+    with pytest.raises(PointSetError, match="unknown model 'both': expected patch or clutter"):
+        independent_pair(5, 5, 0.4, model="both", rng=1)  # type: ignore[arg-type]

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 
-from fpmatch.evaluation.points.places import Place, places
+from fpmatch.evaluation.points.conditions import Condition, conditions
 from research.experiments import point_choices
 from research.experiments.point_choices import measure_exit, measure_paper
 
-PLACE = Place("patch", 0, 2)
+CONDITION = Condition("patch", 0, 2)
 
 
 def test_fewer_ring_pairs_pass_a_smaller_area_tolerance() -> None:
-    wide, narrow = (measure_paper(PLACE, area, 3) for area in (0.1, 0.01))
+    wide, narrow = (measure_paper(CONDITION, area, 3) for area in (0.1, 0.01))
     assert 0 < narrow["passing"] < wide["passing"] < 1
     assert (wide["reading"], wide["rho"], wide["m"], wide["n"]) == ("patch", 0.95, 50, 100)
     assert wide["trials"] == 3
@@ -22,7 +22,7 @@ def test_fewer_ring_pairs_pass_a_smaller_area_tolerance() -> None:
 
 
 def test_an_early_exit_is_sooner_and_finds_less() -> None:
-    hard = Place("patch", 5, 2)  # ρ = 0.6
+    hard = Condition("patch", 5, 2)  # ρ = 0.6
     late, early = (measure_exit(hard, a_point, 6, 1) for a_point in (0, 1))
     assert late["right"] == 6
     assert early["right"] < 6
@@ -35,7 +35,7 @@ def test_every_place_of_small_sets_is_measured(monkeypatch) -> None:
     monkeypatch.setattr(point_choices, "measure_exit", lambda *_: {"right": 1})
     done: list[str] = []
     found = point_choices.measure_points(8, done.append)
-    small = [str(place) for place in places(largest_m=200)]
+    small = [str(condition) for condition in conditions(largest_m=200)]
     assert done == small
     assert len(found["paper"]) == 3 * len(small)
     assert found["exits"] == [{"right": 1, "paper_ms": 7.0}] * (5 * len(small))

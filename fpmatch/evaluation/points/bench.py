@@ -1,8 +1,8 @@
-"""The whole experiment on random point sets: every matcher at every place, and what was found.
+"""The experiment on random point sets: every matcher under every condition.
 
-Cells run place by place, so that the times of the matchers at one place are taken close together.
-What would take too long is left out: where a matcher's first genuine match took longer than the
-budget, it is not tried on larger sets of the same ρ, η and λ and the same reading.
+Cells run condition by condition, so that the times of the matchers under one condition are taken
+close together. Where a matcher's first genuine match took longer than the budget, it is not tried
+on larger sets of the same ρ, η and λ and the same model.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from fpmatch.evaluation.points.trials import run_cell
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from fpmatch.evaluation.points.conditions import Condition
     from fpmatch.evaluation.points.matchers import BenchMatcher
-    from fpmatch.evaluation.points.places import Place
     from fpmatch.evaluation.points.results import BenchResults
     from fpmatch.evaluation.points.trials import TrialPlan
 
@@ -38,20 +38,7 @@ _MS: Final = 1e3
 
 
 def describe_settings(plan: TrialPlan, workers: int = 1) -> dict[str, Any]:
-    """Return what the results of an experiment depend on, as JSON values.
-
-    Parameters
-    ----------
-    plan : TrialPlan
-        How much is tried.
-    workers : int
-        Processes at work at one time.
-
-    Returns
-    -------
-    dict
-        The plan, versions, and words on the machine.
-    """
+    """Return the plan, the number of processes, versions and the machine, as JSON values."""
     from fpmatch.pointset.delaunay import _delaunay_kernel  # noqa: PLC0415
 
     return {
@@ -68,19 +55,9 @@ def describe_settings(plan: TrialPlan, workers: int = 1) -> dict[str, Any]:
 
 
 def check_same_settings(name: str, old: dict[str, Any], new: dict[str, Any]) -> None:
-    """Refuse to add to results that were made otherwise.
+    """Refuse to add to the results of file `name` with other settings, with a `FpmatchError`.
 
-    Parameters
-    ----------
-    name : str
-        The file of the old results.
-    old, new : dict
-        Settings, as `describe_settings` makes them.
-
-    Raises
-    ------
-    FpmatchError
-        If they differ; the message names what.
+    `old` and `new` are settings as `describe_settings` makes them.
     """
     was, now = _flat(old), _flat(new)
     differing = [
@@ -94,7 +71,7 @@ def check_same_settings(name: str, old: dict[str, Any], new: dict[str, Any]) -> 
 
 def run_bench(
     results: BenchResults,
-    places: Sequence[Place],
+    conditions: Sequence[Condition],
     matchers: Sequence[BenchMatcher],
     plan: TrialPlan,
     *,
@@ -107,42 +84,42 @@ def run_bench(
     Parameters
     ----------
     results : BenchResults
-        What was found before, and where to add.
-    places : sequence of Place
+        Earlier results, to which cells are added.
+    conditions : sequence of Condition
         Where in the tables.
     matchers : sequence of BenchMatcher
-        Whom to try there.
+        The matchers.
     plan : TrialPlan
-        How much to try.
+        The trials of a cell.
     workers : int
-        Processes to use; 1 works in this one. With more, the cores' shared caches and clock slow
-        all matchers alike: times of one cell stay comparable with one another, no longer with
-        those of a quiet machine. Matchers must be those of `matcher_named` then.
+        Processes to use; 1 runs in this one. More compete for shared caches and clock, so that
+        only the times of one cell are comparable with one another. Matchers must be those of
+        `matcher_named` then.
     started : callable
         Called with a cell's name when it begins, or is found done or skipped.
     finished : callable
-        Called with each cell of `places`, once it is among the results.
+        Called with each cell once it is among the results.
 
     Raises
     ------
     FpmatchError
         If a worker process died.
     """
-    cells = [(place, matcher) for place in places for matcher in matchers]
+    cells = [(condition, matcher) for condition in conditions for matcher in matchers]
     queue = _Queue(results, cells, plan, started, finished)
     if workers == 1:
-        queue.work_here()
+        queue.run_serially()
     else:
-        queue.work_in_processes(workers)
+        queue.run_in_processes(workers)
 
 
 class _Queue:
-    """The cells still to run, and what becomes of each."""
+    """The cells still to run, and their results."""
 
     def __init__(
         self,
         results: BenchResults,
-        cells: list[tuple[Place, BenchMatcher]],
+        cells: list[tuple[Condition, BenchMatcher]],
         plan: TrialPlan,
         started: Callable[[str], None],
         finished: Callable[[Outcome], None],
@@ -150,16 +127,16 @@ class _Queue:
         self._results, self._cells, self._plan = results, cells, plan
         self._started, self._finished = started, finished
 
-    def work_here(self) -> None:
+    def run_serially(self) -> None:
         """Run the cells in this process, one after the other."""
         from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
         with threadpool_limits(1):
-            for place, matcher in self._open_cells():
-                self._add(_run(place, matcher, self._plan))
+            for condition, matcher in self._open_cells():
+                self._add(_run(condition, matcher, self._plan))
 
-    def work_in_processes(self, workers: int) -> None:
-        """Keep so many processes busy, a cell each."""
+    def run_in_processes(self, workers: int) -> None:
+        """Run the cells in so many processes, a cell each at a time."""
         pool = ProcessPoolExecutor(
             max_workers=workers,
             mp_context=multiprocessing.get_context("spawn"),
@@ -167,8 +144,8 @@ class _Queue:
         )
         try:
             running = set()
-            for place, matcher in self._open_cells():
-                running.add(pool.submit(_run_named, place, matcher.name, self._plan))
+            for condition, matcher in self._open_cells():
+                running.add(pool.submit(_run_named, condition, matcher.name, self._plan))
                 if len(running) == workers:
                     done, running = wait(running, return_when=FIRST_COMPLETED)
                     for future in done:
@@ -180,20 +157,20 @@ class _Queue:
         finally:
             pool.shutdown(cancel_futures=True)
 
-    def _open_cells(self) -> Iterator[tuple[Place, BenchMatcher]]:
-        """Yield the cells to run, and settle those that need none as their turn comes."""
-        settled: list[Outcome] = [*self._results.cells, *self._results.skipped]
-        done = {(cell.place, cell.matcher): cell for cell in settled}
-        for place, matcher in self._cells:
-            self._started(f"{matcher.name}, {place}")
-            known = done.get((place, matcher.name))
-            reason = "" if matcher.complete else self._why_too_long(place, matcher.name)
-            if known is not None:
-                self._finished(known)
+    def _open_cells(self) -> Iterator[tuple[Condition, BenchMatcher]]:
+        """Yield the cells to run; finish the others in turn."""
+        known: list[Outcome] = [*self._results.cells, *self._results.skipped]
+        done = {(cell.condition, cell.matcher): cell for cell in known}
+        for condition, matcher in self._cells:
+            self._started(f"{matcher.name}, {condition}")
+            earlier = done.get((condition, matcher.name))
+            reason = "" if matcher.complete else self._why_too_long(condition, matcher.name)
+            if earlier is not None:
+                self._finished(earlier)
             elif reason:
-                self._add(SkippedCell(place, matcher.name, reason))
+                self._add(SkippedCell(condition, matcher.name, reason))
             else:
-                yield place, matcher
+                yield condition, matcher
 
     def _add(self, outcome: Outcome) -> None:
         if isinstance(outcome, PointCell):
@@ -202,34 +179,36 @@ class _Queue:
             self._results.skipped.append(outcome)
         self._finished(outcome)
 
-    def _why_too_long(self, place: Place, matcher: str) -> str:
-        """Return why the cell would take too long, or nothing."""
+    def _why_too_long(self, condition: Condition, matcher: str) -> str:
+        """Return why the cell would take too long, or ""."""
         too_long: list[Outcome] = [
             *(c for c in self._results.cells if c.first_ms > _MS * self._plan.budget_s),
             *self._results.skipped,
         ]
         for cell in too_long:
-            if cell.matcher == matcher and place.is_harder_than(cell.place):
-                return f"a match took over {self._plan.budget_s:g} s at {cell.place}"
+            if cell.matcher == matcher and condition.is_harder_than(cell.condition):
+                return f"a match took over {self._plan.budget_s:g} s at {cell.condition}"
         return ""
 
 
-def _run(place: Place, matcher: BenchMatcher, plan: TrialPlan) -> Outcome:
+def _run(condition: Condition, matcher: BenchMatcher, plan: TrialPlan) -> Outcome:
     try:
-        return run_cell(place, matcher, plan)
+        return run_cell(condition, matcher, plan)
     except StoppedError:
-        return SkippedCell(place, matcher.name, f"a match was stopped after {plan.budget_s:g} s")
+        return SkippedCell(
+            condition, matcher.name, f"a match was stopped after {plan.budget_s:g} s"
+        )
 
 
-def _run_named(place: Place, matcher: str, plan: TrialPlan) -> Outcome:
-    return _run(place, matcher_named(matcher), plan)
+def _run_named(condition: Condition, matcher: str, plan: TrialPlan) -> Outcome:
+    return _run(condition, matcher_named(matcher), plan)
 
 
 def _start_worker() -> None:
     import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
     from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
-    # Ctrl-C reaches the whole process group: a worker falls silent, its parent reports.
+    # Ctrl-C reaches the whole process group: a worker ends without a message, its parent reports
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threadpool_limits(1)
 

@@ -1,18 +1,17 @@
 """The matchers that the experiment on random point sets compares, behind one interface.
 
-A matcher is given a case, which holds both sets and what may be known of them, and claims a match
-or none. All are given the same matching distance t. What each counts as a match:
+A matcher is given a case, which holds both sets and what may be known of them, and returns a match
+with or without a transform. All are given the same matching distance t:
 
-- "ours": what `match_points` finds by default, where it finds something better than chance.
-- "paper": the paper's method claims a match by the paper's own rule, where the number of points
-  that match is higher than ρ: where more than a share ρ of P's points are paired one to one.
-- "van-wamelen": the baseline, told the true ρ and λ, claims a match where it pairs ⌈ρm⌉ points.
-  It gives up, without a match, after as many looks as the case grants.
-- "astroalign": the Python package of that name, whose own pixel tolerance is set to t. Its
-  pairs are few triangles' corners; here all points within t under its transform are paired one to
-  one instead, which is generous to it. It draws lots that no seed controls, its search has no
-  bound, and a call is stopped after as many seconds as the case grants (where the system has
-  timers and the call is made in the main thread). It counts only where it is installed.
+- "triangles": the default matcher of `match_points`.
+- "paper": the paper's method, with the paper's rule that more than a share ρ of P's points match.
+- "van-wamelen": the paper's baseline, given the true ρ and λ, which matches where it pairs ⌈ρm⌉
+  points. It gives up, without a match, after as many steps as the case allows.
+- "astroalign": the Python package of that name, its own pixel tolerance set to t. Its pairs are
+  corners of a few triangles; in its favour, all points within t under its transform are paired one
+  to one instead. It is random without a seed, its search has no bound, and a call is stopped after
+  as many seconds as the case allows (where the system has timers, in the main thread). It counts
+  only where it is installed.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.errors import MatcherError
 from fpmatch.pointset.pairing import greedy_pairs
+from fpmatch.pointset.point_match import PointMatch, rms_distance
 from fpmatch.pointset.similarity import Similarity
 
 if TYPE_CHECKING:
@@ -36,12 +36,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpmatch.pointset.point_match import PointMatch
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointCase:
-    """Hold what a matcher is given.
+    """Hold the input of a matcher.
 
     Parameters
     ----------
@@ -50,11 +48,11 @@ class PointCase:
     tolerance : float
         The matching distance t, in the units of `q`.
     rho, lambda_ : float
-        ρ and λ of the experiment, for matchers that ask for them.
+        ρ and λ of the experiment.
     max_steps : int
-        Bound of the work for a matcher that counts what it looks at.
+        Bound of the work for a matcher that counts its steps.
     limit_s : float
-        Seconds after which a matcher that has no bound of its own is stopped.
+        Seconds after which a matcher without a bound of its own is stopped.
     """
 
     p: NDArray[np.float64]
@@ -66,24 +64,8 @@ class PointCase:
     limit_s: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Claim:
-    """Hold a match that a matcher claims.
-
-    Parameters
-    ----------
-    transform : Similarity
-        Maps P onto Q.
-    pairs : ndarray of int32, shape (K, 2)
-        Indices (into P, into Q), one to one.
-    """
-
-    transform: Similarity
-    pairs: NDArray[np.int32]
-
-
 class StoppedError(BaseException):
-    """A match took longer than its case grants, and was stopped without an answer.
+    """A match took longer than its case allows, and was stopped without an answer.
 
     No `Exception`, so that it passes through packages that catch every one.
     """
@@ -96,16 +78,15 @@ class BenchMatcher:
     Parameters
     ----------
     name : str
-        What tables and files call it.
+        Its name in tables and files.
     find : callable
-        Takes a `PointCase` and returns a `Claim`, or None where it claims no match. Raises
-        `StoppedError` where it was stopped.
+        Takes a `PointCase` and returns a `PointMatch`. Raises `StoppedError` where it was stopped.
     complete : bool
         Whether a full run has to try it on all pairs, however long that takes.
     """
 
     name: str
-    find: Callable[[PointCase], Claim | None]
+    find: Callable[[PointCase], PointMatch]
     complete: bool = False
 
 
@@ -129,7 +110,7 @@ def matcher_named(name: str) -> BenchMatcher:
 
     Examples
     --------
-    >>> matcher_named("ours").complete
+    >>> matcher_named("triangles").complete
     True
     """
     if name not in _MATCHERS:
@@ -140,70 +121,71 @@ def matcher_named(name: str) -> BenchMatcher:
 
 
 def is_installed(name: str) -> bool:
-    """Tell whether the matcher of that name, one of `MATCHER_NAMES`, can run here."""
+    """Return whether the matcher of that name, one of `MATCHER_NAMES`, is installed."""
     return name != "astroalign" or find_spec("astroalign") is not None
 
 
-def _ours(case: PointCase) -> Claim | None:
+def _triangles(case: PointCase) -> PointMatch:
     from fpmatch.pointset.match import match_points  # noqa: PLC0415
 
-    return _claim(match_points(case.p, case.q, tolerance=case.tolerance))
+    return match_points(case.p, case.q, tolerance=case.tolerance)
 
 
-def _paper(case: PointCase) -> Claim | None:
+def _paper(case: PointCase) -> PointMatch:
+    from fpmatch.pointset.match import decided  # noqa: PLC0415
     from fpmatch.pointset.unit_circle.matcher import (  # noqa: PLC0415
         UnitCircleParameters,
         match_by_unit_circle,
     )
 
     given = UnitCircleParameters(tolerance=case.tolerance, matching_factor=case.rho)
-    match = match_by_unit_circle(case.p, case.q, given)
-    return _claim(match) if match.matched_share > case.rho else None
+    return decided(match_by_unit_circle(case.p, case.q, given), case.rho)
 
 
-def _van_wamelen(case: PointCase) -> Claim | None:
+def _van_wamelen(case: PointCase) -> PointMatch:
     from fpmatch.pointset.van_wamelen.matcher import match_van_wamelen  # noqa: PLC0415
 
-    match = match_van_wamelen(
-        case.p,
-        case.q,
+    return match_van_wamelen(
+        *(case.p, case.q),
         rho=case.rho,
         lambda_=case.lambda_,
         tolerance=case.tolerance,
         max_steps=case.max_steps,
     )
-    return _claim(match)
 
 
-def _astroalign(case: PointCase) -> Claim | None:
+def _astroalign(case: PointCase) -> PointMatch:
     import astroalign  # noqa: PLC0415
 
     usual_tolerance = astroalign.PIXEL_TOL
     astroalign.PIXEL_TOL = case.tolerance
     try:
         with _time_limit(case.limit_s), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it calls names that its own libraries deprecate
+            warnings.simplefilter("ignore")  # it calls functions that its own libraries deprecate
             found, _ = astroalign.find_transform(
                 case.p, case.q, max_control_points=max(len(case.p), len(case.q))
             )
     except (astroalign.MaxIterError, *_ASTROALIGN_FAILURES):
-        return None
+        return PointMatch.none()
     finally:
         astroalign.PIXEL_TOL = usual_tolerance
     transform = _as_similarity(found.params)
     if transform is None:
-        return None
-    return Claim(transform, greedy_pairs(transform.apply(case.p), case.q, case.tolerance))
+        return PointMatch.none()
+    moved = transform.apply(case.p)
+    pairs = greedy_pairs(moved, case.q, case.tolerance)
+    rms = rms_distance(moved[pairs[:, 0]], case.q[pairs[:, 1]])
+    return PointMatch(transform, pairs, len(pairs) / min(len(case.p), len(case.q)), rms, 0)
 
 
 _ASTROALIGN_FAILURES: Final = (ValueError, AttributeError)
-"""What it raises where a transform loses all its triangles as it is refitted."""
+"""Raised by astroalign where a transform loses all its triangles as it is refitted."""
 
 
 _MATCHERS: Final = {
     matcher.name: matcher
     for matcher in (
-        BenchMatcher("ours", _ours, complete=True),
+        BenchMatcher("triangles", _triangles, complete=True),
         BenchMatcher("paper", _paper),
         BenchMatcher("van-wamelen", _van_wamelen),
         BenchMatcher("astroalign", _astroalign),
@@ -212,22 +194,16 @@ _MATCHERS: Final = {
 MATCHER_NAMES: Final = tuple(_MATCHERS)
 
 
-def _claim(match: PointMatch) -> Claim | None:
-    return None if match.transform is None else Claim(match.transform, match.pairs)
-
-
 def _as_similarity(matrix: NDArray[np.float64]) -> Similarity | None:
-    """Return a 3 x 3 matrix of a similarity as one; None where it is none."""
+    """Return the similarity of a 3 x 3 matrix; None where it collapses or is not finite."""
     (a, _, tx), (b, _, ty) = matrix[:2].tolist()
-    scale = math.hypot(a, b)
-    if not (all(map(math.isfinite, (a, b, tx, ty))) and scale > 0):
-        return None
-    return Similarity(scale, math.atan2(b, a), tx, ty)
+    valid = all(map(math.isfinite, (a, b, tx, ty))) and math.hypot(a, b) > 0
+    return Similarity.of_move((a, b, tx, ty)) if valid else None
 
 
 @contextmanager
 def _time_limit(seconds: float) -> Iterator[None]:
-    """Raise `StoppedError` in the block after so many seconds, where timers can be had."""
+    """Raise `StoppedError` in the block after so many seconds, where the system has timers."""
     in_main_thread = threading.current_thread() is threading.main_thread()
     if not (hasattr(signal, "setitimer") and in_main_thread and math.isfinite(seconds)):
         yield

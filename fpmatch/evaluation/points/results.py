@@ -1,8 +1,9 @@
-"""The results of the experiment on random point sets, and the JSON file that keeps them.
+"""The results of the experiment on random point sets, and their JSON file.
 
 The file holds ``{"settings": {...}, "cells": [...], "skipped": [...]}``. Rates in it are fractions,
-times in milliseconds, medians unless they are called means; `rho`, `eta`, `lambda`, `m` and `n`
-name a place of the paper's tables.
+times in milliseconds, medians unless they are called means; `model`, `rho`, `eta`, `lambda`, `m`
+and `n` determine a condition. Files of version 0.1, in which `model` is called `reading`, the
+matcher `triangles` is called `ours` and steps are called looks, are read too.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.points.places import Place, places
+from fpmatch.evaluation.points.conditions import Condition, conditions
 from fpmatch.output import atomic_write_bytes, reason
 
 if TYPE_CHECKING:
@@ -23,35 +24,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PointCell:
-    """Hold what the trials of one matcher at one place found.
+    """Hold the results of one matcher under one condition.
 
     Parameters
     ----------
-    place : Place
+    condition : Condition
         Where in the tables.
     matcher : str
         Name of the matcher.
     outcomes : str
         A character a genuine pair, in the order of the trials: "1" recognised, "0" not.
-    false_matches, independent_trials : int
-        Matches claimed on independent pairs, and how many of those were tried.
+    false_positives, independent_trials : int
+        Matches of independent pairs, and the number of those tried.
     time_ms, scipy_delaunay_ms : float
-        Median time of a match on genuine pairs, and of scipy's triangulations of the same pairs.
+        Median time of a match of genuine pairs, and of scipy's triangulations of the same pairs.
     independent_time_ms : float
-        Median time of a match on independent pairs.
+        Median time of a match of independent pairs.
     first_ms : float
-        Time of the first match on a genuine pair.
+        Time of the first match of a genuine pair.
     stopped : int
         Matches that were stopped for taking too long, which count as no match.
     mean_ms, independent_mean_ms : float or None
-        Average time of a match on genuine and on independent pairs; None where only medians are
-        known.
+        Mean times of genuine and of independent pairs; None where only medians are known.
     """
 
-    place: Place
+    condition: Condition
     matcher: str
     outcomes: str
-    false_matches: int
+    false_positives: int
     independent_trials: int
     time_ms: float
     scipy_delaunay_ms: float
@@ -67,31 +67,31 @@ class PointCell:
         return len(self.outcomes)
 
     @property
-    def right(self) -> int:
+    def true_positives(self) -> int:
         """Genuine pairs recognised."""
         return self.outcomes.count("1")
 
     @property
-    def recognised(self) -> float:
+    def true_positive_rate(self) -> float:
         """Share of genuine pairs recognised."""
-        return self.right / self.trials
+        return self.true_positives / self.trials
 
     @property
-    def false_match(self) -> float:
-        """Share of independent pairs for which a match was claimed."""
-        return self.false_matches / self.independent_trials
+    def false_positive_rate(self) -> float:
+        """Share of independent pairs matched."""
+        return self.false_positives / self.independent_trials
 
     def as_json(self) -> dict[str, Any]:
-        """Return the cell as the file has it."""
+        """Return the cell as in the file."""
         return {
-            **_named(self.place, self.matcher),
+            **_key(self.condition, self.matcher),
             "trials": self.trials,
-            "recognised": self.recognised,
-            "false_match": self.false_match,
+            "recognised": self.true_positive_rate,
+            "false_match": self.false_positive_rate,
             "time_ms": self.time_ms,
             "scipy_delaunay_ms": self.scipy_delaunay_ms,
             "independent_trials": self.independent_trials,
-            "false_matches": self.false_matches,
+            "false_matches": self.false_positives,
             "independent_time_ms": self.independent_time_ms,
             "mean_ms": self.mean_ms,
             "independent_mean_ms": self.independent_mean_ms,
@@ -103,25 +103,15 @@ class PointCell:
 
 @dataclass(frozen=True, slots=True)
 class SkippedCell:
-    """Hold a cell that was not run, and why.
+    """Hold the condition and matcher of a cell that was not run, and the reason."""
 
-    Parameters
-    ----------
-    place : Place
-        Where in the tables.
-    matcher : str
-        Name of the matcher.
-    reason : str
-        Why it was not run.
-    """
-
-    place: Place
+    condition: Condition
     matcher: str
     reason: str
 
     def as_json(self) -> dict[str, Any]:
-        """Return the cell as the file has it."""
-        return {**_named(self.place, self.matcher), "reason": self.reason}
+        """Return the cell as in the file."""
+        return {**_key(self.condition, self.matcher), "reason": self.reason}
 
 
 @dataclass(slots=True)
@@ -131,7 +121,7 @@ class BenchResults:
     Parameters
     ----------
     settings : dict
-        What the results depend on: how much was tried, versions, the machine. JSON values.
+        The plan, versions, the machine: JSON values.
     cells : list of PointCell
         The cells that were run.
     skipped : list of SkippedCell
@@ -142,58 +132,31 @@ class BenchResults:
     cells: list[PointCell] = field(default_factory=list)
     skipped: list[SkippedCell] = field(default_factory=list)
 
-    def cell(self, place: Place, matcher: str) -> PointCell | None:
-        """Return the cell of a matcher at a place, if it was run."""
-        found = (c for c in self.cells if (c.place, c.matcher) == (place, matcher))
+    def cell(self, condition: Condition, matcher: str) -> PointCell | None:
+        """Return the cell of a matcher under a condition, if it was run."""
+        found = (c for c in self.cells if (c.condition, c.matcher) == (condition, matcher))
         return next(found, None)
 
     def as_json(self) -> dict[str, Any]:
         """Return the content of the file, the cells in the order of the tables."""
-        order = {place: rank for rank, place in enumerate(places())}
+        order = {condition: rank for rank, condition in enumerate(conditions())}
         return {
             "settings": self.settings,
-            "cells": [c.as_json() for c in sorted(self.cells, key=lambda c: order[c.place])],
-            "skipped": [c.as_json() for c in sorted(self.skipped, key=lambda c: order[c.place])],
+            "cells": [c.as_json() for c in sorted(self.cells, key=lambda c: order[c.condition])],
+            "skipped": [
+                c.as_json() for c in sorted(self.skipped, key=lambda c: order[c.condition])
+            ],
         }
 
 
 def write_results(path: str | os.PathLike[str], results: BenchResults) -> None:
-    """Write results as a JSON file, whole or not at all.
-
-    Parameters
-    ----------
-    path : path-like
-        The file to write or replace.
-    results : BenchResults
-        The results.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
+    """Write results as a JSON file, atomically; raise `OutputError` if that fails."""
     text = json.dumps(results.as_json(), indent=1, allow_nan=False)
     atomic_write_bytes(path, f"{text}\n".encode())
 
 
 def read_results(path: str | os.PathLike[str]) -> BenchResults:
-    """Read the results that `write_results` has written.
-
-    Parameters
-    ----------
-    path : path-like
-        The file.
-
-    Returns
-    -------
-    BenchResults
-        The results.
-
-    Raises
-    ------
-    FpmatchError
-        If the file cannot be read, or is not such a file.
-    """
+    """Read a file of results; raise `FpmatchError` if it cannot be read or is not such a file."""
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
@@ -202,10 +165,10 @@ def read_results(path: str | os.PathLike[str]) -> BenchResults:
         raise FpmatchError(f"{path}: not a file of results: {error}") from error
     try:
         return BenchResults(
-            settings=dict(document.get("settings", {})),
+            settings=_settings_of(document.get("settings", {})),
             cells=[_cell_of(entry) for entry in document["cells"]],
             skipped=[
-                SkippedCell(_place_of(entry), str(entry["matcher"]), str(entry["reason"]))
+                SkippedCell(_condition_of(entry), _matcher_of(entry), str(entry["reason"]))
                 for entry in document.get("skipped", [])
             ],
         )
@@ -214,52 +177,67 @@ def read_results(path: str | os.PathLike[str]) -> BenchResults:
         raise FpmatchError(f"{path}: not a file of results: {what}") from error
 
 
-def _named(place: Place, matcher: str) -> dict[str, Any]:
-    row = place.parameters
+def _key(condition: Condition, matcher: str) -> dict[str, Any]:
+    row = condition.parameters
     return {
-        "reading": place.reading,
+        "model": condition.model,
         "matcher": matcher,
         "rho": row.rho,
         "eta": row.eta,
         "lambda": row.lambda_,
-        "m": place.m,
-        "n": place.n,
+        "m": condition.m,
+        "n": condition.n,
     }
 
 
-_NAMING = ("reading", "rho", "eta", "lambda", "m", "n")
+_FORMER_SETTINGS = {
+    "genuine_looks": "genuine_steps",
+    "independent_looks": "independent_steps",
+    "spare_complete": "exempt_complete",
+}
 
 
-def _place_of(entry: dict[str, Any]) -> Place:
-    named = tuple(entry[key] for key in _NAMING)
-    for place in places():
-        if named == tuple(_named(place, "")[key] for key in _NAMING):
-            return place
-    raise ValueError(f"the paper's tables have no place {named}")
+def _settings_of(settings: dict[str, Any]) -> dict[str, Any]:
+    return {_FORMER_SETTINGS.get(key, key): value for key, value in settings.items()}
+
+
+def _matcher_of(entry: dict[str, Any]) -> str:
+    name = str(entry["matcher"])
+    return "triangles" if name == "ours" else name
+
+
+def _condition_of(entry: dict[str, Any]) -> Condition:
+    former = {"model": entry["reading"]} if "reading" in entry else {}
+    key = tuple((entry | former)[name] for name in ("model", "rho", "eta", "lambda", "m", "n"))
+    for condition in conditions():
+        model, _, *numbers = _key(condition, "").values()
+        if key == (model, *numbers):
+            return condition
+    raise ValueError(f"the paper's tables have no condition {key}")
 
 
 def _cell_of(entry: dict[str, Any]) -> PointCell:
-    """Return a cell of the file; what others than us may leave out follows from the rest."""
-    place, trials = _place_of(entry), int(entry["trials"])
-    right = round(_share(entry["recognised"]) * trials)
-    outcomes = str(entry.get("outcomes", "1" * right + "0" * (trials - right)))
+    """Return a cell of the file; optional members follow from the others."""
+    condition, trials = _condition_of(entry), int(entry["trials"])
+    recognised = round(_share(entry["recognised"]) * trials)
+    outcomes = str(entry.get("outcomes", "1" * recognised + "0" * (trials - recognised)))
     independent = int(entry.get("independent_trials", trials))
     cell = PointCell(
-        place=place,
-        matcher=str(entry["matcher"]),
+        condition=condition,
+        matcher=_matcher_of(entry),
         outcomes=outcomes,
-        false_matches=round(_share(entry["false_match"]) * independent),
+        false_positives=round(_share(entry["false_match"]) * independent),
         independent_trials=independent,
         time_ms=_milliseconds(entry["time_ms"]),
         scipy_delaunay_ms=_milliseconds(entry["scipy_delaunay_ms"]),
         independent_time_ms=_milliseconds(entry.get("independent_time_ms", entry["time_ms"])),
         first_ms=_milliseconds(entry.get("first_ms", entry["time_ms"])),
         stopped=int(entry.get("stopped", 0)),
-        mean_ms=_average(entry, "mean_ms"),
-        independent_mean_ms=_average(entry, "independent_mean_ms"),
+        mean_ms=_mean(entry, "mean_ms"),
+        independent_mean_ms=_mean(entry, "independent_mean_ms"),
     )
-    if min(trials, independent) < 1 or (cell.trials, cell.right) != (trials, right):
-        raise ValueError(f"trials and outcomes disagree: {cell.matcher}, {place}")
+    if min(trials, independent) < 1 or (cell.trials, cell.true_positives) != (trials, recognised):
+        raise ValueError(f"trials and outcomes disagree: {cell.matcher}, {condition}")
     return cell
 
 
@@ -269,7 +247,7 @@ def _share(value: Any) -> float:
     return float(value)
 
 
-def _average(entry: dict[str, Any], key: str) -> float | None:
+def _mean(entry: dict[str, Any], key: str) -> float | None:
     return None if entry.get(key) is None else _milliseconds(entry[key])
 
 

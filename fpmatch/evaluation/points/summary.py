@@ -1,4 +1,4 @@
-"""What the results on random point sets come to, in a few lines."""
+"""Summary of the results on random point sets, in a few lines."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import math
 from statistics import linear_regression, median
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.evaluation.points.conditions import conditions
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
-from fpmatch.evaluation.points.places import places
 from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
-from fpmatch.pointset.random_sets import READINGS
+from fpmatch.pointset.random_sets import POINT_MODELS
 
 if TYPE_CHECKING:
-    from fpmatch.evaluation.points.places import Place
+    from fpmatch.evaluation.points.conditions import Condition
     from fpmatch.evaluation.points.results import BenchResults, PointCell
     from fpmatch.pointset.random_sets import PointModel
 
@@ -21,65 +21,55 @@ _FEWEST_SIZES: Final = 3
 
 
 def summarise(results: BenchResults) -> list[str]:
-    """Return a line a finding.
+    """Return the summary lines.
 
-    Parameters
-    ----------
-    results : BenchResults
-        The results.
-
-    Returns
-    -------
-    list of str
-        How much faster ours is than van Wamelen's, how its time compares with scipy's
-        triangulations; average times, times on independent pairs, growth of the times with the
-        sets, beside those that the paper gives; for each matcher and reading the worst recognition
-        and the false matches; how far van Wamelen's matcher may search; what was not run.
+    Speed of the default matcher beside van Wamelen's and scipy's triangulations; mean times, times
+    on independent pairs and growth of the times with the sets, beside those that the paper gives;
+    for each matcher and model the worst condition and the false positives; bounds of the search,
+    and cells that were not run.
     """
     lines = []
-    for reading in READINGS:
-        ratios = speed_ups(results, reading)
+    for model in POINT_MODELS:
+        ratios = speed_ups(results, model)
         if ratios:
             lines.append(
-                f"ours over van-wamelen at n = 2m, {reading}: {geometric_mean(ratios):.1f} times "
-                f"as fast (geometric mean of {len(ratios)} rows, {min(ratios):.1f} to "
+                f"triangles over van-wamelen at n = 2m, {model}: {geometric_mean(ratios):.1f} "
+                f"times as fast (geometric mean of {len(ratios)} rows, {min(ratios):.1f} to "
                 f"{max(ratios):.1f})"
             )
-        lines += _over_triangulation(results, reading)
-        lines += _averages(results, reading)
-        lines += _independent(results, reading)
-        lines += [line for name in MATCHER_NAMES for line in _growth(results, reading, name)]
+        lines += _over_triangulation(results, model)
+        lines += _averages(results, model)
+        lines += _independent(results, model)
+        lines += [line for name in MATCHER_NAMES for line in _growth(results, model, name)]
     if results.cells:
         lines += _published()
-    for reading in READINGS:
+    for model in POINT_MODELS:
         for matcher in MATCHER_NAMES:
-            lines += _answers(results, reading, matcher)
+            lines += _answers(results, model, matcher)
     return [*lines, *_bounds(results), *_not_run(results)]
 
 
-def speed_ups(results: BenchResults, reading: PointModel, factor: int = 2) -> list[float]:
-    """Return the time of van Wamelen's matcher over ours, where both ran.
+def speed_ups(results: BenchResults, model: PointModel, factor: int = 2) -> list[float]:
+    """Return, for each row that both ran, van Wamelen's time over the default matcher's.
 
     Parameters
     ----------
     results : BenchResults
         The results.
-    reading : {"patch", "clutter"}
-        The reading.
+    model : {"patch", "clutter"}
+        The model.
     factor : int
         Points of Q for each point of P.
-
-    Returns
-    -------
-    list of float
-        A ratio a row.
     """
     ratios = []
-    for place in places([reading]):
-        if place.factor == factor:
-            ours, theirs = results.cell(place, "ours"), results.cell(place, "van-wamelen")
-            if ours and theirs:
-                ratios.append(theirs.time_ms / ours.time_ms)
+    for condition in conditions([model]):
+        if condition.factor == factor:
+            default, baseline = (
+                results.cell(condition, "triangles"),
+                results.cell(condition, "van-wamelen"),
+            )
+            if default and baseline:
+                ratios.append(baseline.time_ms / default.time_ms)
     return ratios
 
 
@@ -94,62 +84,64 @@ def geometric_mean(values: list[float]) -> float:
     return math.exp(math.fsum(map(math.log, values)) / len(values))
 
 
-def _over_triangulation(results: BenchResults, reading: PointModel) -> list[str]:
-    """Return the range of our time over scipy's, for each ρ."""
+def _over_triangulation(results: BenchResults, model: PointModel) -> list[str]:
+    """Return the range of the default matcher's time over scipy's, for each ρ."""
     ratios: dict[float, list[float]] = {}
     for cell in results.cells:
-        if (cell.matcher, cell.place.reading) == ("ours", reading):
+        if (cell.matcher, cell.condition.model) == ("triangles", model):
             share = cell.time_ms / cell.scipy_delaunay_ms
-            ratios.setdefault(cell.place.parameters.rho, []).append(share)
+            ratios.setdefault(cell.condition.parameters.rho, []).append(share)
     if not ratios:
         return []
     words = [f"rho {rho:g}: {min(r):.2f} to {max(r):.2f}" for rho, r in sorted(ratios.items())]
-    return [f"ours over scipy's two triangulations, {reading}: {', '.join(words)} times its time"]
+    return [
+        f"triangles over scipy's two triangulations, {model}: {', '.join(words)} times its time"
+    ]
 
 
-def _averages(results: BenchResults, reading: PointModel) -> list[str]:
+def _averages(results: BenchResults, model: PointModel) -> list[str]:
     """Return the mean over the rows at n = 2m of each matcher's average times."""
     words = []
     for matcher in MATCHER_NAMES:
-        cells = [results.cell(place, matcher) for place in _at_2m(reading)]
+        cells = [results.cell(condition, matcher) for condition in _at_2m(model)]
         means = [cell.mean_ms for cell in cells if cell is not None and cell.mean_ms is not None]
         if len(means) == len(PAPER_ROWS):
             words.append(f"{matcher} {sum(means) / len(means):.3g} ms")
     return (
-        [f"average time at n = 2m, {reading}, over all {len(PAPER_ROWS)} rows: {', '.join(words)}"]
+        [f"average time at n = 2m, {model}, over all {len(PAPER_ROWS)} rows: {', '.join(words)}"]
         if words
         else []
     )
 
 
-def _independent(results: BenchResults, reading: PointModel) -> list[str]:
-    """Return how long ours takes to say no, beside its yes and beside the literal method's no."""
+def _independent(results: BenchResults, model: PointModel) -> list[str]:
+    """Compare times on independent pairs with those on genuine pairs and with the paper's method."""
     ratios, slower, both = [], 0, 0
-    for place in places([reading]):
-        ours, literal = results.cell(place, "ours"), results.cell(place, "paper")
-        if ours is not None:
-            ratios.append(ours.independent_time_ms / ours.time_ms)
-        if ours is not None and literal is not None:
+    for condition in conditions([model]):
+        default, paper = results.cell(condition, "triangles"), results.cell(condition, "paper")
+        if default is not None:
+            ratios.append(default.independent_time_ms / default.time_ms)
+        if default is not None and paper is not None:
             both += 1
-            slower += ours.independent_time_ms > literal.independent_time_ms
+            slower += default.independent_time_ms > paper.independent_time_ms
     if not ratios:
         return []
     line = (
-        f"ours on independent pairs, {reading}: {median(ratios):.1f} times the time of a genuine "
+        f"triangles on independent pairs, {model}: {median(ratios):.1f} times the time of a genuine "
         f"pair (median of {len(ratios)} cells, {min(ratios):.1f} to {max(ratios):.1f})"
     )
-    return [f"{line}; slower than the literal method in {slower} of {both} cells" if both else line]
+    return [f"{line}; slower than the paper's method in {slower} of {both} cells" if both else line]
 
 
-def _growth(results: BenchResults, reading: PointModel, matcher: str) -> list[str]:
+def _growth(results: BenchResults, model: PointModel, matcher: str) -> list[str]:
     """Return the powers of m with which a matcher's time grows at n = 2m, for each ρ."""
     times: dict[float, list[tuple[int, float]]] = {}
-    for place in _at_2m(reading):
-        cell = results.cell(place, matcher)
+    for condition in _at_2m(model):
+        cell = results.cell(condition, matcher)
         if cell is not None:
-            times.setdefault(place.parameters.rho, []).append((place.m, cell.time_ms))
+            times.setdefault(condition.parameters.rho, []).append((condition.m, cell.time_ms))
     powers = _powers(times)
-    return [f"{matcher}, {reading}, n = 2m: time grows as {powers}"] if powers else []
+    return [f"{matcher}, {model}, n = 2m: time grows as {powers}"] if powers else []
 
 
 def _published() -> list[str]:
@@ -190,53 +182,47 @@ def _power(rows: list[tuple[int, float]]) -> float:
     return linear_regression(x, y).slope
 
 
-def _at_2m(reading: PointModel) -> list[Place]:
-    return [place for place in places([reading]) if place.factor == TARGET_FACTORS[0]]
+def _at_2m(model: PointModel) -> list[Condition]:
+    return [condition for condition in conditions([model]) if condition.factor == TARGET_FACTORS[0]]
 
 
-def _answers(results: BenchResults, reading: PointModel, matcher: str) -> list[str]:
-    cells = [c for c in results.cells if (c.matcher, c.place.reading) == (matcher, reading)]
+def _answers(results: BenchResults, model: PointModel, matcher: str) -> list[str]:
+    cells = [c for c in results.cells if (c.matcher, c.condition.model) == (matcher, model)]
     if not cells:
         return []
-    worst = min(cells, key=lambda cell: cell.recognised)
-    right, trials = sum(c.right for c in cells), sum(c.trials for c in cells)
-    false, independent = (
-        sum(c.false_matches for c in cells),
-        sum(c.independent_trials for c in cells),
-    )
+    worst = min(cells, key=lambda cell: cell.true_positive_rate)
+    found, trials = sum(c.true_positives for c in cells), sum(c.trials for c in cells)
+    false = sum(c.false_positives for c in cells)
+    independent = sum(c.independent_trials for c in cells)
     stopped = sum(cell.stopped for cell in cells)
     return [
-        f"{matcher}, {reading}: recognised {right:,} of {trials:,}, at worst {worst.right} of "
-        f"{worst.trials} ({_shortly(worst)}); false matches {false:,} of {independent:,}"
+        f"{matcher}, {model}: recognised {found:,} of {trials:,}, at worst "
+        f"{worst.true_positives} of {worst.trials} ({_short_name(worst)}); false positives {false:,} of {independent:,}"
         + (f"; stopped for taking too long {stopped}" if stopped else "")
     ]
 
 
-def _shortly(cell: PointCell) -> str:
-    return f"rho {cell.place.parameters.rho:g}, m {cell.place.m}, n {cell.place.n}"
+def _short_name(cell: PointCell) -> str:
+    return f"rho {cell.condition.parameters.rho:g}, m {cell.condition.m}, n {cell.condition.n}"
 
 
 def _not_run(results: BenchResults) -> list[str]:
-    lines = []
-    for reading in READINGS:
-        for matcher in MATCHER_NAMES:
-            count = sum(
-                (cell.matcher, cell.place.reading) == (matcher, reading) for cell in results.skipped
-            )
-            if count:
-                lines.append(
-                    f"{matcher}, {reading}: {count} cells not run, for a match there or on "
-                    f"smaller sets takes over {results.settings['budget_s']:g} s"
-                )
-    return lines
+    keys = [(cell.condition.model, cell.matcher) for cell in results.skipped]
+    return [
+        f"{matcher}, {model}: {keys.count((model, matcher))} cells not run, for a match there or on "
+        f"smaller sets takes over {results.settings['budget_s']:g} s"
+        for model in POINT_MODELS
+        for matcher in MATCHER_NAMES
+        if (model, matcher) in keys
+    ]
 
 
 def _bounds(results: BenchResults) -> list[str]:
-    """Return after how much work van Wamelen's matcher gave up, where that is known."""
-    looks = [results.settings.get(f"{kind}_looks") for kind in ("genuine", "independent")]
-    if None in looks or not any(cell.matcher == "van-wamelen" for cell in results.cells):
+    """Return the bounds of van Wamelen's search, where they are known."""
+    steps = [results.settings.get(f"{kind}_steps") for kind in ("genuine", "independent")]
+    if None in steps or not any(cell.matcher == "van-wamelen" for cell in results.cells):
         return []
     return [
-        f"van-wamelen gave up, without a match, after {looks[0]:,} looks at points on a genuine "
-        f"pair and {looks[1]:,} on an independent one"
+        f"van-wamelen gave up, without a match, after {steps[0]:,} points and cells visited on a "
+        f"genuine pair and {steps[1]:,} on an independent one"
     ]

@@ -1,15 +1,16 @@
-"""The results on random point sets as tables beside the paper's own, for people."""
+"""The results on random point sets as text tables beside the paper's own."""
 
 from __future__ import annotations
 
 import textwrap
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.evaluation.points.conditions import Condition
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
-from fpmatch.evaluation.points.places import Place
 from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.evaluation.points.summary import summarise
-from fpmatch.pointset.random_sets import READINGS
+from fpmatch.pointset.random_sets import POINT_MODELS
+from fpmatch.text_table import markdown_table, text_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,14 +22,14 @@ if TYPE_CHECKING:
     Line = tuple[str, ...]
 
 _PUBLISHED: Final[dict[str, Callable[[PaperRow], tuple[float, ...]]]] = {
-    "ours": lambda row: row.unit_circle_s,
+    "triangles": lambda row: row.unit_circle_s,
     "paper": lambda row: row.unit_circle_s,
     "van-wamelen": lambda row: row.van_wamelen_s,
 }
-_SOURCE: Final = {"ours": "Table 2", "paper": "Table 2", "van-wamelen": "Table 1"}
+_SOURCE: Final = {"triangles": "Table 2", "paper": "Table 2", "van-wamelen": "Table 1"}
 _PARAMETERS: Final = ("m", "rho", "eta", "lambda")
 _TIMES: Final = ("median", "mean", "indep.")
-_ANSWERS: Final = ("right", "false")
+_ANSWERS: Final = ("TP", "FP")
 _ABSENT: Final = "-"
 _MS: Final = 1e3
 _WIDTH: Final = 120
@@ -36,30 +37,21 @@ _EDGES: Final = (100.0, 10.0, 0.1)
 """Milliseconds below which a time has one decimal more."""
 
 LEGEND: Final = (
-    "median, mean: time of a match of a genuine pair from the bare points, ms; paper: the average "
+    "median, mean: time of a match of a genuine pair from the bare points, ms; paper: the mean "
     "time that the paper gives, ms; indep.: median time of a match of an independent pair, ms",
-    "right: genuine pairs recognised, of those tried; "
-    "false: matches claimed on independent pairs, of those tried",
+    "TP, true positives: genuine pairs recognised, of those tried; "
+    "FP, false positives: independent pairs matched, of those tried",
 )
 
 
 def format_bench(results: BenchResults) -> str:
-    """Return the results as plain text: times and answers a matcher and reading, then a summary.
+    """Return the results as plain text: times and answers by matcher and model, then a summary.
 
-    Parameters
-    ----------
-    results : BenchResults
-        The results.
-
-    Returns
-    -------
-    str
-        Lines of at most 120 characters (for up to 100 trials); "-" where a cell was not run.
+    Lines have at most 120 characters (for up to 100 trials); "-" where a cell was not run.
     """
     blocks = [
-        "\n".join([title, *_as_text(lines)])
-        for reading, matcher in _blocks(results)
-        for title, lines in _tables(results, matcher, reading)
+        f"{title}\n{text_table([_group_names(len(lines[0])), *lines], left=0)}"
+        for title, lines in _tables(results)
     ]
     notes = ["\n".join(map(_wrapped, part)) for part in (LEGEND, summarise(results))]
     return "\n\n".join([*blocks, *filter(None, notes)])
@@ -67,32 +59,35 @@ def format_bench(results: BenchResults) -> str:
 
 def format_bench_markdown(results: BenchResults) -> str:
     """Return the results as `format_bench` does, in Markdown."""
-    blocks = [
-        "\n".join([f"### {title}", "", *_as_markdown(lines)])
-        for reading, matcher in _blocks(results)
-        for title, lines in _tables(results, matcher, reading)
-    ]
+    blocks = []
+    for title, (head, *rows) in _tables(results):
+        groups = _group_names(len(head))
+        for k in range(len(_PARAMETERS), len(head)):
+            groups[k] = groups[k] or groups[k - 1]
+        named = [
+            f"{group}: {name}" if group else name for group, name in zip(groups, head, strict=True)
+        ]
+        blocks.append(f"### {title}\n\n{markdown_table([named, *rows], left=0)}")
     lists = ["\n".join(f"- {line}" for line in part) for part in (LEGEND, summarise(results))]
     return "\n\n".join([*blocks, *lists])
 
 
-def _blocks(results: BenchResults) -> list[tuple[PointModel, str]]:
-    known = {(cell.place.reading, cell.matcher) for cell in results.cells}
-    return [(r, name) for r in READINGS for name in MATCHER_NAMES if (r, name) in known]
+def _tables(results: BenchResults) -> list[tuple[str, list[Line]]]:
+    """Return titles and lines of the two tables of each model and matcher: times and answers."""
+    known = {(cell.condition.model, cell.matcher) for cell in results.cells}
+    tables = []
+    for model in POINT_MODELS:
+        for matcher in [name for name in MATCHER_NAMES if (model, name) in known]:
+            source = f", beside the paper's {_SOURCE[matcher]}" if matcher in _SOURCE else ""
+            title = f"{matcher}, {model} model"
+            tables += [
+                (f"{title}: times in ms{source}", _times(results, matcher, model)),
+                (f"{title}: answers", _answers(results, matcher, model)),
+            ]
+    return tables
 
 
-def _tables(
-    results: BenchResults, matcher: str, reading: PointModel
-) -> list[tuple[str, list[Line]]]:
-    """Return the titles and lines of a matcher's two tables: its times, and its answers."""
-    source = f", beside the paper's {_SOURCE[matcher]}" if matcher in _SOURCE else ""
-    return [
-        (f"{matcher}, {reading} reading: times in ms{source}", _times(results, matcher, reading)),
-        (f"{matcher}, {reading} reading: answers", _answers(results, matcher, reading)),
-    ]
-
-
-def _times(results: BenchResults, matcher: str, reading: PointModel) -> list[Line]:
+def _times(results: BenchResults, matcher: str, model: PointModel) -> list[Line]:
     published = _PUBLISHED.get(matcher)
     columns = (*_TIMES[:2], "paper", *_TIMES[2:]) if published else _TIMES
 
@@ -103,50 +98,49 @@ def _times(results: BenchResults, matcher: str, reading: PointModel) -> list[Lin
         mean = _ABSENT if cell.mean_ms is None else format_ms(cell.mean_ms)
         return (format_ms(cell.time_ms), mean, *paper, format_ms(cell.independent_time_ms))
 
-    return _lines(results, matcher, reading, columns, measured)
+    return _lines(results, matcher, model, columns, measured)
 
 
-def _answers(results: BenchResults, matcher: str, reading: PointModel) -> list[Line]:
+def _answers(results: BenchResults, matcher: str, model: PointModel) -> list[Line]:
     def counted(cell: PointCell | None, *_: object) -> Line:
         if cell is None:
             return (_ABSENT,) * len(_ANSWERS)
-        false = f"{cell.false_matches}/{cell.independent_trials}"
-        return (f"{cell.right}/{cell.trials}", false)
+        false = f"{cell.false_positives}/{cell.independent_trials}"
+        return (f"{cell.true_positives}/{cell.trials}", false)
 
-    return _lines(results, matcher, reading, _ANSWERS, counted)
+    return _lines(results, matcher, model, _ANSWERS, counted)
 
 
 def _lines(
     results: BenchResults,
     matcher: str,
-    reading: PointModel,
+    model: PointModel,
     columns: Line,
-    words: Callable[[PointCell | None, PaperRow, int], Line],
+    texts: Callable[[PointCell | None, PaperRow, int], Line],
 ) -> list[Line]:
-    """Return a head, and a line a row of which any cell was run."""
+    """Return a head, and a line for each row of which any cell was run."""
     lines: list[Line] = [(*_PARAMETERS, *(name for _ in TARGET_FACTORS for name in columns))]
     for index, row in enumerate(PAPER_ROWS):
-        cells = [results.cell(Place(reading, index, factor), matcher) for factor in TARGET_FACTORS]
+        cells = [
+            results.cell(Condition(model, index, factor), matcher) for factor in TARGET_FACTORS
+        ]
         if any(cells):
             line = [str(row.m), f"{row.rho:g}", f"{row.eta:g}", f"{row.lambda_:g}"]
             for column, cell in enumerate(cells):
-                line += words(cell, row, column)
+                line += texts(cell, row, column)
             lines.append(tuple(line))
     return lines
 
 
+def _group_names(width: int) -> list[str]:
+    """Return a row of `width` cells: the name of each n over its first column."""
+    each = (width - len(_PARAMETERS)) // len(TARGET_FACTORS)
+    groups = [[f"n = {factor}m", *[""] * (each - 1)] for factor in TARGET_FACTORS]
+    return [*[""] * len(_PARAMETERS), *(name for group in groups for name in group)]
+
+
 def format_ms(milliseconds: float) -> str:
     """Return a time in milliseconds with about three digits, without its unit.
-
-    Parameters
-    ----------
-    milliseconds : float
-        The time.
-
-    Returns
-    -------
-    str
-        The number.
 
     Examples
     --------
@@ -159,35 +153,3 @@ def format_ms(milliseconds: float) -> str:
 
 def _wrapped(line: str) -> str:
     return textwrap.fill(line, _WIDTH, subsequent_indent="  ")
-
-
-def _groups(width: int) -> list[tuple[str, int]]:
-    """Return the heads over the columns of each n, and how many columns each has."""
-    each = (width - len(_PARAMETERS)) // len(TARGET_FACTORS)
-    return [(f"n = {factor}m", each) for factor in TARGET_FACTORS]
-
-
-def _as_text(lines: list[Line]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    first = len(_PARAMETERS)
-    over = ["  ".join(" " * width for width in widths[:first])]
-    for index, (name, count) in enumerate(_groups(len(widths))):
-        span = widths[first + index * count : first + (index + 1) * count]
-        over.append(name.center(sum(span) + 2 * (count - 1), "-"))
-    return [
-        "  ".join(over),
-        *("  ".join(map(str.rjust, line, widths)) for line in lines),
-    ]
-
-
-def _as_markdown(lines: list[Line]) -> list[str]:
-    head, *rows = lines
-    named = list(head[: len(_PARAMETERS)])
-    for index, (name, count) in enumerate(_groups(len(head))):
-        start = len(_PARAMETERS) + index * count
-        named += [f"{name}: {column}" for column in head[start : start + count]]
-    return [_pipes(named), _pipes(["---:"] * len(head)), *map(_pipes, rows)]
-
-
-def _pipes(cells: list[str] | Line) -> str:
-    return f"| {' | '.join(cells)} |"

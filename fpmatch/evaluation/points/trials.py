@@ -1,15 +1,15 @@
-"""Try matchers on random point sets, and count what they find where it is and where it is not.
+"""Try matchers on random point sets: genuine and independent pairs, and the time that they take.
 
-A place of the experiment and a matcher make a cell.
+A condition of the experiment and a matcher make a cell.
 
-- A genuine pair is recognised where the matcher claims a match, every point of P comes to lie
-  within t of its true place, and at least 80 % of the true pairs are found.
-- An independent pair is a false match where the matcher claims a match.
+- A genuine pair is recognised (a true positive) where the matcher finds a transform, its image of
+  every point of P is within t of the true one, and at least 80 % of the true pairs are found.
+- An independent pair is a false positive where the matcher finds a transform.
 
-A match is timed from the bare arrays, triangulations included, with Python's collection of garbage
-off. What counts is processor time, which other work on the machine does not add to; all matchers
-run in one thread. Right after the genuine matches of a cell, scipy's Delaunay
-triangulations of the same sets are timed in the same way: each as it runs in a batch of its own.
+A match is timed from the bare arrays, triangulations included, with Python's garbage collection
+off. The time is processor time, which excludes other work on the machine; all matchers run in one
+thread. After the genuine matches of a cell, scipy's Delaunay triangulations of the same sets are
+timed in the same way: each in a batch of its own.
 """
 
 from __future__ import annotations
@@ -23,16 +23,17 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
+from fpmatch.evaluation.points.conditions import make_pair
 from fpmatch.evaluation.points.matchers import PointCase, StoppedError
-from fpmatch.evaluation.points.places import make_pair
 from fpmatch.evaluation.points.results import PointCell
 from fpmatch.pointset.random_sets import random_pair
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.evaluation.points.matchers import BenchMatcher, Claim
-    from fpmatch.evaluation.points.places import Place
+    from fpmatch.evaluation.points.conditions import Condition
+    from fpmatch.evaluation.points.matchers import BenchMatcher
+    from fpmatch.pointset.point_match import PointMatch
     from fpmatch.pointset.random_sets import RandomPair
 
     Clock = Callable[[], float]
@@ -48,23 +49,23 @@ _MS: Final = 1e3
 
 @dataclass(frozen=True, slots=True)
 class TrialPlan:
-    """Set how much is tried in a cell.
+    """Set the number and the effort of the trials of a cell.
 
     Parameters
     ----------
     trials : int
-        Genuine pairs, and independent pairs unless `independent_trials` says otherwise.
+        Genuine pairs, and independent pairs unless `independent_trials` is given.
     seed : int
         Seed of the experiment.
     budget_s : float
         Seconds after which a cell tries no further genuine pair, and after as many more no further
         independent pair.
     fewest_trials : int
-        Pairs that are tried even so, for ten times as long: a median of fewer says little.
-    genuine_looks, independent_looks : int
+        Pairs that are tried even so, for ten times as long.
+    genuine_steps, independent_steps : int
         Bound of a matcher's work on one genuine and on one independent pair, for matchers that
-        count it. Where there is nothing to be found, a search takes all of it.
-    spare_complete : bool
+        count it. A search without a match takes all of it.
+    exempt_complete : bool
         Whether matchers that are `complete` run all trials, however long they take.
     independent_trials : int or None
         Independent pairs; None for as many as genuine ones.
@@ -74,92 +75,63 @@ class TrialPlan:
     seed: int = 0
     budget_s: float = 20.0
     fewest_trials: int = 5
-    genuine_looks: int = 1_000_000_000
-    independent_looks: int = 200_000_000
-    spare_complete: bool = True
+    genuine_steps: int = 1_000_000_000
+    independent_steps: int = 200_000_000
+    exempt_complete: bool = True
     independent_trials: int | None = None
 
     def number_of_trials(self, *, genuine: bool) -> int:
-        """Return how many pairs of a kind a cell tries at most."""
-        few = self.independent_trials
-        return self.trials if genuine or few is None else few
+        """Return the most pairs of a kind that a cell tries."""
+        independent = self.independent_trials
+        return self.trials if genuine or independent is None else independent
 
 
 QUICK_PLAN: Final = TrialPlan(
     trials=5,
     budget_s=0.15,
     fewest_trials=1,
-    genuine_looks=5_000_000,
-    independent_looks=5_000_000,
-    spare_complete=False,
+    genuine_steps=5_000_000,
+    independent_steps=5_000_000,
+    exempt_complete=False,
 )
-"""Less of everything, for a look at all of it within a minute."""
+"""Fewer pairs and less work, for a run of a minute."""
 QUICK_LARGEST_M: Final = 100
-"""Rows with more points of P are left out of a quick look."""
+"""Rows with more points of P are left out of a quick run."""
 
 
-def is_recognised(claim: Claim | None, pair: RandomPair) -> bool:
-    """Tell whether a claim is the truth about a genuine pair.
-
-    Parameters
-    ----------
-    claim : Claim or None
-        What the matcher claims.
-    pair : RandomPair
-        The sets and the truth.
-
-    Returns
-    -------
-    bool
-        See the module.
-    """
-    if claim is None or pair.transform is None:
+def is_recognised(match: PointMatch | None, pair: RandomPair) -> bool:
+    """Return whether a match of a genuine pair is true; see the module."""
+    if match is None or match.transform is None or pair.transform is None:
         return False
-    apart = claim.transform.apply(pair.p) - pair.transform.apply(pair.p)
+    apart = match.transform.apply(pair.p) - pair.transform.apply(pair.p)
     true_pairs = set(map(tuple, pair.pairs.tolist()))
-    found = true_pairs.intersection(map(tuple, claim.pairs.tolist()))
+    found = true_pairs.intersection(map(tuple, match.pairs.tolist()))
     in_place = float(np.hypot(*apart.T).max()) <= pair.tolerance
     return in_place and len(found) >= RECOGNISED_SHARE * len(true_pairs)
 
 
 def run_cell(
-    place: Place, matcher: BenchMatcher, plan: TrialPlan, clock: Clock = time.process_time
+    condition: Condition, matcher: BenchMatcher, plan: TrialPlan, clock: Clock = time.process_time
 ) -> PointCell:
-    """Try a matcher on the pairs of one place.
-
-    Parameters
-    ----------
-    place : Place
-        Where in the tables.
-    matcher : BenchMatcher
-        The matcher.
-    plan : TrialPlan
-        How much to try.
-    clock : callable
-        Tells the time in seconds.
-
-    Returns
-    -------
-    PointCell
-        What was found.
+    """Try a matcher on the pairs of one condition; `clock` returns the time in seconds.
 
     Raises
     ------
     StoppedError
-        If the first genuine match was stopped: nothing was found out then.
+        If the first genuine match was stopped: there is no result then.
     """
-    _warm_up(place, matcher, plan)
-    stopwatch = _Stopwatch(place, matcher, plan, clock)
+    _warm_up(condition, matcher, plan)
+    stopwatch = _Stopwatch(condition, matcher, plan, clock)
     genuine = stopwatch.run(genuine=True)
     if genuine.stopped and len(genuine.answers) == 1:
         raise StoppedError
     scipy_s = stopwatch.triangulate(len(genuine.answers))
     independent = stopwatch.run(genuine=False)
     return PointCell(
-        place=place,
+        condition=condition,
         matcher=matcher.name,
         outcomes="".join("01"[answer] for answer in genuine.answers),
-        false_matches=sum(independent.answers),
+        false_positives=sum(independent.answers),
         independent_trials=len(independent.answers),
         stopped=genuine.stopped + independent.stopped,
         time_ms=_MS * median(genuine.match_s),
@@ -173,7 +145,7 @@ def run_cell(
 
 @dataclass(slots=True)
 class _Runs:
-    """Gather the trials of one kind."""
+    """Collect the trials of one kind."""
 
     answers: list[bool]
     match_s: list[float]
@@ -184,7 +156,7 @@ class _Runs:
 class _Stopwatch:
     """Run trials of one cell against the clock."""
 
-    place: Place
+    condition: Condition
     matcher: BenchMatcher
     plan: TrialPlan
     clock: Clock
@@ -194,7 +166,7 @@ class _Stopwatch:
         runs = _Runs([], [])
         start = self.clock()
         for trial in range(self.plan.number_of_trials(genuine=genuine)):
-            pair = make_pair(self.place, self.plan.seed, trial, genuine=genuine)
+            pair = make_pair(self.condition, self.plan.seed, trial, genuine=genuine)
             self._try(pair, runs)
             hopeless = genuine and trial == 0 and runs.stopped > 0
             if hopeless or self._is_spent(runs, self.clock() - start):
@@ -205,13 +177,13 @@ class _Stopwatch:
         """Return the seconds that scipy takes for both sets of the first genuine pairs."""
         seconds = []
         for trial in range(trials):
-            pair = make_pair(self.place, self.plan.seed, trial, genuine=True)
-            case = _case(self.place, pair, self.plan, genuine=True)
+            pair = make_pair(self.condition, self.plan.seed, trial, genuine=True)
+            case = _case(self.condition, pair, self.plan, genuine=True)
             seconds.append(self._timed(_triangulate_both, case)[1])
         return seconds
 
     def _is_spent(self, runs: _Runs, seconds: float) -> bool:
-        if self.matcher.complete and self.plan.spare_complete:
+        if self.matcher.complete and self.plan.exempt_complete:
             return False
         budget = self.plan.budget_s
         enough = len(runs.answers) >= self.plan.fewest_trials
@@ -219,18 +191,18 @@ class _Stopwatch:
 
     def _try(self, pair: RandomPair, runs: _Runs) -> None:
         genuine = pair.transform is not None
-        case = _case(self.place, pair, self.plan, genuine=genuine)
-        claim, seconds = self._timed(self._find, case)
+        case = _case(self.condition, pair, self.plan, genuine=genuine)
+        match, seconds = self._timed(self._find, case)
         runs.match_s.append(seconds)
-        runs.stopped += isinstance(claim, StoppedError)
-        answer = None if isinstance(claim, StoppedError) else claim
-        runs.answers.append(is_recognised(answer, pair) if genuine else answer is not None)
+        runs.stopped += match is None
+        found = match is not None and match.transform is not None
+        runs.answers.append(is_recognised(match, pair) if genuine else found)
 
-    def _find(self, case: PointCase) -> Claim | StoppedError | None:
+    def _find(self, case: PointCase) -> PointMatch | None:
         try:
             return self.matcher.find(case)
-        except StoppedError as stopped:
-            return stopped
+        except StoppedError:
+            return None
 
     def _timed(self, call: Callable[[PointCase], Result], case: PointCase) -> tuple[Result, float]:
         was_on = gc.isenabled()
@@ -244,24 +216,24 @@ class _Stopwatch:
                 gc.enable()
 
 
-def _warm_up(place: Place, matcher: BenchMatcher, plan: TrialPlan) -> None:
-    """Match a few points, so that the first trial does not pay for importing libraries."""
-    row = place.parameters
-    few = random_pair(10, 20, row.rho, row.eta, row.lambda_, reading=place.reading, rng=plan.seed)
-    case = _case(place, few, plan, genuine=True)
+def _warm_up(condition: Condition, matcher: BenchMatcher, plan: TrialPlan) -> None:
+    """Match a few points, so that no trial includes the import of libraries."""
+    row = condition.parameters
+    few = random_pair(10, 20, row.rho, row.eta, row.lambda_, model=condition.model, rng=plan.seed)
+    case = _case(condition, few, plan, genuine=True)
     _triangulate_both(case)
     with suppress(StoppedError):
         matcher.find(case)
 
 
-def _case(place: Place, pair: RandomPair, plan: TrialPlan, *, genuine: bool) -> PointCase:
+def _case(condition: Condition, pair: RandomPair, plan: TrialPlan, *, genuine: bool) -> PointCase:
     return PointCase(
         p=pair.p,
         q=pair.q,
         tolerance=pair.tolerance,
-        rho=place.parameters.rho,
-        lambda_=place.parameters.lambda_,
-        max_steps=plan.genuine_looks if genuine else plan.independent_looks,
+        rho=condition.parameters.rho,
+        lambda_=condition.parameters.lambda_,
+        max_steps=plan.genuine_steps if genuine else plan.independent_steps,
         limit_s=plan.budget_s,
     )
 

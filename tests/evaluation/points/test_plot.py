@@ -11,18 +11,20 @@ import pytest
 from PIL import Image
 
 from fpmatch.errors import OutputError
-from fpmatch.evaluation.points.places import places
+from fpmatch.evaluation.points.conditions import conditions
 from fpmatch.evaluation.points.plot import check_plot, save_bench_plot
 from fpmatch.evaluation.points.results import BenchResults, PointCell
 
-COLOURS = {"ours": (0x00, 0x72, 0xB2), "paper": (0x00, 0x9E, 0x73)}
+COLOURS = {"triangles": (0x00, 0x72, 0xB2), "paper": (0x00, 0x9E, 0x73)}
 
 
-def results(readings: tuple[Any, ...] = ("patch", "clutter")) -> BenchResults:
+def results(models: tuple[Any, ...] = ("patch", "clutter")) -> BenchResults:
     cells = [
-        PointCell(place, name, "1", 0, 1, place.n * factor / 100, place.n / 50, 1.0, 1.0)
-        for place in places(readings)
-        for name, factor in (("ours", 1), ("paper", 4))
+        PointCell(
+            condition, name, "1", 0, 1, condition.n * factor / 100, condition.n / 50, 1.0, 1.0
+        )
+        for condition in conditions(models)
+        for name, factor in (("triangles", 1), ("paper", 4))
     ]
     return BenchResults({}, cells)
 
@@ -39,13 +41,13 @@ def test_the_lines_of_the_matchers_are_in_the_picture(tmp_path: Path) -> None:
     assert (width, height) == (1800, 1050)
 
 
-def test_a_reading_that_did_not_run_has_no_panels(tmp_path: Path) -> None:
+def test_a_model_that_did_not_run_has_no_panels(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     path = tmp_path / "bench.svg"
     save_bench_plot(path, results(("clutter",)))
     text = path.read_text()
-    assert "clutter reading" in text
-    assert "patch reading" not in text
+    assert "clutter model" in text
+    assert "patch model" not in text
 
 
 def test_the_same_results_give_the_same_svg(tmp_path: Path) -> None:

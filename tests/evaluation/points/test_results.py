@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from fpmatch.errors import FpmatchError
-from fpmatch.evaluation.points.places import Place
+from fpmatch.evaluation.points.conditions import Condition
 from fpmatch.evaluation.points.results import (
     BenchResults,
     PointCell,
@@ -20,29 +20,29 @@ from fpmatch.evaluation.points.results import (
 )
 
 KEYS = [
-    *("reading", "matcher", "rho", "eta", "lambda", "m", "n", "trials"),
+    *("model", "matcher", "rho", "eta", "lambda", "m", "n", "trials"),
     *("recognised", "false_match", "time_ms", "scipy_delaunay_ms"),
 ]
-CELL = PointCell(Place("clutter", 9, 4), "ours", "1101", 1, 5, 1.5, 3.0, 2.5, 1.6, 0)
-SKIPPED = SkippedCell(Place("patch", 3, 8), "astroalign", "a match was stopped after 20 s")
+CELL = PointCell(Condition("clutter", 9, 4), "triangles", "1101", 1, 5, 1.5, 3.0, 2.5, 1.6, 0)
+SKIPPED = SkippedCell(Condition("patch", 3, 8), "astroalign", "a match was stopped after 20 s")
 
 
 def results() -> BenchResults:
-    early = PointCell(Place("patch", 0, 2), "paper", "1", 0, 1, 0.1, 0.2, 0.3, 0.4, 1)
+    early = PointCell(Condition("patch", 0, 2), "paper", "1", 0, 1, 0.1, 0.2, 0.3, 0.4, 1)
     return BenchResults({"trials": 4, "versions": {"scipy": None}}, [CELL, early], [SKIPPED])
 
 
 def entry(**changes: Any) -> dict[str, Any]:
     """Return the least that a cell of the file has to say."""
-    values = ("patch", "ours", 0.95, 0.175, 0.428, 50, 100, 4, 0.75, 0.0, 1.5, 3.0)
+    values = ("patch", "triangles", 0.95, 0.175, 0.428, 50, 100, 4, 0.75, 0.0, 1.5, 3.0)
     return {**dict(zip(KEYS, values, strict=True)), **changes}
 
 
 def test_a_cell_begins_with_the_keys_that_were_agreed() -> None:
     assert list(CELL.as_json())[: len(KEYS)] == KEYS
     assert {key: CELL.as_json()[key] for key in KEYS} == {
-        "reading": "clutter",
-        "matcher": "ours",
+        "model": "clutter",
+        "matcher": "triangles",
         "rho": 0.9,
         "eta": 0.4,
         "lambda": 0.84,
@@ -72,18 +72,28 @@ def test_no_nan_gets_into_the_file(tmp_path: Path) -> None:
     assert not path.exists()
 
 
-def test_a_cell_is_found_by_place_and_matcher() -> None:
-    assert results().cell(CELL.place, "ours") == CELL
-    assert results().cell(CELL.place, "paper") is None
-    assert results().cell(Place("patch", 9, 4), "ours") is None
+def test_a_cell_is_found_by_condition_and_matcher() -> None:
+    assert results().cell(CELL.condition, "triangles") == CELL
+    assert results().cell(CELL.condition, "paper") is None
+    assert results().cell(Condition("patch", 9, 4), "triangles") is None
 
 
 def test_the_agreed_keys_are_enough(tmp_path: Path) -> None:
     path = tmp_path / "bench.json"
     path.write_text(json.dumps({"cells": [entry()]}))
     (cell,) = read_results(path).cells
-    assert (cell.place, cell.right, cell.trials) == (Place("patch", 0, 2), 3, 4)
-    assert (cell.false_match, cell.independent_trials, cell.time_ms) == (0.0, 4, 1.5)
+    assert (cell.condition, cell.true_positives, cell.trials) == (Condition("patch", 0, 2), 3, 4)
+    assert (cell.false_positive_rate, cell.independent_trials, cell.time_ms) == (0.0, 4, 1.5)
+
+
+def test_files_of_version_0_1_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "bench.json"
+    old = {"reading" if key == "model" else key: value for key, value in entry().items()}
+    settings = {"genuine_looks": 5, "seed": 0}
+    path.write_text(json.dumps({"settings": settings, "cells": [{**old, "matcher": "ours"}]}))
+    results = read_results(path)
+    assert results.settings == {"genuine_steps": 5, "seed": 0}
+    assert (results.cells[0].matcher, results.cells[0].condition.model) == ("triangles", "patch")
 
 
 @pytest.mark.parametrize(
@@ -92,13 +102,16 @@ def test_the_agreed_keys_are_enough(tmp_path: Path) -> None:
         ("", "not a file of results: Expecting value"),
         ("[]", "not a file of results"),
         ("{}", "not a file of results: lacks 'cells'"),
-        ('{"cells": [{}]}', "not a file of results: lacks 'reading'"),
+        ('{"cells": [{}]}', "not a file of results: lacks 'model'"),
         ('{"cells": [7]}', "not a file of results"),
-        (entry(m=51), "the paper's tables have no place ('patch', 0.95, 0.175, 0.428, 51, 100)"),
+        (
+            entry(m=51),
+            "the paper's tables have no condition ('patch', 0.95, 0.175, 0.428, 51, 100)",
+        ),
         (entry(recognised=1.5), "a rate must be a fraction: 1.5"),
         (entry(time_ms=0), "a time must be positive: 0"),
         (entry(time_ms=None), "a time must be positive: None"),
-        (entry(trials=0), "trials and outcomes disagree: ours, patch, rho 0.95, m 50, n 100"),
+        (entry(trials=0), "trials and outcomes disagree: triangles, patch, rho 0.95, m 50, n 100"),
         (entry(outcomes="1100"), "trials and outcomes disagree"),
         (entry(outcomes="1110x"), "trials and outcomes disagree"),
         (entry(independent_trials=0), "trials and outcomes disagree"),

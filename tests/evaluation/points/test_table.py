@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fpmatch.evaluation.points.conditions import Condition, conditions
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
-from fpmatch.evaluation.points.places import Place, places
 from fpmatch.evaluation.points.published_results import PAPER_ROWS
 from fpmatch.evaluation.points.results import BenchResults, PointCell, SkippedCell
 from fpmatch.evaluation.points.summary import geometric_mean, speed_ups, summarise
 from fpmatch.evaluation.points.table import format_bench, format_bench_markdown, format_ms
 
-CELL = PointCell(Place("patch", 5, 2), "ours", "1" * 9 + "0", 1, 100, 0.5, 1.0, 2.0, 3.0)
+CELL = PointCell(Condition("patch", 5, 2), "triangles", "1" * 9 + "0", 1, 100, 0.5, 1.0, 2.0, 3.0)
 
 
 def table_of(*cells: PointCell) -> list[str]:
@@ -24,12 +24,10 @@ def table_of(*cells: PointCell) -> list[str]:
 
 
 def test_a_cell_stands_in_its_column_beside_the_papers_time() -> None:
-    lines = table_of(replace(CELL, place=Place("patch", 5, 4), mean_ms=0.75))
+    lines = table_of(replace(CELL, condition=Condition("patch", 5, 4), mean_ms=0.75))
     title, over, head, row, _, answers, _, counts, found, *_ = lines
-    assert title == "ours, patch reading: times in ms, beside the paper's Table 2"
-    assert [word for word in over.replace("-", " ").split() if word != "n"] == [
-        *("=", "2m", "=", "4m", "=", "8m")
-    ]
+    assert title == "triangles, patch model: times in ms, beside the paper's Table 2"
+    assert over.split() == ["n", "=", "2m", "n", "=", "4m", "n", "=", "8m"]
     assert head.split()[:8] == ["m", "rho", "eta", "lambda", "median", "mean", "paper", "indep."]
     assert row.split() == [
         *("50", "0.6", "0.25", "0.61"),
@@ -37,8 +35,8 @@ def test_a_cell_stands_in_its_column_beside_the_papers_time() -> None:
         *("0.50", "0.75", "1.21", "2.00"),
         *("-", "-", "2.19", "-"),
     ]
-    assert answers == "ours, patch reading: answers"
-    assert counts.split()[4:6] == ["right", "false"]
+    assert answers == "triangles, patch model: answers"
+    assert counts.split()[4:6] == ["TP", "FP"]
     assert found.split()[4:] == ["-", "-", "9/10", "1/100", "-", "-"]
 
 
@@ -63,31 +61,31 @@ def test_each_matcher_stands_beside_its_own_table(
 
 def test_astroalign_is_in_none_of_the_papers_tables() -> None:
     title, _, head, row, *_ = table_of(replace(CELL, matcher="astroalign"))
-    assert title == "astroalign, patch reading: times in ms"
+    assert title == "astroalign, patch model: times in ms"
     assert "paper" not in head
     assert "0.58" not in row
 
 
 def everything() -> BenchResults:
-    """Return a cell of each matcher at each place, with the longest words there can be."""
+    """Return a cell of each matcher at each condition, with the longest words there can be."""
     cells = [
         replace(
             CELL,
-            place=place,
+            condition=condition,
             matcher=name,
             outcomes="1" * 100,
             independent_trials=100,
-            false_matches=100,
+            false_positives=100,
             time_ms=20345.6,
             mean_ms=20345.6,
             independent_time_ms=20345.6,
         )
-        for place in places()
+        for condition in conditions()
         for name in MATCHER_NAMES
     ]
-    skipped = [SkippedCell(place, "astroalign", "long") for place in places()]
-    looks = {"genuine_looks": 10**9, "independent_looks": 10**9, "budget_s": 20.0}
-    return BenchResults(looks, cells, skipped)
+    skipped = [SkippedCell(condition, "astroalign", "long") for condition in conditions()]
+    steps = {"genuine_steps": 10**9, "independent_steps": 10**9, "budget_s": 20.0}
+    return BenchResults(steps, cells, skipped)
 
 
 def test_the_text_fits_into_120_columns() -> None:
@@ -96,11 +94,11 @@ def test_the_text_fits_into_120_columns() -> None:
     assert all(line == line.rstrip() for line in lines)
 
 
-def test_there_is_a_block_a_reading_and_matcher() -> None:
-    titles = [line for line in format_bench(everything()).splitlines() if " reading" in line]
-    assert [title.split(" reading")[0] for title in titles] == [
-        f"{name}, {reading}"
-        for reading in ("patch", "clutter")
+def test_there_is_a_block_a_model_and_matcher() -> None:
+    titles = [line for line in format_bench(everything()).splitlines() if " model:" in line]
+    assert [title.split(" model:")[0] for title in titles] == [
+        f"{name}, {model}"
+        for model in ("patch", "clutter")
         for name in MATCHER_NAMES
         for _ in ("times", "answers")
     ]
@@ -111,9 +109,9 @@ def test_markdown_has_the_same_cells() -> None:
     tables = [line for line in text.splitlines() if line.startswith("|")]
     assert len(tables) == 2 * 4 * 2 * (13 + 2)
     assert {line.count("|") for line in tables} == {17, 14, 11}
-    assert "### ours, patch reading: times in ms, beside the paper's Table 2\n\n| m | rho |" in text
+    assert "### triangles, patch model: times in ms, beside the paper's Table 2\n\n| m | rho |" in text
     assert "| n = 2m: median | n = 2m: mean | n = 2m: paper | n = 2m: indep. |" in text
-    assert "| n = 2m: right | n = 2m: false |" in text
+    assert "| n = 2m: TP | n = 2m: FP |" in text
     for line in summarise(everything()):
         assert f"- {line}\n" in f"{text}\n"
 
@@ -135,14 +133,14 @@ def test_times_at_the_edges_of_their_digits(milliseconds: float, text: str) -> N
 
 def test_the_speed_up_is_over_the_rows_that_both_ran_at_n_2m() -> None:
     cells = [
-        replace(CELL, place=Place("patch", row, factor), matcher=matcher, time_ms=ms)
+        replace(CELL, condition=Condition("patch", row, factor), matcher=matcher, time_ms=ms)
         for row, factor, matcher, ms in [
-            (0, 2, "ours", 1.0),
+            (0, 2, "triangles", 1.0),
             (0, 2, "van-wamelen", 8.0),
-            (1, 2, "ours", 2.0),
+            (1, 2, "triangles", 2.0),
             (1, 2, "van-wamelen", 4.0),
             (2, 2, "van-wamelen", 1000.0),
-            (0, 4, "ours", 1.0),
+            (0, 4, "triangles", 1.0),
             (0, 4, "van-wamelen", 1000.0),
         ]
     ]
@@ -151,31 +149,31 @@ def test_the_speed_up_is_over_the_rows_that_both_ran_at_n_2m() -> None:
     assert speed_ups(results, "clutter") == []
     assert geometric_mean([8.0, 2.0]) == pytest.approx(4.0)
     assert summarise(results)[0] == (
-        "ours over van-wamelen at n = 2m, patch: 4.0 times as fast (geometric mean of 2 rows, "
+        "triangles over van-wamelen at n = 2m, patch: 4.0 times as fast (geometric mean of 2 rows, "
         "2.0 to 8.0)"
     )
 
 
-def test_the_summary_names_the_worst_cell_and_counts_false_matches() -> None:
-    worse = replace(CELL, place=Place("patch", 0, 8), outcomes="10", stopped=3)
+def test_the_summary_names_the_worst_cell_and_counts_false_positives() -> None:
+    worse = replace(CELL, condition=Condition("patch", 0, 8), outcomes="10", stopped=3)
     lines = summarise(BenchResults({}, [CELL, worse]))
     assert lines[:2] + lines[4:] == [
-        "ours over scipy's two triangulations, patch: rho 0.6: 0.50 to 0.50, "
+        "triangles over scipy's two triangulations, patch: rho 0.6: 0.50 to 0.50, "
         "rho 0.95: 0.50 to 0.50 times its time",
-        "ours on independent pairs, patch: 4.0 times the time of a genuine pair (median of 2 "
+        "triangles on independent pairs, patch: 4.0 times the time of a genuine pair (median of 2 "
         "cells, 4.0 to 4.0)",
-        "ours, patch: recognised 10 of 12, at worst 1 of 2 (rho 0.95, m 50, n 400); "
-        "false matches 2 of 200; stopped for taking too long 3",
+        "triangles, patch: recognised 10 of 12, at worst 1 of 2 (rho 0.95, m 50, n 400); "
+        "false positives 2 of 200; stopped for taking too long 3",
     ]
 
 
 def test_growth_is_the_power_of_m_that_fits_the_times() -> None:
     cells = [
-        replace(CELL, place=Place("patch", row, 2), time_ms=3e-4 * PAPER_ROWS[row].m ** 1.5)
+        replace(CELL, condition=Condition("patch", row, 2), time_ms=3e-4 * PAPER_ROWS[row].m ** 1.5)
         for row in range(5)
     ]
     lines = summarise(BenchResults({}, cells))
-    assert "ours, patch, n = 2m: time grows as m^1.50 (rho 0.95)" in lines
+    assert "triangles, patch, n = 2m: time grows as m^1.50 (rho 0.95)" in lines
     assert not any("time grows" in line for line in summarise(BenchResults({}, cells[:2]))[:-3])
 
 
@@ -190,23 +188,25 @@ def test_the_papers_tables_are_summed_up_from_their_rows() -> None:
 
 
 def test_the_average_over_the_rows_is_given_where_all_ran() -> None:
-    cells = [replace(CELL, place=Place("patch", row, 2), mean_ms=float(row)) for row in range(13)]
+    cells = [
+        replace(CELL, condition=Condition("patch", row, 2), mean_ms=float(row)) for row in range(13)
+    ]
     lines = summarise(BenchResults({}, cells))
-    assert "average time at n = 2m, patch, over all 13 rows: ours 6 ms" in lines
+    assert "average time at n = 2m, patch, over all 13 rows: triangles 6 ms" in lines
     assert not any("average time" in line for line in summarise(BenchResults({}, cells[1:])))
 
 
-def test_times_on_independent_pairs_are_set_beside_the_literal_methods() -> None:
-    literal = replace(CELL, matcher="paper", independent_time_ms=1.0)
+def test_times_on_independent_pairs_are_set_beside_the_papers_method() -> None:
+    paper = replace(CELL, matcher="paper", independent_time_ms=1.0)
     (line,) = (
-        line for line in summarise(BenchResults({}, [CELL, literal])) if "independent pairs" in line
+        line for line in summarise(BenchResults({}, [CELL, paper])) if "independent pairs" in line
     )
-    assert line.endswith("; slower than the literal method in 1 of 1 cells")
+    assert line.endswith("; slower than the paper's method in 1 of 1 cells")
 
 
 def test_the_summary_says_what_was_cut_short() -> None:
-    *_, looks, patch, clutter = summarise(everything())
-    assert "1,000,000,000 looks" in looks
+    *_, steps, patch, clutter = summarise(everything())
+    assert "1,000,000,000 points" in steps
     assert patch.startswith("astroalign, patch: 39 cells not run")
     assert patch.endswith("over 20 s")
     assert clutter.startswith("astroalign, clutter: 39 cells not run")

@@ -1,37 +1,37 @@
-"""The places of the experiment, and the seeds of its trials."""
+"""The conditions of the experiment, and the seeds of its trials."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from fpmatch.evaluation.points.places import Place, make_pair, places
+from fpmatch.evaluation.points.conditions import Condition, conditions, make_pair
 from fpmatch.evaluation.points.published_results import PAPER_ROWS, TARGET_FACTORS
 from fpmatch.pointset.point_match import share_of
-from fpmatch.pointset.random_sets import READINGS
+from fpmatch.pointset.random_sets import POINT_MODELS
 
-SMALL = Place("patch", 5, 2)
+SMALL = Condition("patch", 5, 2)
 
 
-def test_there_are_39_places_a_reading_in_the_order_of_the_tables() -> None:
-    everywhere = places()
+def test_there_are_39_conditions_a_model_in_the_order_of_the_tables() -> None:
+    everywhere = conditions()
     assert len(everywhere) == len(set(everywhere)) == 78
-    assert [place.reading for place in everywhere[::39]] == list(READINGS)
-    for reading in READINGS:
+    assert [condition.model for condition in everywhere[::39]] == list(POINT_MODELS)
+    for model in POINT_MODELS:
         expected = [(row.m, row.m * f) for row in PAPER_ROWS for f in TARGET_FACTORS]
-        assert [(place.m, place.n) for place in places([reading])] == expected
+        assert [(condition.m, condition.n) for condition in conditions([model])] == expected
 
 
 def test_rows_with_more_points_can_be_left_out() -> None:
-    assert {place.m for place in places(largest_m=100)} == {50, 100}
-    assert len(places(["patch"], 100)) == 18
+    assert {condition.m for condition in conditions(largest_m=100)} == {50, 100}
+    assert len(conditions(["patch"], 100)) == 18
 
 
-def test_a_place_says_where_it_is() -> None:
+def test_a_condition_has_a_name() -> None:
     assert str(SMALL) == "patch, rho 0.6, m 50, n 100"
 
 
-def test_a_pair_is_that_of_its_place() -> None:
+def test_a_pair_is_that_of_its_condition() -> None:
     pair = make_pair(SMALL, 0, 0, genuine=True)
     row = SMALL.parameters
     assert (len(pair.p), len(pair.q), len(pair.pairs)) == (50, 100, share_of(row.rho, 50))
@@ -55,8 +55,13 @@ def test_a_trial_is_the_same_each_time(genuine: bool) -> None:
 
 def test_every_trial_has_a_seed_of_its_own() -> None:
     pairs = [
-        make_pair(place, seed, trial, genuine=genuine)
-        for place in (SMALL, Place("clutter", 5, 2), Place("patch", 9, 2), Place("patch", 5, 4))
+        make_pair(condition, seed, trial, genuine=genuine)
+        for condition in (
+            SMALL,
+            Condition("clutter", 5, 2),
+            Condition("patch", 9, 2),
+            Condition("patch", 5, 4),
+        )
         for seed in (0, 1)
         for trial in (0, 1)
         for genuine in (True, False)
@@ -67,19 +72,19 @@ def test_every_trial_has_a_seed_of_its_own() -> None:
 @pytest.mark.parametrize(
     ("other", "harder"),
     [
-        (Place("patch", 5, 4), True),
-        (Place("patch", 6, 2), True),
-        (Place("patch", 6, 8), True),
-        (Place("patch", 5, 2), False),
-        (Place("clutter", 5, 4), False),
-        (Place("patch", 9, 4), False),
-        (Place("patch", 0, 8), False),
+        (Condition("patch", 5, 4), True),
+        (Condition("patch", 6, 2), True),
+        (Condition("patch", 6, 8), True),
+        (Condition("patch", 5, 2), False),
+        (Condition("clutter", 5, 4), False),
+        (Condition("patch", 9, 4), False),
+        (Condition("patch", 0, 8), False),
     ],
 )
-def test_harder_means_larger_sets_and_nothing_else(other: Place, harder: bool) -> None:
+def test_harder_means_larger_sets_and_nothing_else(other: Condition, harder: bool) -> None:
     assert other.is_harder_than(SMALL) is harder
     assert not SMALL.is_harder_than(other)
 
 
 def test_fewer_points_of_q_are_not_harder() -> None:
-    assert not Place("patch", 6, 2).is_harder_than(Place("patch", 5, 8))
+    assert not Condition("patch", 6, 2).is_harder_than(Condition("patch", 5, 8))

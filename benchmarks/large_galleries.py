@@ -33,7 +33,7 @@ from one_to_many import MOVE_PX, SHARE_KEPT, TURN_RAD, without_prefilter
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
-from fpmatch.gallery.identify import SHORTLIST_SHARE
+from fpmatch.gallery.identify import PENETRATION_RATE
 from fpmatch.gallery.search import Search
 from fpmatch.matching.bit_descriptors import BitDescriptors, code
 from fpmatch.matching.candidate_list import normalized_prefilter_scores
@@ -128,7 +128,7 @@ def times(few: PackedTemplates, count: int) -> dict[str, float]:
     coding = seconds(lambda: [coded(few[k]) for k in range(COMPARED)])
     coding = (coding - seconds(lambda: [few[k] for k in range(COMPARED)])) / COMPARED
     weighing, comparing, aligning, searching = [], [], [], []
-    share = max(1, round(SHORTLIST_SHARE * count))
+    share = max(1, round(PENETRATION_RATE * count))
     probes = [few[k * len(few) // PROBES] for k in range(PROBES)]
     for k, probe in enumerate(probes):
         first = k * COMPARED % (len(few) - COMPARED)
@@ -184,7 +184,7 @@ def found(kind: Kind, more: PackedTemplates) -> dict[str, float | str]:
         "prints": kind.name,
         "gallery": len(many),
         "right": right,
-        "recall": float((shares <= SHORTLIST_SHARE).mean()),
+        "recall": float((shares <= PENETRATION_RATE).mean()),
         "recall_2_percent": float((shares <= 0.02).mean()),
         "share_for_99_percent": float(np.quantile(shares, 0.99, method="higher")),
     }
@@ -243,10 +243,10 @@ def main() -> int:
         )
     right = max(1, sum(f["right"] for f in lost))
     recall = sum(f["right"] * f["recall"] for f in lost) / right
-    print(f"in a shortlist of {SHORTLIST_SHARE:.0%}: {recall:.4f} (at least {MIN_RECALL})")
+    print(f"in a shortlist of {PENETRATION_RATE:.0%}: {recall:.4f} (at least {MIN_RECALL})")
     largest = [t["share_of_time"] for t in speed if t["prints"] >= 100_000]
     if options.json:
-        figures = {"shortlist_share": SHORTLIST_SHARE, "speed": speed, "recall": lost}
+        figures = {"shortlist_share": PENETRATION_RATE, "speed": speed, "recall": lost}
         options.json.write_text(f"{json.dumps(figures, indent=1)}\n", encoding="utf-8")
     slow = bool(largest) and max(largest) > MAX_SHARE_OF_TIME
     return int(slow or recall < MIN_RECALL)

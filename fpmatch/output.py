@@ -104,6 +104,20 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise OutputError(f"{path}: cannot be written: {reason(error)}") from error
 
 
+def make_folder(path: str | os.PathLike[str]) -> None:
+    """Make a folder and its parents where they are missing.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made.
+    """
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot be made a folder: {reason(error)}", path=path) from error
+
+
 def remove_unfinished(folder: str | os.PathLike[str]) -> None:
     """Remove the unfinished files that a killed process left in a folder.
 

@@ -9,7 +9,7 @@ import pytest
 from in_turn import OURS, cpu, in_turn
 from one_to_many import prints, repeated, without_prefilter
 
-from fpmatch.gallery.identify import shortlist_size
+from fpmatch.gallery.identify import candidate_list_size
 from fpmatch.gallery.search import Search
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
@@ -33,11 +33,11 @@ def search() -> Search:
 def test_search(benchmark: Any, side: str, search: Search) -> None:
     """Weigh the codes of all prints and compare the shortlist; the yardstick aligns all."""
     probe = search.references[0]
-    size = shortlist_size(search)
+    size = candidate_list_size(search)
     assert size is not None
 
     def ours() -> NDArray[np.float64]:
-        return search.similarities(probe, search.shortlist(probe, size))
+        return search.similarities(probe, search.candidate_list(probe, size))
 
     def yardstick() -> NDArray[np.float64]:
         with without_prefilter():

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import atexit
 import gc
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
 __all__ = ["main"]
 
@@ -18,18 +19,35 @@ __all__ = ["main"]
 def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> None:
     """Run the command line, and exit with its status.
 
-    Worker processes import the script that calls this, and never call it: so it is here that the
-    commands are imported.
+    The commands are imported here, since worker processes import the script that calls this
+    function but do not call it.
 
     Parameters
     ----------
     args : sequence of str, optional
         The words after the command (default: those of this process).
     prog_name : str, optional
-        What the command is called in its help (default: as it was started).
+        Name of the command in its help (default: as it was started).
     """
     from fpmatch.cli.group import fpmatch
 
-    atexit.register(gc.freeze)  # the system takes back all there is: no need to look for garbage
+    atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
 
     fpmatch(args=args, prog_name=prog_name)
+
+
+@contextmanager
+def fast_imports() -> Iterator[None]:
+    """Import heavy modules without threads, which would occupy a core that workers need.
+
+    There is no garbage collection meanwhile, nor of these modules later: they leave none.
+    """
+    from fpmatch.engine.threads import loaded_single_threaded
+
+    gc.disable()
+    try:
+        with loaded_single_threaded():
+            yield
+    finally:
+        gc.freeze()
+        gc.enable()

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.raw import picture_size
-from fpmatch.cli.reading import read
-from fpmatch.cli.resolution import ResolutionChoice
-from fpmatch.cli.words import count
+from fpmatch.cli.notes import count, say_notes
+from fpmatch.cli.options import FILE, image_size
 from fpmatch.errors import TemplateError
 from fpmatch.formats.registry import CODECS, codec_of_name, codec_of_suffix, written_formats
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.image.io.raw import RawSize
 
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     epilog="""\b
 Formats, with their suffixes:
   json .json       fpmatch's own, complete and exact
-  csv .csv         fpmatch's own, for eyes and spreadsheets
+  csv .csv         fpmatch's own, to be read by people and spreadsheets
   minutiae-csv     x, y, theta, type, quality and no comments, for other programs
   iso2005 .iso     ISO/IEC 19794-2:2005; .ist and .fmr as well
   iso2011 .iso2011 ISO/IEC 19794-2:2011
@@ -49,8 +48,8 @@ Examples:
   fpmatch convert print.tif print.iso
 """
 )
-@click.argument("source", metavar="IN", type=click.Path(path_type=Path))
-@click.argument("target", metavar="OUT", type=click.Path(path_type=Path))
+@click.argument("source", metavar="IN", type=FILE)
+@click.argument("target", metavar="OUT", type=FILE)
 @click.option(
     "--format",
     "file_format",
@@ -63,13 +62,13 @@ Examples:
     type=click.Choice([codec.name for codec in CODECS]),
     help="Format of IN.  [default: by its content]",
 )
-@click.option("--view", type=click.IntRange(min=1), help="Take only this print of IN, from 1.")
+@click.option("--view", type=click.IntRange(min=1), help="Write this print of IN only, from 1.")
 @click.option("--dpi", type=float, help="Resolution of IN, in dots per inch.")
 @click.option(
     "--size",
     metavar="WxH",
-    type=picture_size,
-    help="Size of IN in pixels, where it does not tell.",
+    type=image_size,
+    help="Size of IN in pixels, where the file does not contain it.",
 )
 def convert(
     source: Path,
@@ -97,9 +96,8 @@ def convert(
             raise TemplateError(f"{source}: holds {count(len(record.views), 'print')}, not {view}")
         record = replace(record, views=(record.views[view - 1],))
     notes = save_record(target, record, file_format=codec.name)
-    for path, words in [(source, record.notes), (target, notes)]:
-        for note in words:
-            click.echo(f"fpmatch: note: {path}: {note}", err=True)
+    for path, texts in [(source, record.notes), (target, notes)]:
+        say_notes({note: [path] for note in texts})
     minutiae = sum(len(print_.template.minutiae) for print_ in record.views)
     prints = "" if len(record.views) == 1 else f"{len(record.views)} prints, "
     click.echo(f"{target}: {codec.title}, {prints}{minutiae} minutiae")
@@ -112,6 +110,7 @@ def _template(
     from fpmatch.formats.files import load_record
     from fpmatch.formats.record import ReadingOptions
     from fpmatch.minutiae import check_dpi
+    from fpmatch.reading import ASSUMED_DPI
 
     sides = None if size is None else (size.width, size.height)
     how = ReadingOptions(dpi=None if dpi is None else check_dpi(dpi), size=sides)
@@ -119,10 +118,10 @@ def _template(
     views = tuple(view.at(dpi) for view in record.views)
     first, notes = views[0].template, list(record.notes)
     if not all(view.dpi_known for view in views):
-        notes.append(f"resolution not told; {first.dpi:g} dpi assumed (--dpi sets it)")
+        notes.append(ASSUMED_DPI)
     if size is None and not all(view.size_known for view in views):
         notes.append(
-            f"size not told; {first.width} x {first.height} px assumed, which the minutiae span "
+            f"size unknown; {first.width} x {first.height} px assumed, which the minutiae span "
             "(--size sets it)"
         )
     return replace(record, views=views, notes=tuple(notes))
@@ -131,7 +130,7 @@ def _template(
 def _extracted(path: Path, dpi: float | None) -> TemplateRecord:
     """Return a record of the template that is extracted from an image."""
     from fpmatch.formats.record import TemplateRecord, View
-    from fpmatch.image.extract import extract
+    from fpmatch.reading import PrintReader, make_given_print
 
-    image = read(path)
-    return TemplateRecord("", (View(extract(image, ResolutionChoice().of(image, dpi))),))
+    given = make_given_print(PrintReader(quiet=True).image(path), str(path), dpi=dpi)
+    return TemplateRecord("", (View(given.template),), given.notes)

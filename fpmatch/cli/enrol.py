@@ -6,47 +6,41 @@ import json
 import time
 from dataclasses import asdict
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.importing import importing
-from fpmatch.cli.polarity import polarity_option
+from fpmatch.cli import fast_imports
+from fpmatch.cli.notes import count, notes_as_json, say_notes
+from fpmatch.cli.options import FILE, json_option, polarity_option, raw_option, workers_option
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.cli.raw import raw_option
-from fpmatch.cli.reading import read_print
-from fpmatch.cli.words import count, first_of, notes_as_json, say_notes
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.gallery.enrol import Enrolment
     from fpmatch.gallery.summary import GallerySummary
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
 FAILURES_SHOWN: Final = 20
-_STAGES: Final = {"enrol": "enrolling"}
 _WORKERS_NEED: Final = (
     "cv2",
     "threadpoolctl",
-    "fpmatch.cli.reading",
-    "fpmatch.gallery.extraction",
-    "fpmatch.gallery.entry",
+    "fpmatch.gallery.enrol",
     "fpmatch.gallery.prints",
-    "fpmatch.image.assess",
-    "fpmatch.image.extract",
-    "fpmatch.image.quality.folder_polarity",
     "fpmatch.image.io.registry",
-    "fpmatch.image.io.read",
+    "fpmatch.image.quality.folder_polarity",
+    "fpmatch.reading",
 )
 
 
 @click.command(
     epilog="""\b
 Patterns:
-  A regular expression with the group subject and, where names tell them, the groups finger and
-  impression. It must match the end of the path without its extension, from the beginning of a
-  name on. FVC's names, as in 101_3.tif, are the default: (?P<subject>\\d+)_(?P<impression>\\d+)
+  A regular expression with the group subject and, where names contain them, the groups finger and
+  impression. It must match the end of the path, without its extension, from the beginning of a
+  name on. The default is that of FVC's names, as 101_3.tif: (?P<subject>\\d+)_(?P<impression>\\d+)
 
 \b
 Resolution:
@@ -60,18 +54,14 @@ Examples:
   fpmatch enrol prints.db ada bob --pattern '(?P<subject>\\w+)/(?P<finger>\\w+)-(?P<impression>\\d)'
 
 Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery list GALLERY
---failures` tells which and why), 2 when the run could not be done.
+--failures` lists them with the reasons), 2 when the run could not be done.
 """
 )
 @click.argument("gallery")
-@click.argument(
-    "places",
-    metavar="FILE|DIR...",
-    nargs=-1,
-    required=True,
-    type=click.Path(path_type=Path),
+@click.argument("places", metavar="FILE|DIR...", nargs=-1, required=True, type=FILE)
+@click.option(
+    "--pattern", metavar="REGEX", help="Pattern of file names with subject, finger, impression."
 )
-@click.option("--pattern", metavar="REGEX", help="How names tell subject, finger and impression.")
 @click.option("--dpi", type=float, help="Resolution of all the prints, in dots per inch.")
 @polarity_option
 @click.option(
@@ -79,19 +69,17 @@ Exit status: 0 when all are enrolled, 1 when some could not be (`fpmatch gallery
     metavar="N",
     type=click.IntRange(0, 100),
     default=0,
-    help="Refuse images of a quality below this, 0 to 100 (fpmatch inspect tells it).",
+    help="Refuse images of lower quality, 0 to 100, as fpmatch inspect shows it.",
 )
 @click.option(
     "--strict",
     is_flag=True,
-    help="Refuse prints that match no other impression of their finger, where it has any: they are "
-    "of another finger, or show other skin of it (fpmatch gallery check says which do not match).",
+    help="Refuse prints that match no other impression of their finger, where there are others: "
+    "they are of another finger or of another part of the skin (see fpmatch gallery check).",
 )
 @raw_option
-@click.option(
-    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
-)
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@workers_option
+@json_option
 @click.pass_context
 def enrol(
     ctx: click.Context,
@@ -109,27 +97,29 @@ def enrol(
 ) -> None:
     """Enrol prints in GALLERY: a file, or the URL of a PostgreSQL database.
 
-    A print is an image or a template; of a folder its images are meant or, if it has none, its
+    A print is an image or a template; of a folder, its images are enrolled or, if it has none, its
     templates. The gallery is made where it is missing. Each file is enrolled once, whatever its
-    name: a run that was interrupted goes on when it is started again, and two may enrol at once.
-    All impressions of a finger are kept, and prints are compared with all of them together.
+    name: an interrupted run continues when it is started again, and two may enrol at the same time.
+    All impressions of a finger are kept, and probes are compared with all of them together.
     """
     from fpmatch.engine.local import start_fork_server
 
     start_fork_server(workers, *_WORKERS_NEED)
-    with importing():
+    with fast_imports():
         from fpmatch.engine.engine import processes
         from fpmatch.gallery import enrol as work
         from fpmatch.gallery.gallery import open_gallery
         from fpmatch.gallery.names import FVC_PATTERN, NamePattern
         from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
         from fpmatch.gallery.summary import summarise
+        from fpmatch.reading import PrintReader
 
     names = NamePattern(FVC_PATTERN if pattern is None else pattern)
     prints = find_prints(places, dpi)
-    reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=partial(read_print, raw=raw))
+    reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=PrintReader(raw, quiet=True))
     start = time.perf_counter()
-    with open_gallery(gallery, create=True) as opened, ProgressBars(_STAGES) as bars:
+    bars = ProgressBars({"enrol": "enrolling"})
+    with open_gallery(gallery, create=True) as opened, bars:
         done = work.enrol(
             opened,
             prints,
@@ -141,36 +131,21 @@ def enrol(
         )
         summary, name = summarise(opened), opened.name
     seconds = time.perf_counter() - start
-    _note(done, name)
-    if as_json:
-        click.echo(json.dumps(_as_dict(name, done, summary, seconds), indent=2))
-    else:
-        click.echo(_in_words(name, done, summary, seconds))
-    ctx.exit(1 if done.failures else 0)
-
-
-def _note(done: Enrolment, gallery: str) -> None:
-    """Say on stderr what was assumed and what failed."""
-    from fpmatch.minutiae import STANDARD_DPI
-
-    if done.assumed:
-        click.echo(
-            f"fpmatch: note: {first_of(done.assumed)} enrolled at {STANDARD_DPI:g} dpi, assumed: "
-            "nothing tells the resolution (--dpi does)",
-            err=True,
-        )
     say_notes(done.noted)
     for failure in done.failures[:FAILURES_SHOWN]:
         click.echo(f"fpmatch: failed: {failure.source}: {failure.reason}", err=True)
     if len(done.failures) > FAILURES_SHOWN:
-        click.echo(
-            f"fpmatch: failed: {len(done.failures) - FAILURES_SHOWN} more; "
-            f"`fpmatch gallery list {gallery} --failures` shows all",
-            err=True,
-        )
+        more = len(done.failures) - FAILURES_SHOWN
+        shown_by = f"`fpmatch gallery list {name} --failures` shows all"
+        click.echo(f"fpmatch: failed: {more} more; {shown_by}", err=True)
+    if as_json:
+        click.echo(json.dumps(_as_dict(name, done, summary, seconds), indent=2))
+    else:
+        click.echo(_as_text(name, done, summary, seconds))
+    ctx.exit(1 if done.failures else 0)
 
 
-def _in_words(name: str, done: Enrolment, summary: GallerySummary, seconds: float) -> str:
+def _as_text(name: str, done: Enrolment, summary: GallerySummary, seconds: float) -> str:
     total = done.enrolled + done.known + len(done.failures)
     counts = [f"enrolled {done.enrolled} of {count(total, 'picture')}"]
     counts += [f"{done.known} were enrolled before"] if done.known else []
@@ -182,14 +157,17 @@ def _in_words(name: str, done: Enrolment, summary: GallerySummary, seconds: floa
 
 
 def _as_dict(name: str, done: Enrolment, summary: GallerySummary, seconds: float) -> dict[str, Any]:
+    from fpmatch.reading import ASSUMED_DPI
+
+    noted = dict(done.noted)
     return {
         "gallery": name,
         "enrolled": done.enrolled,
         "known": done.known,
         "failed": len(done.failures),
         "failures": [asdict(failure) for failure in done.failures],
-        "dpi_assumed": len(done.assumed),
-        "notes": notes_as_json(done.noted),
+        "dpi_assumed": len(noted.pop(ASSUMED_DPI, ())),
+        "notes": notes_as_json(noted),
         "seconds": round(seconds, 3),
         "impressions": summary.impressions,
         "subjects": summary.subjects,

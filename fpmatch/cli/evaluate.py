@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.enhance import enhance_option
-from fpmatch.cli.importing import importing
+from fpmatch.cli import fast_imports
+from fpmatch.cli.notes import first_of, notes_as_json, say_notes
+from fpmatch.cli.options import enhance_option
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.cli.reading import read
-from fpmatch.cli.words import first_of, notes_as_json, say_notes
 from fpmatch.matching.matchers import DEFAULT_MATCHER, matcher_names
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ _STAGES = {
 _WORKERS_NEED = (
     "cv2",
     "threadpoolctl",
-    "fpmatch.cli.reading",
+    "fpmatch.reading",
     "fpmatch.evaluation.comparison",
     "fpmatch.evaluation.extraction",
     "fpmatch.image.extract",
@@ -212,7 +211,7 @@ def evaluate(
     from fpmatch.engine.local import start_fork_server
 
     start_fork_server(workers, *_WORKERS_NEED)
-    with importing():
+    with fast_imports():
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
         from fpmatch.evaluation import cropping, dataset, enrolment, extraction, run
@@ -223,6 +222,7 @@ def evaluate(
         from fpmatch.evaluation.score_file import write_scores
         from fpmatch.evaluation.scores import read_scores
         from fpmatch.output import check_writable
+        from fpmatch.reading import PrintReader
 
     if scores is not None:
         check_writable(scores)
@@ -237,7 +237,7 @@ def evaluate(
         others = run.load_datasets([*folders, *impostors])[len(folders) :]
         plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
     truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []
-    reader = extraction.dataset_reader(datasets, read)
+    reader = extraction.dataset_reader(datasets, PrintReader(quiet=True).image)
     with ProgressBars(_STAGES) as bars:
         reports = run.evaluate_matchers(
             datasets,

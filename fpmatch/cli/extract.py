@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections import defaultdict
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.enhance import enhance_option
-from fpmatch.cli.polarity import polarity_option
-from fpmatch.cli.prints import open_print
-from fpmatch.cli.raw import raw_option
-from fpmatch.cli.reading import read_print
-from fpmatch.cli.resolution import ResolutionChoice
+from fpmatch.cli.notes import say_note, say_notes
+from fpmatch.cli.options import FILE, enhance_option, json_option, polarity_option, raw_option
+from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError, OutputError
 from fpmatch.formats.registry import codec_of_name, written_formats
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
@@ -31,6 +25,17 @@ if TYPE_CHECKING:
 
 OWN_FORMATS: Final = {"json": ("json",), "csv": ("csv",), "both": ("json", "csv")}
 FORMATS: Final = OWN_FORMATS | {name: (name,) for name in written_formats()}
+
+
+@dataclass(frozen=True, slots=True)
+class _Extracted:
+    """What came of one image; `quality` is None for a template."""
+
+    image: Path
+    files: tuple[Path, ...]
+    minutiae: int
+    quality: PrintQuality | None
+    notes: tuple[str, ...]
 
 
 @click.command(
@@ -43,20 +48,18 @@ Examples:
 
 \b
 Quality:
-  0, of no use, to 100; what is wrong with an image is a note on stderr. All of it with --json.
+  0, useless, to 100; what is wrong with an image is a note on stderr. --json contains all of it.
 
 Exit status: 0 when every template is written, 2 when an image failed; the others are kept.
 """
 )
-@click.argument(
-    "images", metavar="IMAGE...", nargs=-1, required=True, type=click.Path(path_type=Path)
-)
+@click.argument("images", metavar="IMAGE...", nargs=-1, required=True, type=FILE)
 @click.option(
     "-o",
     "--output",
     metavar="DIR",
     required=True,
-    type=click.Path(path_type=Path),
+    type=FILE,
     help="Folder for the templates; made if missing.",
 )
 @click.option(
@@ -65,13 +68,13 @@ Exit status: 0 when every template is written, 2 when an image failed; the other
     type=click.Choice(list(FORMATS)),
     default="both",
     show_default=True,
-    help="JSON keeps everything; CSV the minutiae, for eyes; the others are those of convert.",
+    help="json is complete; csv has the minutiae alone; the others are those of convert.",
 )
 @click.option("--dpi", type=float, help="Resolution of all the images, in dots per inch.")
 @polarity_option
 @enhance_option
 @raw_option
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@json_option
 @click.pass_context
 def extract(
     ctx: click.Context,
@@ -90,54 +93,43 @@ def extract(
     Positions are pixels of the image, from the top left, y down; directions follow
     ISO/IEC 19794-2, counter-clockwise from the x axis.
     """
-    from fpmatch.image.quality.folder_polarity import find_polarities
+    from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.minutiae import check_dpi
+    from fpmatch.output import make_folder
+    from fpmatch.reading import PrintReader, group_by_note, make_given_print
 
     if dpi is not None:
-        from fpmatch.minutiae import check_dpi
-
         check_dpi(dpi)
     _refuse_shared_names(images)
-    _make_folder(output)
-    resolution = ResolutionChoice()
-    polarities = find_polarities(
-        images, polarity=polarity, dpi=dpi, reader=partial(read_print, raw=raw)
-    )
+    make_folder(output)
+    reader = PrintReader(raw, quiet=True)
+    polarities = find_polarities(images, polarity=polarity, dpi=dpi, reader=reader)
+    of_folder = PolarityReader(reader, polarities, dpi)
     failures: list[FpmatchError] = []
     done: list[_Extracted] = []
-    with click.progressbar(
-        images, label="extracting", file=sys.stderr, hidden=_no_progress(images)
-    ) as bar:
-        for image in bar:
+    with ProgressBars({"extract": "extracting"}) as bars:
+        for number, image in enumerate(images, start=1):
             try:
-                of_folder = polarities[image.parent]
-                found = open_print(image, resolution, dpi, raw, enhance, of_folder)
-                files = _write(found.template, output / image.stem, file_format)
-                minutiae = len(found.template.minutiae)
-                done.append(_Extracted(image, files, minutiae, found.quality()))
+                given = make_given_print(of_folder(image), str(image), dpi=dpi, enhance=enhance)
+                files = _write(given.template, output / image.stem, file_format)
+                minutiae = len(given.template.minutiae)
+                done.append(_Extracted(image, files, minutiae, given.quality, given.notes))
             except OutputError:
                 raise
             except FpmatchError as error:
                 failures.append(error)
-    click.echo(_as_json(done, failures) if as_json else _in_words(done, len(images), output))
+            bars.show("extract", number, len(images))
+    click.echo(_as_json(done, failures) if as_json else _as_text(done, len(images), output))
+    say_notes(group_by_note((one.image, one.notes) for one in done))
     for one in done:
         if one.quality is not None and one.quality.reasons:
-            click.echo(f"fpmatch: note: {one.image}: {one.quality}", err=True)
+            say_note(f"{one.image}: {one.quality}")
     for failure in failures:
         click.echo(f"fpmatch: error: {failure}", err=True)
     ctx.exit(2 if failures else 0)
 
 
-@dataclass(frozen=True, slots=True)
-class _Extracted:
-    """What came of one image; quality None where it was a template."""
-
-    image: Path
-    files: tuple[Path, ...]
-    minutiae: int
-    quality: PrintQuality | None
-
-
-def _in_words(done: Sequence[_Extracted], images: int, output: Path) -> str:
+def _as_text(done: Sequence[_Extracted], images: int, output: Path) -> str:
     minutiae = sum(one.minutiae for one in done)
     scores = sorted(one.quality.score for one in done if one.quality is not None)
     quality = f", quality {scores[0]}" if scores else ""
@@ -159,7 +151,7 @@ def _as_json(done: Sequence[_Extracted], failures: Sequence[FpmatchError]) -> st
 
 
 def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]:
-    """Write a template under `stem`; say what its format could not hold; return the files."""
+    """Write a template under `stem`, print what its format cannot hold, return the files."""
     from fpmatch.formats.files import save_template
 
     files = []
@@ -168,29 +160,17 @@ def _write(template: Template, stem: Path, file_format: str) -> tuple[Path, ...]
         files.append(path)
         notes = save_template(path, template, file_format=name)
         for note in notes if file_format not in OWN_FORMATS else ():
-            click.echo(f"fpmatch: note: {path}: {note}", err=True)
+            say_note(f"{path}: {note}")
     return tuple(files)
 
 
 def _refuse_shared_names(images: Sequence[Path]) -> None:
-    """Raise OutputError where two images would write the same file (on any file system)."""
-    by_name: dict[str, list[Path]] = defaultdict(list)
+    """Raise OutputError where two images would write the same file, on any file system."""
+    by_name: dict[str, Path] = {}
     for image in images:
-        by_name[image.stem.casefold()].append(image)
-    for first, *others in by_name.values():
-        if others:
+        other = by_name.setdefault(image.stem.casefold(), image)
+        if other is not image:
             raise OutputError(
-                f"{first} and {others[0]} would both be written as {first.stem}; "
+                f"{other} and {image} would both be written as {other.stem}; "
                 "give them folders of their own"
             )
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be made ({error.strerror or error})") from error
-
-
-def _no_progress(images: Sequence[Path]) -> bool:
-    return len(images) < 2 or not sys.stderr.isatty()

@@ -1,33 +1,270 @@
-"""`fpmatch gallery`: the commands that look after a gallery, each in a module of its own."""
+"""`fpmatch gallery`: commands that show and change a gallery."""
 
 from __future__ import annotations
 
-from typing import Final
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.group import LazyGroup
+from fpmatch.cli.notes import count, first_of, say_note
+from fpmatch.cli.options import FILE, json_option
+from fpmatch.cli.progress import ProgressBars
 
-SUMMARIES: Final = {
-    "info": "Tell what a gallery holds, in figures.",
-    "list": "List the impressions of a gallery, or what could not be enrolled.",
-    "check": "Tell which fingers have impressions that do not match each other.",
-    "remove": "Remove impressions from a gallery.",
-    "export": "Write the templates of a gallery as files.",
-}
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+    from fpmatch.gallery.entry import Entry
+    from fpmatch.gallery.summary import GallerySummary
+
+_ARGUMENT: Final = click.argument("gallery")
+_JSON_ARRAY: Final = click.option("--json", "as_json", is_flag=True, help="Print one JSON array.")
 
 
 @click.group(
-    cls=LazyGroup,
-    summaries=SUMMARIES,
-    prefix="gallery_",
     epilog="""\b
 Examples:
   fpmatch gallery info prints.db
   fpmatch gallery list prints.db --failures
   fpmatch gallery check prints.db
   fpmatch gallery export postgresql://me@host/prints -o templates
-""",
+"""
 )
 def gallery() -> None:
-    """Look after a gallery of enrolled prints, which `fpmatch enrol` makes."""
+    """Show, check, change and export a gallery, which `fpmatch enrol` makes.
+
+    A gallery is a file, or the URL of a PostgreSQL database.
+    """
+
+
+@gallery.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery info prints.db
+  fpmatch gallery info postgresql://me@host/prints --json
+"""
+)
+@_ARGUMENT
+@json_option
+def info(gallery: str, as_json: bool) -> None:
+    """Show counts and sizes of GALLERY."""
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.gallery.summary import summarise
+
+    with open_gallery(gallery) as opened:
+        summary, name = summarise(opened), opened.name
+    if as_json:
+        click.echo(json.dumps({"gallery": name, **summary.as_dict()}, indent=2))
+    else:
+        click.echo(_summary_text(name, summary))
+
+
+def _summary_text(name: str, s: GallerySummary) -> str:
+    n = max(s.impressions, 1)
+    failures = f"{count(s.failures, 'picture')} could not be enrolled" if s.failures else "none"
+    rows = [
+        ("Impressions", f"{s.impressions} of {count(s.subjects, 'subject')}"),
+        ("Resolution", ", ".join(f"{k} at {dpi:g} dpi" for dpi, k in s.dpi.items()) or "none"),
+        ("Minutiae", f"{s.minutiae}, {s.minutiae / n:.0f} an impression"),
+        ("Templates", f"{s.template_bytes} bytes, {s.template_bytes / n:.0f} an impression"),
+        ("Failures", failures),
+        ("Format", f"version {s.version}"),
+    ]
+    return "\n".join([name, *(f"  {label:<12}{text}" for label, text in rows)])
+
+
+@gallery.command(
+    "list",
+    epilog="""\b
+Columns: number, label (subject, finger and impression, joined by _), dpi, minutiae, picture.
+
+\b
+Examples:
+  fpmatch gallery list prints.db
+  fpmatch gallery list prints.db --subject 101 --json
+  fpmatch gallery list prints.db --failures
+""",
+)
+@_ARGUMENT
+@click.option("--subject", metavar="NAME", help="List the impressions of this subject only.")
+@click.option("--failures", is_flag=True, help="List what could not be enrolled, and why.")
+@_JSON_ARRAY
+def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> None:
+    """List the impressions of GALLERY, or what could not be enrolled."""
+    from fpmatch.gallery.gallery import open_gallery
+
+    if failures and subject is not None:
+        raise click.UsageError("--failures and --subject exclude each other")
+    with open_gallery(gallery) as opened:
+        if failures:
+            found = opened.failures()
+            rows: Iterable[dict[str, Any]] = map(asdict, found)
+            lines: Iterable[str] = (f"{one.source}: {one.reason}" for one in found)
+        else:
+            entries = opened.entries(subject=subject)
+            rows, lines = (map(_entry_dict, entries), map(_entry_line, entries))
+        for line in _json_lines(rows) if as_json else lines:
+            click.echo(line)
+
+
+def _entry_line(entry: Entry) -> str:
+    return (
+        f"{entry.id:>6}  {entry.label!s:<16}  {entry.dpi:>5g}  {entry.minutiae:>3}  {entry.source}"
+    )
+
+
+def _entry_dict(entry: Entry) -> dict[str, Any]:
+    return {
+        "id": entry.id,
+        **asdict(entry.label),
+        "source": entry.source,
+        "sha256": entry.content.hex(),
+        "dpi": entry.dpi,
+        "minutiae": entry.minutiae,
+    }
+
+
+def _json_lines(rows: Iterable[dict[str, Any]]) -> Iterator[str]:
+    """Yield a JSON array, one element a line, without holding it all."""
+    yield "["
+    before = None
+    for row in rows:
+        if before is not None:
+            yield f"  {before},"
+        before = json.dumps(row, ensure_ascii=False)
+    if before is not None:
+        yield f"  {before}"
+    yield "]"
+
+
+@gallery.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery check prints.db
+  fpmatch gallery check prints.db --subject 101 --json
+
+Exit status: 0 when the impressions of every finger are linked by matches, 1 when those of some
+finger are not, 2 when the gallery cannot be checked.
+"""
+)
+@_ARGUMENT
+@click.option("--subject", metavar="NAME", help="Check the fingers of this subject only.")
+@_JSON_ARRAY
+@click.pass_context
+def check(ctx: click.Context, /, gallery: str, subject: str | None, as_json: bool) -> None:
+    """Find fingers whose impressions in GALLERY do not match each other.
+
+    The impressions of each finger are compared with each other. Listed are fingers whose
+    impressions fall into groups without a match between them, with the best-scoring pair between
+    the largest group and each other: a group may be of another finger. Small touches of one finger
+    that share no skin do not match either.
+    """
+    from fpmatch.gallery.consistency import check_fingers
+    from fpmatch.gallery.gallery import open_gallery
+
+    with open_gallery(gallery) as opened, ProgressBars({"check": "comparing"}) as bars:
+        if subject is not None:
+            opened.numbers_of(subject)
+        wanted = None if subject is None else {subject}
+        checks = list(check_fingers(opened, subjects=wanted, progress=bars.show))
+    doubtful = [check for check in checks if not check.consistent]
+    if as_json:
+        click.echo(json.dumps([check.as_dict() for check in checks], indent=2))
+    else:
+        for one in doubtful:
+            sizes = ", ".join(str(len(group)) for group in one.groups)
+            click.echo(f"{one.name}: groups of {sizes} impressions do not match each other")
+            for pair in one.disagreements:
+                click.echo(f"  {pair}")
+        several = count(len(checks), "finger")
+        click.echo(f"{several} with several impressions checked, {len(doubtful)} doubtful")
+    ctx.exit(1 if doubtful else 0)
+
+
+@gallery.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery remove prints.db 17 18
+  fpmatch gallery remove prints.db --subject 101
+  fpmatch gallery remove prints.db --failures
+"""
+)
+@_ARGUMENT
+@click.argument("numbers", metavar="[NUMBER]...", nargs=-1, type=int)
+@click.option("--subject", metavar="NAME", help="Remove all impressions of this subject.")
+@click.option("--failures", is_flag=True, help="Clear the list of what could not be enrolled.")
+def remove(gallery: str, numbers: tuple[int, ...], subject: str | None, failures: bool) -> None:
+    """Remove impressions from GALLERY.
+
+    Each NUMBER is one that `fpmatch gallery list` shows; all are removed, or none.
+    """
+    from fpmatch.gallery.gallery import open_gallery
+
+    if not numbers and subject is None and not failures:
+        raise click.UsageError("nothing to remove: give a NUMBER, --subject or --failures")
+    with open_gallery(gallery) as opened:
+        chosen = [*numbers, *([] if subject is None else opened.numbers_of(subject))]
+        removed = opened.remove(chosen) if chosen else 0
+        cleared = opened.clear_failures() if failures else 0
+        left, name = len(opened), opened.name
+    done = [f"removed {count(removed, 'impression')}"] if chosen else []
+    done += [f"cleared {count(cleared, 'failure')}"] if failures else []
+    click.echo(f"{', '.join(done)}; {count(left, 'impression')} left: {name}")
+
+
+@gallery.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery export prints.db -o templates
+  fpmatch gallery export prints.db -o templates --subject 101 --format both
+  fpmatch gallery export prints.db -o templates --format iso2005
+"""
+)
+@_ARGUMENT
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    required=True,
+    type=FILE,
+    help="Folder for the templates; made if missing.",
+)
+@click.option("--subject", metavar="NAME", help="Write those of this subject only.")
+@click.option(
+    "--format",
+    "file_format",
+    default="json",
+    show_default=True,
+    help="As for `fpmatch extract`: json is complete, csv has the minutiae alone; both, or another "
+    "format of `fpmatch convert`.",
+)
+def export(gallery: str, output: Path, subject: str | None, file_format: str) -> None:
+    """Write the templates of GALLERY as files.
+
+    They are named by subject, finger and impression: 101_3.json.
+    """
+    from fpmatch.cli.extract import FORMATS, OWN_FORMATS
+    from fpmatch.formats.registry import codec_of_name
+    from fpmatch.gallery.export import export_templates
+    from fpmatch.gallery.gallery import open_gallery
+
+    if file_format not in FORMATS:
+        raise click.BadParameter(
+            f"{file_format!r} is none of {', '.join(FORMATS)}", param_hint="--format"
+        )
+    lost: dict[str, list[Path]] = {}
+    with open_gallery(gallery) as opened, ProgressBars({"export": "writing templates"}) as bars:
+        written = export_templates(
+            opened,
+            output,
+            suffixes=[codec_of_name(name).suffixes[0] for name in FORMATS[file_format]],
+            subject=subject,
+            progress=bars.show,
+            noted=lambda path, note: lost.setdefault(note, []).append(path),
+        )
+    for note, paths in lost.items():
+        if file_format not in OWN_FORMATS:
+            say_note(f"{first_of(paths)}: {note}")
+    click.echo(f"{count(written, 'template')}: {output}")

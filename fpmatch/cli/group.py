@@ -1,4 +1,4 @@
-"""The command ``fpmatch`` itself: it finds sub-commands when asked and words their errors."""
+"""The command ``fpmatch``: it imports sub-commands when they run and prints their errors."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ import click
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError
 
-# Each sub-command is the object of its own name in the module of its own name; its module is
-# imported when it runs, so that `fpmatch --help` imports none of them.
+# Each sub-command is the object of its name in the module of its name, which is imported when it
+# runs: `fpmatch --help` imports none of them.
 SUMMARIES: Final = {
     "verify": "Decide whether two images show the same finger.",
     "overlay": "Draw one print, moved, over another.",
     "extract": "Write the templates of images as files.",
     "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
-    "inspect": "Tell what files are: images, templates, their size and minutiae.",
+    "inspect": "Show what files contain: image or template, size, minutiae, quality.",
     "stages": "Write every stage of an extraction as a picture.",
     "enrol": "Enrol prints in a gallery, a database of templates.",
     "identify": "Rank the prints of a gallery by how well they match a probe.",
-    "gallery": "Look after a gallery: info, list, check, remove, export.",
-    "score": "Score probes against references, each with each, into a file.",
-    "serve": "Open a page on which prints are compared, and an HTTP API.",
+    "gallery": "Show and change a gallery: info, list, check, remove, export.",
+    "score": "Compare all probes with all references, scores into a file.",
+    "serve": "Serve a web interface to compare prints, and an HTTP API.",
     "evaluate": "Measure error rates on FVC-style databases.",
-    "synth": "Make databases of synthetic prints whose truth is known.",
+    "synth": "Make databases of synthetic prints with ground truth.",
     "calibrate": "Fit scores to the false match rates of your own prints.",
     "points": "Match, benchmark and draw bare point sets.",
 }
@@ -48,16 +48,16 @@ class _OneLineError(click.ClickException):
 
 
 class LazyGroup(click.Group):
-    """Import a sub-command when it is called for.
+    """Import a sub-command when it runs.
 
     Parameters
     ----------
     summaries : dict of str
         One line on each sub-command, by name.
     prefix : str
-        What stands before a sub-command's name in the name of its module and object.
+        Prefix of a sub-command's name in the name of its module and object.
     **attrs
-        What `click.Group` takes.
+        Arguments of `click.Group`.
     """
 
     def __init__(self, *, summaries: dict[str, str], prefix: str = "", **attrs: Any) -> None:
@@ -82,7 +82,7 @@ class LazyGroup(click.Group):
 
 
 class _Fpmatch(LazyGroup):
-    """The whole command: errors in one line, and the exit status that goes with each."""
+    """The whole command: errors on one line, each with its exit status."""
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -92,11 +92,11 @@ class _Fpmatch(LazyGroup):
         except KeyboardInterrupt:
             ctx.exit(EXIT_INTERRUPTED)
         except BrokenPipeError:
-            # The reader has gone; the interpreter would complain once more when it flushes.
+            # The reader has gone; otherwise the interpreter reports it again when it flushes.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             ctx.exit(EXIT_BROKEN_PIPE)
         except OSError as error:
-            # files of ours raise errors of ours: what is left is the output itself, on a full disk
+            # other files raise FpmatchError: this is the output itself, on a full disk
             raise _OneLineError(f"{error.filename or 'output'}: {error.strerror}") from error
 
 

@@ -1,37 +1,40 @@
-"""`fpmatch identify`: the enrolled prints that are most like a probe."""
+"""`fpmatch identify`: the enrolled prints that match a probe best."""
 
 from __future__ import annotations
 
 import json
 import time
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.polarity import polarity_option
+from fpmatch.cli.notes import count, say_notes
+from fpmatch.cli.options import (
+    FILE,
+    json_option,
+    matcher_option,
+    polarity_option,
+    raw_option,
+    workers_option,
+)
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.cli.raw import raw_option
-from fpmatch.cli.reading import read_print
-from fpmatch.cli.words import count
 from fpmatch.errors import FpmatchError
-from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.identify import Candidate, Identification, Shortlist
+    from fpmatch.gallery.identify import Candidate, CandidateListSize, Identification
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
-_STAGES: Final = {"prepare": "preparing prints"}
+_COLUMNS: Final = f"  rank  score  {'FMR':<18}  by chance  {'print':<12}  number  picture"
 
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """What was found for one probe, the entries of its candidates, and the time it took."""
+    """Outcome for one probe: entries are those of the candidates."""
 
     probe: Path
     result: Identification
@@ -39,8 +42,12 @@ class _Found:
     seconds: float
 
 
-def _shortlist_size(ctx: click.Context, param: click.Parameter, value: str) -> Shortlist:
-    """Return a number from 1 on, or `auto` or `off`."""
+def _candidate_list_size(
+    ctx: click.Context, param: click.Parameter, value: str | None
+) -> CandidateListSize | None:
+    """Return the number, `auto` or `off` that an option means."""
+    if value is None:
+        return None
     if value == "auto":
         return "auto"
     if value == "off":
@@ -55,7 +62,7 @@ def _shortlist_size(ctx: click.Context, param: click.Parameter, value: str) -> S
 Columns:
   score      -10 log10 of the FMR, 0 to 100; of a finger, from all its impressions together
   FMR        share of comparisons with other fingers, of as many impressions, that score as high
-  by chance  so many of the fingers searched would score as high if the finger were not enrolled
+  by chance  number of searched fingers expected to score as high if the finger is not enrolled
   print      subject, finger and impression; of a finger, its most similar impression
   number     of the entry, as `fpmatch gallery list` shows it
   picture    that was enrolled
@@ -72,9 +79,7 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
 """
 )
 @click.argument("gallery")
-@click.argument(
-    "probes", metavar="PROBE...", nargs=-1, required=True, type=click.Path(path_type=Path)
-)
+@click.argument("probes", metavar="PROBE...", nargs=-1, required=True, type=FILE)
 @click.option(
     "-k",
     "candidates",
@@ -82,54 +87,54 @@ Exit status: 0 when every probe was searched for, 1 when some could not be read,
     type=click.IntRange(min=1),
     default=10,
     show_default=True,
-    help="List so many candidates, at most.",
+    help="List N candidates at most.",
 )
 @click.option(
     "--threshold",
     type=float,
     metavar="SCORE",
     default=0.0,
-    help="Leave out candidates that score less, 0 to 100; this command ranks and does not decide.",
+    help="Omit candidates with a lower score, 0 to 100; this command ranks and does not decide.",
 )
-@click.option("--transform", "transforms", is_flag=True, help="Tell how the probe lies on each.")
+@click.option(
+    "--transform", "transforms", is_flag=True, help="Show the transform to each candidate."
+)
 @click.option(
     "--impressions",
     is_flag=True,
-    help="List impressions, each by its own score, instead of fingers, by the score of all their "
-    "impressions together.",
+    help="List impressions, each with its own score, instead of fingers, with the score of all "
+    "their impressions together.",
 )
 @click.option(
     "--consolidate",
     is_flag=True,
     help="Compare each candidate also with the consolidated template of its impressions, and rank "
-    "the candidates anew.",
+    "the candidates again.",
 )
 @click.option("--dpi", type=float, help="Resolution of the probes, in dots per inch.")
 @polarity_option
 @raw_option
-@click.option("--matcher", default=DEFAULT_MATCHER, show_default=True, help="Matcher to use.")
+@matcher_option
 @click.option(
     "--calibration",
     metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="Scores as `fpmatch calibrate` has fitted them to prints of your own.",
+    type=FILE,
+    help="Score as fitted by fpmatch calibrate to prints of your own.",
 )
 @click.option(
-    "--shortlist",
+    "--candidate-list",
+    "candidate_list",
     metavar="N|auto|off",
-    callback=_shortlist_size,
+    callback=_candidate_list_size,
     default="auto",
     show_default=True,
-    help="Compare the probe with the N prints that the codes of all of them favour; auto: with all "
-    "of up to 20,000 prints, of more with 1 in 100, but 1,000 at least, in which are about 99 % of "
-    "the prints that comparing all would find; off: with all.",
+    help="Pre-selection: compare only the N prints whose bit descriptors are most similar to the "
+    "probe's. auto: all of up to 20,000 prints; of more, 1 in 100, but at least 1,000, which "
+    "contain about 99 % of the prints that a full search finds. off: all.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    help="Processes that prepare the gallery.  [default: all cores]",
-)
+@click.option("--shortlist", callback=_candidate_list_size, hidden=True)  # old --candidate-list
+@json_option
+@workers_option
 @click.pass_context
 def identify(
     ctx: click.Context,
@@ -144,7 +149,8 @@ def identify(
     raw: tuple[RawSize, ...],
     matcher: str,
     calibration: Path | None,
-    shortlist: Shortlist,
+    candidate_list: CandidateListSize,
+    shortlist: CandidateListSize | None,
     impressions: bool,
     consolidate: bool,
     as_json: bool,
@@ -152,8 +158,8 @@ def identify(
 ) -> None:
     """Rank the fingers of GALLERY by how well they match each PROBE: image, template or folder.
 
-    GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. It is
-    prepared when it is searched for the first time, and when it has changed.
+    GALLERY is a file that `fpmatch enrol` made, or the URL of a PostgreSQL database. Its prints are
+    prepared by the first search, and by the first one after a change.
     """
     from fpmatch.engine.engine import processes
     from fpmatch.gallery import identify as work
@@ -162,27 +168,28 @@ def identify(
     from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
     from fpmatch.gallery.search import open_search
     from fpmatch.matching.calibration import load_calibration
+    from fpmatch.reading import PrintReader, group_by_note
 
     if impressions and consolidate:
-        raise click.UsageError("--consolidate ranks fingers: not with --impressions")
+        raise click.UsageError("--consolidate ranks fingers: it excludes --impressions")
     curve = load_calibration(matcher, calibration)
     files = find_prints(probes, dpi)
-    reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=partial(read_print, raw=raw))
+    reader = folder_reader(files, polarity=polarity, dpi=dpi, reader=PrintReader(raw, quiet=True))
     done: list[_Found] = []
     failures: list[FpmatchError] = []
-    assumed: list[Path] = []
+    noted: list[tuple[Path, tuple[str, ...]]] = []
     with open_gallery(gallery) as opened:
-        with ProgressBars(_STAGES) as bars:
-            search = open_search(opened, matcher, engine=processes(workers), progress=bars.show)
-        together = ConsolidatedFingers(opened, search, curve) if consolidate else None
+        with ProgressBars({"prepare": "preparing prints"}) as bars:
+            engine = processes(workers)
+            search = open_search(opened, matcher, engine=engine, progress=bars.show)
+        consolidated = ConsolidatedFingers(opened, search, curve) if consolidate else None
         for file in files:
             try:
                 probe = extract_print(file, reader=reader)
             except FpmatchError as error:
                 failures.append(error)
                 continue
-            if probe.dpi_assumed:
-                assumed.append(file.path)
+            noted.append((file.path, probe.all_notes))
             start = time.perf_counter()
             result = work.identify(
                 search,
@@ -191,17 +198,19 @@ def identify(
                 threshold=threshold,
                 transforms=transforms,
                 calibration=curve,
-                shortlist=shortlist,
+                candidate_list=candidate_list if shortlist is None else shortlist,
                 impressions=impressions,
-                together=together,
+                consolidated=consolidated,
             )
             seconds = time.perf_counter() - start
             entries = [opened.entry(candidate.number) for candidate in result.candidates]
             done.append(_Found(file.path, result, entries, seconds))
             if not as_json:
-                click.echo(_in_words(done[-1]))
+                click.echo(_as_text(done[-1]))
         name = opened.name
-    _note(assumed, failures)
+    say_notes(group_by_note(noted))
+    for failure in failures:
+        click.echo(f"fpmatch: error: {failure}", err=True)
     if not done:
         ctx.exit(2)
     if as_json:
@@ -219,32 +228,16 @@ def identify(
     ctx.exit(1 if failures else 0)
 
 
-def _note(assumed: list[Path], failures: list[FpmatchError]) -> None:
-    """Say on stderr what was assumed and what failed."""
-    if assumed:
-        others = f" and {count(len(assumed) - 1, 'other')}" if len(assumed) > 1 else ""
-        click.echo(
-            f"fpmatch: note: {assumed[0]}{others} taken for {STANDARD_DPI:g} dpi: nothing tells "
-            "the resolution (--dpi does)",
-            err=True,
-        )
-    for failure in failures:
-        click.echo(f"fpmatch: error: {failure}", err=True)
-
-
-def _in_words(found: _Found) -> str:
+def _as_text(found: _Found) -> str:
     from fpmatch.drawing.words import odds
 
     result = found.result
-    compared = f"{count(result.compared, 'print')} compared in {found.seconds:.2f} s"
-    if result.shortlisted:
-        compared += f", the shortlist of {result.enrolled}"
+    of_all = f" of {result.enrolled}" if result.preselected else ""
+    compared = f"{result.compared}{of_all} {'print' if result.enrolled == 1 else 'prints'} compared"
+    head = f"{found.probe}: {compared} in {found.seconds:.2f} s"
     if not result.candidates:
-        return f"{found.probe}: {compared}, no candidate"
-    lines = [
-        f"{found.probe}: {compared}",
-        f"  rank  score  {'FMR':<18}  by chance  {'print':<12}  number  picture",
-    ]
+        return f"{head}, no candidate"
+    lines = [head, _COLUMNS]
     extrapolated = False
     for candidate, entry in zip(result.candidates, found.entries, strict=True):
         beyond = candidate.fmr < result.fmr_reach
@@ -273,13 +266,8 @@ def _transform_lines(candidate: Candidate) -> list[str]:
 
 
 def _as_dict(found: _Found) -> dict[str, Any]:
-    from fpmatch.gallery.documents import candidate_document
-
     return {
         "probe": str(found.probe),
         "seconds": round(found.seconds, 4),
-        "candidates": [
-            candidate_document(candidate, entry, found.result.fmr_reach)
-            for candidate, entry in zip(found.result.candidates, found.entries, strict=True)
-        ],
+        "candidates": found.result.candidate_dicts(found.entries),
     }

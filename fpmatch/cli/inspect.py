@@ -1,19 +1,18 @@
-"""`fpmatch inspect`: what files are, a line each."""
+"""`fpmatch inspect`: what files contain, a line each."""
 
 from __future__ import annotations
 
 import json
-from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.raw import raw_option
-from fpmatch.cli.reading import read
+from fpmatch.cli.options import FILE, raw_option
 from fpmatch.errors import FpmatchError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.gallery.inspection import Inspection
     from fpmatch.image.io.raw import RawSize
 
@@ -24,30 +23,29 @@ Examples:
   fpmatch inspect print.tif template.iso
   fpmatch inspect prints/* --json
 
-Exit status: 0 when every file is known, 1 when some are not or are damaged, 2 when none is known.
+Exit status: 0 when every file is known, 1 when some are unknown or damaged, 2 when all are.
 """
 )
-@click.argument(
-    "files", metavar="FILE...", nargs=-1, required=True, type=click.Path(path_type=Path)
-)
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @raw_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON array.")
 @click.pass_context
 def inspect(
     ctx: click.Context, /, files: tuple[Path, ...], raw: tuple[RawSize, ...], as_json: bool
 ) -> None:
-    """Tell of each FILE what it is: format, size, resolution, minutiae, quality, what is odd.
+    """Show what each FILE contains: format, size, resolution, minutiae, quality, anomalies.
 
-    The quality of an image is 0, of no use, to 100; what is wrong with it follows.
+    The quality of an image is 0, useless, to 100; what is wrong with it follows.
 
-    Images and templates are recognised by their content, not by their names. The polarity of the
-    images of one folder is decided from all of them. Where a file holds
-    several prints, what differs between them stands between bars.
+    Images and templates are recognised by content, not by name. The polarity of the images of one
+    folder is detected from all of them. Where a file contains several prints, what differs between
+    them is separated by bars.
     """
     from fpmatch.gallery.inspection import inspect_file
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
+    from fpmatch.reading import PrintReader
 
-    reader = partial(read, raw=raw)
+    reader = PrintReader(raw, quiet=True).image
     image_reader = PolarityReader(reader, find_polarities(files, reader=reader))
     found: list[Inspection] = []
     failures = 0
@@ -60,13 +58,13 @@ def inspect(
             continue
         found.append(inspection)
         if not as_json:
-            click.echo(_one_line(inspection.in_words()))
+            click.echo(_one_line(inspection.as_text()))
     if as_json:
         document = [inspection.as_dict() for inspection in found]
         click.echo(json.dumps(document, indent=2, allow_nan=False))
     ctx.exit(0 if not failures else 1 if found else 2)
 
 
-def _one_line(words: object) -> str:
-    """Return words on one line, even if the name of a file has several."""
-    return " ".join(str(words).split())
+def _one_line(text: object) -> str:
+    """Return text on one line, even if the name of a file has several."""
+    return " ".join(str(text).split())

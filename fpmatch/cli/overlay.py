@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from fpmatch.cli.pair import PairOptions, compare, pair_options
+from fpmatch.cli.options import FILE, pair_options
+from fpmatch.cli.pair import compare_files, say_notes_on
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 @click.command(
@@ -25,27 +28,22 @@ Exit status: 0 when the picture is written, whatever the decision; 2 on bad inpu
     "--output",
     metavar="OUT.png|.svg",
     required=True,
-    type=click.Path(path_type=Path),
+    type=FILE,
     help="Where to write the picture.",
 )
-@click.option("--side-by-side", is_flag=True, help="Set the prints beside each other.")
+@click.option("--side-by-side", is_flag=True, help="Draw the prints beside each other.")
 def overlay(output: Path, side_by_side: bool, **values: Any) -> None:
     """Draw PROBE, moved by the recovered transform, over REFERENCE.
 
     The picture shows where ridges agree, the paired minutiae with their directions, the unpaired
-    ones fainter, and the decision in words. A template in place of an image shows its minutiae on
-    white. Where no transform is found the prints stand beside
-    each other.
+    ones fainter, and the decision. Of a template, the minutiae are drawn on white. Where no
+    transform is found, the prints are drawn beside each other.
     """
     from fpmatch.drawing.overlay.draw import save_overlay
     from fpmatch.drawing.words import verdict
 
-    probe, reference, verification = compare(PairOptions(**values))
-    save_overlay(
-        output,
-        probe.picture(),
-        reference.picture(),
-        verification,
-        side_by_side=side_by_side,
-    )
+    pair = compare_files(values)
+    say_notes_on((pair.probe, pair.reference))
+    verification, pixels = pair.verification, (pair.probe.pixels, pair.reference.pixels)
+    save_overlay(output, *pixels, verification, side_by_side=side_by_side)
     click.echo(f"{verdict(verification.match)}, score {verification.score:.1f}: {output}")

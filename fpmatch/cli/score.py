@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.polarity import polarity_option
+from fpmatch.cli.notes import count, first_of, notes_as_json, say_notes
+from fpmatch.cli.options import polarity_option
 from fpmatch.cli.progress import ProgressBars
-from fpmatch.cli.reading import read_print
-from fpmatch.cli.words import count, first_of, notes_as_json, say_notes
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI
 
@@ -143,10 +142,11 @@ def score(
     from fpmatch.evaluation.batch import score as scoring
     from fpmatch.evaluation.batch.sources import open_source
     from fpmatch.matching.calibration import load_calibration
+    from fpmatch.reading import PrintReader
 
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers and --scheduler exclude each other")
-    opened = partial(open_source, dpi=dpi, polarity=polarity, reader=read_print)
+    opened = partial(open_source, dpi=dpi, polarity=polarity, reader=PrintReader(quiet=True))
     fitted = load_calibration(matcher, calibration) if calibration else None
     try:
         with ProgressBars(_STAGES) as bars:

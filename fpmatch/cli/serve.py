@@ -1,16 +1,15 @@
-"""`fpmatch serve`: a local page on which prints are compared."""
+"""`fpmatch serve`: web interface and HTTP API."""
 
 from __future__ import annotations
 
+import importlib.util
 from contextlib import suppress
-from typing import Final
 
 import click
 
+from fpmatch.cli.options import workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
-
-_STAGES: Final = {"prepare": "preparing prints"}
 
 
 class _MissingExtraError(FpmatchError):
@@ -20,52 +19,70 @@ class _MissingExtraError(FpmatchError):
 @click.command(
     epilog="""\b
 Token:
-  On a host that others can reach, every request must bring a token. The address that is printed
-  holds it; programs send it in a header: Authorization: Bearer TOKEN. What is sent is not
-  encrypted: put a TLS proxy or an SSH tunnel between.
+  On a host that other machines can reach, every request needs a token. The address that is
+  printed contains it; programs send it in a header: Authorization: Bearer TOKEN. Requests are not
+  encrypted: use a TLS proxy or an SSH tunnel.
 
 \b
 Examples:
   fpmatch serve
   fpmatch serve --gallery prints.db --port 9000
-  fpmatch serve --host 0.0.0.0 --name prints.example.org
+  fpmatch serve --host 0.0.0.0 --allowed-host prints.example.org
 
-Ctrl-C stops it. Exit status: 0 when it was stopped, 2 when it could not start.
+Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not start.
 """
 )
-@click.option("--gallery", metavar="GALLERY", help="Search and enrol here; made if missing.")
-@click.option("--host", default="127.0.0.1", show_default=True, help="Listen here.")
-@click.option("--port", type=int, default=8000, show_default=True, help="0 takes any free one.")
+@click.option(
+    "--gallery", metavar="GALLERY", help="Gallery to search and to enrol in; made if missing."
+)
+@click.option(
+    "--host", default="127.0.0.1", show_default=True, help="Name or address to listen on."
+)
+@click.option("--port", type=int, default=8000, show_default=True, help="0 chooses a free one.")
 @click.option(
     "--token",
     envvar="FPMATCH_TOKEN",
-    help="What requests must bring.  [default: made up for hosts that others can reach]",
+    help="Token of requests.  [default: random on hosts that other machines can reach]",
 )
 @click.option(
-    "--name", "names", multiple=True, help="Another name under which the server may be asked for."
+    "--allowed-host",
+    "allowed_hosts",
+    metavar="NAME",
+    multiple=True,
+    help="Another name of this server in requests; may be repeated.",
 )
-@click.option("--pattern", metavar="REGEX", help="As for enrol: how names tell whose prints are.")
+@click.option("--name", "old_names", multiple=True, hidden=True)  # of --allowed-host, until 0.1
 @click.option(
-    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
+    "--pattern",
+    metavar="REGEX",
+    help="Pattern of file names with subject, finger and impression, as for enrol.",
 )
+@workers_option
 def serve(
     gallery: str | None,
     host: str,
     port: int,
     token: str | None,
-    names: tuple[str, ...],
+    allowed_hosts: tuple[str, ...],
+    old_names: tuple[str, ...],
     pattern: str | None,
     workers: int | None,
 ) -> None:
-    """Open a page on which prints are compared by eye and by score, and an HTTP API.
+    """Serve a web interface to compare prints, and an HTTP API.
 
-    Nothing that is sent is kept, unless a gallery is given and a print is enrolled in it.
+    No uploaded file is kept; of a print that is enrolled in the gallery, the template is.
     """
-    _check_extra()
+    missing = [
+        name
+        for name in ("fastapi", "uvicorn", "python_multipart")
+        if not importlib.util.find_spec(name)
+    ]
+    if missing:
+        raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
     from fpmatch.engine.local import available_cores
     from fpmatch.gallery.names import FVC_PATTERN, NamePattern
     from fpmatch.web.server import bind_server
-    from fpmatch.web.server import serve as answer
+    from fpmatch.web.server import serve as serve_requests
     from fpmatch.web.settings import Settings
 
     settings = Settings(
@@ -73,24 +90,17 @@ def serve(
         pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
         workers=workers or available_cores(),
     )
-    door = bind_server(host, port, settings, token=token, names=names)
+    allowed = (*allowed_hosts, *old_names)
+    server = bind_server(host, port, settings, token=token, allowed_hosts=allowed)
 
-    def say() -> None:
-        click.echo(f"fpmatch serves {door.address}")
+    def say_ready() -> None:
+        click.echo(f"fpmatch serves {server.address}")
         click.echo("Ctrl-C stops it", err=True)
 
-    with door.listener, suppress(KeyboardInterrupt):
+    with server.listener, suppress(KeyboardInterrupt):
         if gallery is not None:
             _prepare(gallery, workers)
-        answer(door, ready=say)
-
-
-def _check_extra() -> None:
-    from importlib.util import find_spec
-
-    missing = [name for name in ("fastapi", "uvicorn", "python_multipart") if not find_spec(name)]
-    if missing:
-        raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
+        serve_requests(server, ready=say_ready)
 
 
 def _prepare(gallery: str, workers: int | None) -> None:
@@ -99,5 +109,6 @@ def _prepare(gallery: str, workers: int | None) -> None:
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.search import open_search
 
-    with open_gallery(gallery, create=True) as opened, ProgressBars(_STAGES) as bars:
+    bars = ProgressBars({"prepare": "preparing prints"})
+    with open_gallery(gallery, create=True) as opened, bars:
         open_search(opened, engine=processes(workers), progress=bars.show)

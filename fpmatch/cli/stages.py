@@ -1,20 +1,19 @@
-"""`fpmatch stages`: look at every stage of an extraction."""
+"""`fpmatch stages`: every stage of an extraction as a picture."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from fpmatch.cli.enhance import enhance_option
-from fpmatch.cli.polarity import polarity_option
-from fpmatch.cli.raw import raw_option
-from fpmatch.cli.reading import read
-from fpmatch.cli.resolution import ResolutionChoice
+from fpmatch.cli.options import FILE, enhance_option, polarity_option, raw_option
+from fpmatch.cli.pair import say_notes_on
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.quality.polarity import Polarity
 
 
 @click.command(
@@ -25,13 +24,13 @@ Examples:
   fpmatch stages print.tif -o stages --enhance filters
 """
 )
-@click.argument("image", type=click.Path(path_type=Path))
+@click.argument("image", type=FILE)
 @click.option(
     "-o",
     "--output",
     metavar="DIR",
     required=True,
-    type=click.Path(path_type=Path),
+    type=FILE,
     help="Folder for the pictures; made if missing.",
 )
 @click.option("--dpi", type=float, help="Resolution of the image, in dots per inch.")
@@ -42,18 +41,18 @@ def stages(
     image: Path,
     output: Path,
     dpi: float | None,
-    polarity: str,
+    polarity: Polarity,
     enhance: str,
     raw: tuple[RawSize, ...],
 ) -> None:
-    """Write what each stage of the extraction makes of IMAGE, and one sheet of them all."""
+    """Write the result of each stage of the extraction of IMAGE, and one sheet of them all."""
     from fpmatch.drawing.stages.sheet import write_stages
-    from fpmatch.image.extract import extract
     from fpmatch.image.recorder import StageRecorder
+    from fpmatch.reading import PrintReader, make_given_print
 
-    picture = read(image, raw, polarity=polarity, dpi=dpi)
+    found = PrintReader(raw, quiet=True).image(image, polarity=polarity, dpi=dpi)
     recorder = StageRecorder()
-    resolution = ResolutionChoice().of(picture, dpi)
-    template = extract(picture, resolution, enhance=enhance, recorder=recorder)
+    given = make_given_print(found, str(image), dpi=dpi, enhance=enhance, recorder=recorder)
+    say_notes_on([given])
     write_stages(recorder.stages, output)
-    click.echo(f"{len(recorder.stages)} stages, {len(template.minutiae)} minutiae: {output}")
+    click.echo(f"{len(recorder.stages)} stages, {len(given.template.minutiae)} minutiae: {output}")

@@ -1,17 +1,21 @@
-"""`fpmatch verify`: the decision on two prints."""
+"""`fpmatch verify`: the decision on two prints, or on a print and a claimed identity."""
 
 from __future__ import annotations
 
 import json
 from functools import partial
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fpmatch.cli.claim import check
-from fpmatch.cli.pair import PairOptions, compare, pair_options
-from fpmatch.cli.prints import say_wrong_resolution
+from fpmatch.cli.options import FILE, json_option, pair_options
+from fpmatch.cli.pair import compare_files, open_side, pair_options_of, say_notes_on
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+_OF_TWO_FILES: Final = ("reference", "reference_dpi", "rho", "area_tolerance")
 
 
 @click.command(
@@ -31,18 +35,18 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
 @click.option(
     "--gallery",
     metavar="GALLERY",
-    help="Compare with what is enrolled there of --subject, instead of REFERENCE.",
+    help="Compare with the impressions of --subject in this gallery, instead of REFERENCE.",
 )
-@click.option("--subject", metavar="ID", help="Whose the probe is claimed to be.")
-@click.option("--finger", metavar="F", help="Of which finger.  [default: any of the subject]")
+@click.option("--subject", metavar="ID", help="The claimed identity.")
+@click.option("--finger", metavar="F", help="The claimed finger.  [default: any of the subject]")
 @click.option(
     "--overlay",
     "overlay_file",
     metavar="OUT.png|.svg",
-    type=click.Path(path_type=Path),
+    type=FILE,
     help="Draw the probe, moved by the recovered transform, over the reference.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@json_option
 @click.pass_context
 def verify(
     ctx: click.Context,
@@ -54,44 +58,85 @@ def verify(
     as_json: bool,
     **values: Any,
 ) -> None:
-    """Decide whether two prints are of the same finger, or a print is of a subject.
+    """Decide whether two prints are of the same finger, or whether a print is of a subject.
 
-    PROBE and REFERENCE are images of one print each (TIFF, PNG, BMP, JPEG, WSQ and others), or
-    templates (ISO/IEC 19794-2, ANSI 378, XYT, AN2, JSON, CSV), found by content. The score is
-    -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000 would
-    reach it. The transform maps the probe's pixels onto the reference's.
+    PROBE and REFERENCE are images of one print each (TIFF, PNG, BMP, JPEG, WSQ and others) or
+    templates (ISO/IEC 19794-2, ANSI 378, XYT, AN2, JSON, CSV), recognised by content. The score is
+    -10 log10 of the false match rate: at 40, one comparison of different fingers in 10,000 scores
+    as high. The transform maps pixels of the probe to pixels of the reference.
 
-    With --matcher paper, the method of Choi, Lee and Lee, more than a share --rho of the smaller
-    print's minutiae must be paired, and the score only stands beside the decision; --threshold and
-    --fmr decide by the score instead.
+    With --matcher paper, the method of Choi, Lee and Lee, two prints match if more than the share
+    --rho of the smaller print's minutiae is paired; the score does not decide, unless --threshold
+    or --fmr is given.
 
     With --gallery and --subject the probe is compared with all impressions of the subject, or of
-    its --finger, that `fpmatch enrol` has put into the gallery. The score is that of all of them
-    together: the more impressions there are, the more the best of them must match.
+    its --finger, in the gallery that `fpmatch enrol` made. All of them together have one score: the
+    more impressions there are, the better the best of them must match.
     """
     if gallery is not None or subject is not None or finger is not None:
         if overlay_file is not None:
-            raise click.UsageError("--overlay does not go with --gallery")
-        ctx.exit(check(gallery, subject, finger, values, as_json=as_json))
+            raise click.UsageError("--overlay cannot be combined with --gallery")
+        ctx.exit(_verify_claim(gallery, subject, finger, values, as_json=as_json))
     if values["reference"] is None:
         raise click.MissingParameter(ctx=ctx, param_hint="'REFERENCE'", param_type="argument")
-    options = PairOptions(**values)
-    probe, reference, verification = compare(options)
+    pair = compare_files(values)
+    match = pair.verification.match
+    say_notes_on((pair.probe, pair.reference), resolution=match)  # else the report contains it
     if overlay_file is not None:
         from fpmatch.drawing.overlay.draw import save_overlay
 
-        save_overlay(overlay_file, probe.picture(), reference.picture(), verification)
-    from fpmatch.report import as_dict, as_text
-    from fpmatch.scale import find_scale
-
-    scale = find_scale(verification)
-    quality = {"probe": probe.quality(), "reference": reference.quality()}
-    if verification.match:  # else the report tells it
-        say_wrong_resolution(options.probe, quality["probe"])
-        say_wrong_resolution(options.reference, quality["reference"])
+        save_overlay(overlay_file, pair.probe.pixels, pair.reference.pixels, pair.verification)
     if as_json:
-        report = as_dict(verification, options.probe, options.reference, scale, quality)
-        click.echo(json.dumps(report, indent=2, allow_nan=False))
+        click.echo(json.dumps(pair.as_dict(), indent=2, allow_nan=False))
     else:
-        click.echo(as_text(verification, scale, quality))
-    ctx.exit(0 if verification.match else 1)
+        click.echo(pair.as_text())
+    ctx.exit(0 if match else 1)
+
+
+def _verify_claim(
+    gallery: str | None,
+    subject: str | None,
+    finger: str | None,
+    values: Mapping[str, Any],
+    *,
+    as_json: bool,
+) -> int:
+    """Compare a probe with the impressions of a subject, print the decision, return the status."""
+    if gallery is None or subject is None:
+        raise click.UsageError("--gallery and --subject must be given together")
+    for name in _OF_TWO_FILES:
+        if values[name] is not None:
+            option = name.upper() if name == "reference" else f"--{name.replace('_', '-')}"
+            raise click.UsageError(f"{option} cannot be combined with --gallery")
+    from fpmatch.gallery.claim import check_claim
+    from fpmatch.gallery.gallery import open_gallery
+    from fpmatch.matching.calibration import load_calibration
+    from fpmatch.matching.verify import DEFAULT_THRESHOLD
+    from fpmatch.report import LABEL_WIDTH, as_dict, as_text
+
+    options = pair_options_of(values)
+    threshold = options.decision_score()
+    calibration = load_calibration(options.matcher, options.calibration)
+    with open_gallery(gallery) as opened:
+        probe = open_side(values, "probe")
+        checked = check_claim(
+            opened,
+            probe.template,
+            subject,
+            finger,
+            matcher=options.matcher,
+            threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
+            calibration=calibration,
+        )
+        name = opened.name
+    say_notes_on([probe])
+    verification, quality = checked.result.verification, {"probe": probe.quality}
+    if as_json:
+        report = as_dict(verification, probe.name, checked.best.source, quality=quality)
+        document = {**report, "gallery": name, **checked.as_dict()}
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
+    else:
+        verdict, *rows = as_text(verification, quality=quality).splitlines()
+        lines = [verdict, f"  {'Finger':<{LABEL_WIDTH}}{checked.in_words()}", *rows]
+        click.echo("\n".join(lines))
+    return 0 if verification.match else 1

@@ -9,7 +9,7 @@ import numpy as np
 
 from fpmatch.evaluation.identification import Identification, identify_all
 from fpmatch.evaluation.rates import Rates, error_rates
-from fpmatch.gallery.prints import by_note
+from fpmatch.reading import group_by_note
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -134,7 +134,7 @@ class EvaluationReport:
     @property
     def noted(self) -> dict[str, tuple[Path, ...]]:
         """The notes on reading the images, each once, with its images."""
-        return by_note(note for row in self.sets for note in row.extracted.notes)
+        return group_by_note(note for row in self.sets for note in row.extracted.notes)
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as JSON values: rates as fractions, null where undefined."""

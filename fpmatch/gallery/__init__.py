@@ -1,1 +1,5 @@
-"""Enrolled templates in a database, and the search of one print among them all."""
+"""Galleries: enrolled templates in a database, and identification (1:N) among them.
+
+`gallery.open_gallery` opens one, `enrol` fills it, `open_search` prepares its prints, `identify` ranks its
+fingers for a probe, `check_claim` verifies a claimed identity.
+"""

@@ -1,11 +1,10 @@
-"""Check of a claimed identity: one probe against what is enrolled of one subject or finger."""
+"""Verification of a claimed identity: a probe against the impressions of a subject or finger."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fpmatch.errors import GalleryError
 from fpmatch.matching.finger import verify_finger
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
@@ -26,9 +25,9 @@ class CheckedClaim:
     Parameters
     ----------
     entries : tuple of Entry
-        The impressions of what is claimed.
+        The impressions of the claimed subject or finger.
     result : FingerVerification
-        The decision; it says which of the entries the probe was compared with.
+        The decision.
     """
 
     entries: tuple[Entry, ...]
@@ -40,7 +39,7 @@ class CheckedClaim:
         return self.entries[self.result.best]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what was compared, as JSON values."""
+        """Return what was compared as JSON values."""
         label = self.best.label
         return {
             "subject": label.subject,
@@ -56,7 +55,7 @@ class CheckedClaim:
         }
 
     def in_words(self) -> str:
-        """Return what was compared, in a sentence."""
+        """Return what was compared as a sentence."""
         count, compared = len(self.entries), len(self.result.compared)
         of_them = f", {compared} of them compared" if compared < count else ""
         return (
@@ -76,7 +75,7 @@ def check_claim(
     threshold: float = DEFAULT_THRESHOLD,
     calibration: Calibration | None = None,
 ) -> CheckedClaim:
-    """Decide whether a probe comes from the subject that is claimed.
+    """Decide whether a probe comes from the claimed subject.
 
     Parameters
     ----------
@@ -85,9 +84,9 @@ def check_claim(
     probe : Template
         The probe.
     subject : str
-        Whose it is claimed to be.
+        The claimed subject.
     finger : str, optional
-        Of which finger (default: any that is enrolled; the score counts the impressions of all).
+        The claimed finger (default: any; the score is of the impressions of all fingers).
     matcher, threshold, calibration
         As for `fpmatch.matching.finger.verify_finger`.
 
@@ -125,8 +124,8 @@ def check_claim(
         if finger is None or entry.label.finger == finger
     )
     if not entries:
-        called = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"
-        raise GalleryError(f"{gallery.name}: no impression of {called} is enrolled")
+        claim = f"subject {subject}" if finger is None else f"finger {finger} of subject {subject}"
+        raise gallery.database.error(f"no impression of {claim} is enrolled", "unknown")
     references = [gallery.template(entry.id) for entry in entries]
     result = verify_finger(
         probe, references, matcher=matcher, threshold=threshold, calibration=calibration

@@ -1,4 +1,4 @@
-"""Candidates compared with what all impressions of their fingers show together."""
+"""Candidates compared with the consolidated templates of their fingers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
 
 FINGERS_KEPT: Final = 200
-"""The number of fingers that stay prepared in memory: those compared most recently."""
+"""Number of fingers that stay prepared in memory: those compared most recently."""
 
 
 class ConsolidatedFingers:
@@ -29,11 +29,11 @@ class ConsolidatedFingers:
     Parameters
     ----------
     gallery : Gallery
-        The gallery, open.
+        The open gallery.
     search : Search
-        What `fpmatch.gallery.search.open_search` made of it.
+        From `fpmatch.gallery.search.open_search` of it.
     calibration : Calibration, optional
-        Turns similarities into scores (default: the one that comes with the package).
+        Turns similarities into scores (default: that of the package).
     """
 
     def __init__(
@@ -45,20 +45,20 @@ class ConsolidatedFingers:
         self._calibration = load_calibration(name) if calibration is None else calibration
         self._finger = lru_cache(maxsize=FINGERS_KEPT)(self._prepared)
 
-    def ranked(self, probe: Any, candidates: Sequence[Candidate]) -> list[Candidate]:
-        """Score candidates by `fpmatch.matching.finger.Finger`, and rank them anew.
+    def rerank(self, probe: Any, candidates: Sequence[Candidate]) -> list[Candidate]:
+        """Score candidates by `fpmatch.matching.finger.Finger`, and rank them again.
 
         Parameters
         ----------
         probe : object
-            The probe, as the matcher's `prepare` made it.
+            The probe, as the matcher's `prepare` returned it.
         candidates : sequence of Candidate
             Fingers, not single impressions.
 
         Returns
         -------
         list of Candidate
-            The same fingers, best first. The score of a finger of one impression stays.
+            The same fingers, best first. The score of a finger with one impression is unchanged.
 
         Raises
         ------

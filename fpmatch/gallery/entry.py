@@ -1,4 +1,4 @@
-"""What a gallery holds, in words: labels, entries, failures."""
+"""Enrolled impressions and their labels."""
 
 from __future__ import annotations
 
@@ -6,19 +6,21 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fpmatch.minutiae import Template
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Label:
-    """Name one impression in a gallery; the three together name it alone.
+    """Identify one impression in a gallery, by three names together.
 
     Parameters
     ----------
     subject : str
-        Whose it is; in FVC's names, where each finger counts for itself, the finger.
+        The subject; in FVC's names, where each finger counts as a subject, the finger.
     finger, impression : str
-        Which finger, and which time; "" where that is not told.
+        Which finger and which impression; "" where that is not known.
 
     Examples
     --------
@@ -32,7 +34,7 @@ class Label:
 
     @property
     def of_finger(self) -> Label:
-        """The label without its impression, which all impressions of the finger share."""
+        """The label without its impression, common to all impressions of the finger."""
         return Label(self.subject, self.finger)
 
     def __str__(self) -> str:
@@ -40,20 +42,30 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
-class NewEntry:
-    """Hold one impression that is to be enrolled.
+class EnrolmentRequest:
+    """Hold what is known of a print before its template is extracted.
 
     Parameters
     ----------
     label : Label
-        What it is to be called.
-    source : str
-        Where its picture lies.
+        Its label.
     content : bytes
-        SHA-256 of the picture's file, by which it is known under any name.
-    template : Template
-        Its template.
+        SHA-256 of its file, by which it is recognised under any name.
+    dpi : float or None
+        Resolution that was given; None for that in the file.
+    path : Path or None
+        Its file, where there is one.
     """
+
+    label: Label
+    content: bytes
+    dpi: float | None = None
+    path: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class NewEntry:
+    """Hold an impression to be enrolled; `source` is the name of its file."""
 
     label: Label
     source: str
@@ -63,22 +75,22 @@ class NewEntry:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Hold what a gallery says of one enrolled impression, but for its template.
+    """Hold one enrolled impression without its template.
 
     Parameters
     ----------
     id : int
-        Its number, given once and never again; later entries have greater ones.
+        Its number, never given twice; later entries have greater ones.
     label : Label
-        What it is called.
+        Its label.
     source : str
-        Where its picture lay.
+        Name of the file that was enrolled.
     content : bytes
-        SHA-256 of the picture's file.
+        SHA-256 of that file.
     dpi : float
-        Resolution of the picture in dots per inch.
+        Resolution in dots per inch.
     minutiae : int
-        How many minutiae its template has.
+        Number of minutiae of the template.
     """
 
     id: int
@@ -91,7 +103,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Hold which picture could not be enrolled, and why."""
+    """Hold which file could not be enrolled, and why."""
 
     source: str
     reason: str

@@ -9,7 +9,7 @@ from urllib.parse import quote
 from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import OutputError
 from fpmatch.formats.files import save_template
-from fpmatch.output import reason
+from fpmatch.output import make_folder
 
 if TYPE_CHECKING:
     import os
@@ -60,10 +60,7 @@ def export_templates(
         If the gallery cannot be read.
     """
     names = _names(list(gallery.entries(subject=subject)))
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be made: {reason(error)}") from error
+    make_folder(folder)
     progress("export", 0, len(names))
     written = 0
     for number, template in gallery.templates():

@@ -1,4 +1,4 @@
-"""A gallery: enrolled templates in a database, safe against kills and against each other."""
+"""A gallery: enrolled templates in a database, safe against kills and concurrent writers."""
 
 from __future__ import annotations
 
@@ -11,10 +11,19 @@ import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError, TemplateError
 from fpmatch.gallery.compact import pack_template, unpack_entry
-from fpmatch.gallery.duplicates import Claim, Enrolled, as_entry
-from fpmatch.gallery.entry import Entry, Failure
-from fpmatch.gallery.place import DamagedRowError, DatabaseUrl
-from fpmatch.gallery.tables import ABOUT, ENTRY, FAILURE, GALLERY, VERSION, create_tables
+from fpmatch.gallery.conflicts import Conflicts
+from fpmatch.gallery.database import Database
+from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure
+from fpmatch.gallery.tables import (
+    ABOUT,
+    ENTRY,
+    FAILURE,
+    GALLERY,
+    VERSION,
+    as_entry,
+    as_packed,
+    create_tables,
+)
 
 if TYPE_CHECKING:
     import os
@@ -39,7 +48,7 @@ def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gall
         A SQLite file, or the URL of a PostgreSQL database,
         ``postgresql://user:password@host:port/database`` (extra ``fpmatch[postgres]``).
     create : bool
-        Make it where it is missing.
+        Whether to make it where it is missing.
 
     Returns
     -------
@@ -60,24 +69,25 @@ def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gall
     ...         len(gallery)
     0
     """
-    place = DatabaseUrl(where, create=create)
+    database = Database(where, create=create)
     try:
-        _check_or_create(place, create=create)
+        _check_or_create(database, create=create)
     except BaseException:
-        place.close()
+        database.close()
         raise
-    return Gallery(place)
+    return Gallery(database)
 
 
 class Gallery:
     """Enrolled impressions; `open_gallery` opens one.
 
-    Every method is a transaction of its own or, where it yields, one for some thousand rows:
-    nothing is left half-written by a killed program, and two may enrol at once.
+    Every method is one transaction, or one for some thousand rows where it yields: a killed
+    program leaves nothing half-written, and two may enrol at the same time. Methods raise
+    GalleryError where the database cannot be read or written.
     """
 
-    def __init__(self, place: DatabaseUrl) -> None:
-        self._place = place
+    def __init__(self, database: Database) -> None:
+        self.database = database
 
     def __enter__(self) -> Self:
         return self
@@ -91,70 +101,59 @@ class Gallery:
         self.close()
 
     def close(self) -> None:
-        """Let go of the database."""
-        self._place.close()
+        """Close the database."""
+        self.database.close()
 
     @property
     def name(self) -> str:
         """The file, or the URL without its password."""
-        return self._place.name
-
-    @property
-    def place(self) -> DatabaseUrl:
-        """Where it lies."""
-        return self._place
+        return self.database.name
 
     def __len__(self) -> int:
         """Return the number of impressions."""
-        with self._place.reading() as connection:
+        with self.database.reading() as connection:
             return int(connection.scalar(sa.select(sa.func.count()).select_from(ENTRY)) or 0)
 
-    def find_conflicts(self, claims: Sequence[Claim]) -> list[str | None]:
-        """Tell what speaks against enrolling some prints.
+    def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[str | None]:
+        """Find out which prints can be enrolled.
 
         Parameters
         ----------
-        claims : sequence of Claim
-            What they would be enrolled as.
+        requests : sequence of EnrolmentRequest
+            The prints.
 
         Returns
         -------
         list of str or None
-            For each, None where nothing does; "" where it is enrolled already; else the reason,
-            in words.
+            For each, None where it can be; "" where it is enrolled already; else the reason.
         """
-        with self._place.reading() as connection:
-            enrolled = Enrolled.among(connection, claims)
-        return [enrolled.objection(claim) for claim in claims]
+        with self.database.reading() as connection:
+            conflicts = Conflicts(connection, requests)
+        return [conflicts.find(request) for request in requests]
 
     def add(self, new: Sequence[NewEntry], failures: Sequence[Failure] = ()) -> list[str | None]:
-        """Enrol impressions, and keep what failed, all at once.
+        """Enrol impressions and record failures, in one transaction.
 
         Parameters
         ----------
         new : sequence of NewEntry
-            What to enrol. One that is refused is kept as a failure; one that is enrolled, or was
+            The impressions. One that is refused becomes a failure; one that is enrolled, now or
             before, is a failure no longer.
         failures : sequence of Failure
-            What could not be enrolled; replaces what was kept of the same source.
+            Files that could not be enrolled; they replace failures of the same source.
 
         Returns
         -------
         list of str or None
-            For each what `find_conflicts` says of it: None where it is enrolled now.
-
-        Raises
-        ------
-        GalleryError
-            If the gallery cannot be written; then nothing of it all is.
+            For each impression the conflict as of `find_conflicts`; None where it is enrolled now.
         """
         packed = [_pack(entry) for entry in new]
         with self._changing() as connection:
-            find_conflicts = _judge(connection, new, packed)
-            judged = list(zip(new, packed, find_conflicts, strict=True))
-            rows = [{**_row(c), "template": template} for c, template, no in judged if no is None]
-            refused = [Failure(c.source, reason) for c, _, reason in judged if reason]
-            sources = [*(c.source for c in new), *(f.source for f in failures)]
+            conflicts = _conflicts_in_order(connection, new, packed)
+            judged = list(zip(new, packed, conflicts, strict=True))
+            rows = [{**_row(e), "template": template} for e, template, no in judged if no is None]
+            refused = [Failure(e.source, reason) for e, _, reason in judged if reason]
+            sources = [*(e.source for e in new), *(f.source for f in failures)]
             for k in range(0, len(sources), ROWS_PER_READ):
                 part = sources[k : k + ROWS_PER_READ]
                 connection.execute(FAILURE.delete().where(FAILURE.c.source.in_(part)))
@@ -166,14 +165,27 @@ class Gallery:
             if rows:
                 connection.execute(ENTRY.insert(), rows)
                 _mark_changed(connection)
-        return find_conflicts
+        return conflicts
 
     def entries(self, *, subject: str | None = None) -> Iterator[Entry]:
-        """Yield the entries, in the order of their numbers; those of one subject if it is given."""
+        """Yield the entries, or those of one subject, by ascending number."""
         query = sa.select(*ABOUT)
         if subject is not None:
             query = query.where(ENTRY.c.subject == subject)
         yield from self._rows(query, as_entry)
+
+    def numbers_of(self, subject: str) -> list[int]:
+        """Return the numbers of the entries of a subject.
+
+        Raises
+        ------
+        GalleryError
+            If there is none (code "unknown").
+        """
+        numbers = [entry.id for entry in self.entries(subject=subject)]
+        if not numbers:
+            raise self.database.error(f"no impression of subject {subject}", "unknown")
+        return numbers
 
     def entry(self, number: int) -> Entry:
         """Return the entry of a number.
@@ -181,13 +193,9 @@ class Gallery:
         Raises
         ------
         GalleryError
-            If there is none.
+            If there is none (code "unknown").
         """
-        with self._place.reading() as connection:
-            row = connection.execute(sa.select(*ABOUT).where(ENTRY.c.id == number)).first()
-            if row is None:
-                raise GalleryError(f"{self.name}: no entry has the number {number}")
-            return as_entry(row)
+        return self._one(sa.select(*ABOUT), number, as_entry)
 
     def template(self, number: int) -> Template:
         """Return the template of the entry of a number.
@@ -195,95 +203,85 @@ class Gallery:
         Raises
         ------
         GalleryError
-            If there is none, or it is damaged.
+            If there is none (code "unknown"), or it is damaged.
         """
-        query = sa.select(ENTRY.c.id, ENTRY.c.template).where(ENTRY.c.id == number)
-        with self._place.reading() as connection:
-            row = connection.execute(query).first()
-            if row is None:
-                raise GalleryError(f"{self.name}: no entry has the number {number}")
-            found, data = _packed(row)
-        return unpack_entry(data, found, self.name)
+        query = sa.select(ENTRY.c.id, ENTRY.c.template)
+        _, data = self._one(query, number, as_packed)
+        return unpack_entry(data, number, self.name)
 
     def packed_templates(self, *, after: int = 0) -> Iterator[tuple[int, bytes]]:
         """Yield number and packed template of the entries whose number is greater than `after`."""
         query = sa.select(ENTRY.c.id, ENTRY.c.template)
-        yield from self._rows(query, _packed, after=after)
+        yield from self._rows(query, as_packed, after=after)
 
     def templates(self, *, after: int = 0) -> Iterator[tuple[int, Template]]:
-        """Yield number and template of the entries, in the order of their numbers.
-
-        Raises
-        ------
-        GalleryError
-            If a template is damaged.
-        """
+        """Yield number and template of the entries whose number is greater than `after`."""
         for number, data in self.packed_templates(after=after):
             yield number, unpack_entry(data, number, self.name)
 
     def fingers(self) -> dict[int, int]:
-        """Return by the number of each entry the lowest of the entries of the same finger.
-
-        A finger is what entries of one subject and one finger's name show.
-        """
-        same = [ENTRY.c.subject, ENTRY.c.finger]
-        query = sa.select(ENTRY.c.id, sa.func.min(ENTRY.c.id).over(partition_by=same))
-        with self._place.reading() as connection:
+        """Return for the number of each entry the lowest number of an entry of its finger."""
+        finger = [ENTRY.c.subject, ENTRY.c.finger]
+        query = sa.select(ENTRY.c.id, sa.func.min(ENTRY.c.id).over(partition_by=finger))
+        with self.database.reading() as connection:
             return {int(row[0]): int(row[1]) for row in connection.execute(query)}
 
     def failures(self) -> list[Failure]:
         """Return what could not be enrolled, by source."""
-        with self._place.reading() as connection:
+        with self.database.reading() as connection:
             rows = connection.execute(sa.select(FAILURE).order_by(FAILURE.c.source)).all()
         return [Failure(row.source, row.reason) for row in rows]
 
-    def forget_failures(self) -> int:
-        """Remove the list of what could not be enrolled; return how many there were."""
+    def clear_failures(self) -> int:
+        """Remove all failures; return how many there were."""
         with self._changing() as connection:
             return connection.execute(FAILURE.delete()).rowcount
 
     def remove(self, numbers: Collection[int]) -> int:
-        """Remove entries.
-
-        Parameters
-        ----------
-        numbers : collection of int
-            Their numbers.
-
-        Returns
-        -------
-        int
-            How many there were.
+        """Remove entries by their numbers; return how many.
 
         Raises
         ------
         GalleryError
-            If there is no entry of one of the numbers; then none is removed.
+            If one of the numbers is unknown (code "unknown"); then none is removed.
         """
         with self._changing() as connection:
             for number in dict.fromkeys(numbers):
                 if not connection.execute(ENTRY.delete().where(ENTRY.c.id == number)).rowcount:
-                    raise GalleryError(f"{self.name}: no entry has the number {number}")
+                    raise self._unknown(number)
             if numbers:
                 _mark_changed(connection)
         return len(set(numbers))
 
     def content_hash(self) -> str:
-        """Return a word that is another one whenever the entries have changed."""
-        with self._place.reading() as connection:
+        """Return a hash that differs whenever the entries have changed."""
+        with self.database.reading() as connection:
             state = connection.scalar(sa.select(GALLERY.c.state))
             count, last = connection.execute(
                 sa.select(sa.func.count(), sa.func.max(ENTRY.c.id)).select_from(ENTRY)
             ).one()
         return hashlib.sha256(f"{state} {count} {last}".encode()).hexdigest()[:32]
 
+    def _unknown(self, number: int) -> GalleryError:
+        return self.database.error(f"no entry has the number {number}", "unknown")
+
+    def _one(
+        self, query: sa.Select[Any], number: int, convert: Callable[[Any], Converted]
+    ) -> Converted:
+        """Return the row of a number."""
+        with self.database.reading() as connection:
+            row = connection.execute(query.where(ENTRY.c.id == number)).first()
+            if row is None:
+                raise self._unknown(number)
+            return convert(row)
+
     def _rows(
         self, query: sa.Select[Any], convert: Callable[[Any], Converted], *, after: int = 0
     ) -> Iterator[Converted]:
-        """Yield rows by number, in transactions short enough to keep nobody waiting."""
+        """Yield rows by number, in transactions short enough to block no one for long."""
         query = query.order_by(ENTRY.c.id).limit(ROWS_PER_READ)
         while True:
-            with self._place.reading() as connection:
+            with self.database.reading() as connection:
                 rows = connection.execute(query.where(ENTRY.c.id > after)).all()
                 converted = [convert(row) for row in rows]
             yield from converted
@@ -293,31 +291,31 @@ class Gallery:
 
     @contextmanager
     def _changing(self) -> Iterator[sa.Connection]:
-        """Open a transaction that writes while no other does."""
-        with self._place.writing() as connection:
+        """Open a transaction during which no other one writes."""
+        with self.database.writing() as connection:
             connection.execute(sa.select(GALLERY.c.id).with_for_update())
             yield connection
 
 
-def _check_or_create(place: DatabaseUrl, *, create: bool) -> None:
+def _check_or_create(database: Database, *, create: bool) -> None:
     """Check that there is a gallery of this version, or make an empty one."""
-    with place.reading() as connection:
+    with database.reading() as connection:
         tables = set(sa.inspect(connection).get_table_names())
     if GALLERY.name not in tables:
-        if tables and place.file is not None:
-            raise GalleryError(f"{place.name}: not a gallery but a database of something else")
+        if tables and database.file is not None:
+            raise database.error("not a gallery but a database of something else", "no gallery")
         if not create:
-            raise GalleryError(f"{place.name}: holds no gallery; `fpmatch enrol` makes one")
-        with place.creating() as connection:
-            if not sa.inspect(connection).has_table(GALLERY.name):  # nor has somebody made it since
+            raise database.error("holds no gallery; `fpmatch enrol` makes one", "missing")
+        with database.creating() as connection:
+            if not sa.inspect(connection).has_table(GALLERY.name):  # made meanwhile by another
                 create_tables(connection, secrets.token_hex(16))
-    with place.reading() as connection:
+    with database.reading() as connection:
         version = connection.scalar(sa.select(GALLERY.c.version))
     if version is None:
-        raise GalleryError(f"{place.name}: damaged: it does not tell its version")
+        raise database.error("damaged: its version is missing", "damaged")
     if version != VERSION:
-        raise GalleryError(
-            f"{place.name}: a gallery of version {version}; this fpmatch reads version {VERSION}"
+        raise database.error(
+            f"a gallery of version {version}; this fpmatch reads version {VERSION}", "version"
         )
 
 
@@ -325,54 +323,37 @@ def _mark_changed(connection: sa.Connection) -> None:
     connection.execute(GALLERY.update().values(state=secrets.token_hex(16)))
 
 
-def _judge(
+def _conflicts_in_order(
     connection: sa.Connection, new: Sequence[NewEntry], packed: Sequence[bytes | str]
 ) -> list[str | None]:
-    """Return what speaks against each, one after the other."""
-    claims = [Claim(c.label, c.content, c.template.dpi) for c in new]
-    enrolled = Enrolled.among(connection, claims)
-    find_conflicts = []
-    for entry, template, claim in zip(new, packed, claims, strict=True):
-        objection = template if isinstance(template, str) else enrolled.objection(claim)
-        if objection is None:
-            enrolled.note(Entry(id=0, **_described(entry)))
-        find_conflicts.append(objection)
-    return find_conflicts
-
-
-def _packed(row: Any) -> tuple[int, bytes]:
-    """Return the number and the packed template of a row."""
-    if not (isinstance(row.id, int) and isinstance(row.template, bytes)):
-        raise DamagedRowError(f"entry {row.id} has no template")
-    return row.id, row.template
+    """Return the conflict of each impression with what is enrolled and with those before it."""
+    requests = [EnrolmentRequest(e.label, e.content, e.template.dpi) for e in new]
+    conflicts = Conflicts(connection, requests)
+    found = []
+    for entry, template, request in zip(new, packed, requests, strict=True):
+        reason = template if isinstance(template, str) else conflicts.find(request)
+        if reason is None:
+            conflicts.add(Entry(0, entry.label, entry.source, entry.content, entry.template.dpi, 0))
+        found.append(reason)
+    return found
 
 
 def _pack(entry: NewEntry) -> bytes | str:
-    """Return the packed template, or why there is none."""
+    """Return the packed template, or why it cannot be packed."""
     try:
         return pack_template(entry.template)
     except TemplateError as error:
         return str(error)
 
 
-def _described(entry: NewEntry) -> dict[str, Any]:
-    """Return what an entry says of a new entry, but for its number."""
+def _row(entry: NewEntry) -> dict[str, Any]:
+    """Return the columns of a new entry, without its template."""
     return {
-        "label": entry.label,
+        "subject": entry.label.subject,
+        "finger": entry.label.finger,
+        "impression": entry.label.impression,
         "source": entry.source,
         "content": entry.content,
         "dpi": entry.template.dpi,
         "minutiae": len(entry.template.minutiae),
-    }
-
-
-def _row(entry: NewEntry) -> dict[str, Any]:
-    """Return a new entry as a row, but for its template."""
-    described = _described(entry)
-    label = described.pop("label")
-    return {
-        **described,
-        "subject": label.subject,
-        "finger": label.finger,
-        "impression": label.impression,
     }

@@ -1,9 +1,9 @@
-"""Identification: who, of all that are enrolled, may have left a print."""
+"""Identification: the enrolled fingers that match a probe best."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
@@ -12,25 +12,28 @@ from fpmatch.matching.calibration import MAX_SCORE, load_calibration, score_to_f
 from fpmatch.matching.finger import fused_scores
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from fpmatch.gallery.consolidated import ConsolidatedFingers
+    from fpmatch.gallery.entry import Entry
     from fpmatch.gallery.search import Search
     from fpmatch.matching.calibration import Calibration
     from fpmatch.matching.result import Comparison
     from fpmatch.minutiae import Template
 
-Shortlist = int | Literal["auto", "off"]
-"""How many prints a probe is compared with: so many, as many as `shortlist_size` says, or all."""
+CandidateListSize = int | Literal["auto", "off"]
+"""Number of prints that are compared with a probe; see `candidate_list_size`."""
 
 EXHAUSTIVE_UP_TO: Final = 20_000
-"""The most prints all of which a probe is compared with, where nothing else is asked for."""
+"""Largest number of prints that are all compared by default."""
 
-SHORTLIST_SHARE: Final = 0.01
-"""Of more prints, the share that it is compared with."""
+PENETRATION_RATE: Final = 0.01
+"""Share of a larger number of prints that is compared."""
 
-LEAST_SHORTLIST: Final = 1_000
-"""The fewest of more prints that it is compared with."""
+MIN_CANDIDATE_LIST: Final = 1_000
+"""Smallest number of prints that is compared of a larger number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,20 +47,20 @@ class Candidate:
     number : int
         Number of the entry of the impression; of a finger, of its most similar impression.
     similarity : float
-        The matcher's own measure of that impression.
+        The matcher's similarity of that impression.
     score : float
         ``-10·log10(fmr)``, 0 to 100; of a finger, see `fpmatch.matching.finger`.
     fmr : float
         Rate at which comparisons with another finger, of as many impressions, score as high.
     expected_false : float
-        How many of all fingers (or impressions) searched would score as high if none were the
+        Expected number of searched fingers (or impressions) with such a score if none is the
         probe's: `fmr` times their number.
     comparison : Comparison or None
-        Transform and pairs of that impression, where they were asked for.
+        Transform and pairs of that impression, if requested.
     impressions : int
-        How many impressions the score counts: all of the finger, or 1.
+        Number of impressions in the score: all of the finger, or 1.
     impression_score : float
-        The score of that impression by itself.
+        Score of that impression alone.
     """
 
     rank: int
@@ -78,18 +81,18 @@ class Identification:
     Parameters
     ----------
     enrolled : int
-        How many prints were searched.
+        Number of prints that were searched.
     compared : int
-        How many of them the probe was compared with: fewer where a shortlist was made.
+        Number of them that were compared with the probe: fewer after a pre-selection.
     candidates : tuple of Candidate
-        Those of the highest scores, best first; of equals, the more similar, then the one enrolled
-        first.
+        Those of the highest scores, best first; of equal ones, the more similar, then the one
+        enrolled first.
     matcher : str
         Name of the matcher.
     fmr_reach : float
-        Lowest FMR that the calibration data measure; a lower one is extrapolated.
+        Smallest measured FMR of the calibration; a smaller one is extrapolated.
     fingers : int
-        How many fingers the prints searched are of.
+        Number of fingers of the searched prints.
     """
 
     enrolled: int
@@ -100,9 +103,55 @@ class Identification:
     fingers: int = 0
 
     @property
-    def shortlisted(self) -> bool:
-        """Whether the probe was compared with a shortlist alone."""
+    def preselected(self) -> bool:
+        """Whether only the prints on a candidate list were compared."""
         return self.compared < self.enrolled
+
+    def candidate_dicts(self, entries: Sequence[Entry]) -> list[dict[str, Any]]:
+        """Return the candidates as ``fpmatch identify --json`` prints them.
+
+        Parameters
+        ----------
+        entries : sequence of Entry
+            The entries of the candidates' numbers, in their order.
+
+        Returns
+        -------
+        list of dict
+            JSON values only. ``transform``, ``pairs`` and ``rms_px`` are there if requested, the
+            first and the last None where no transform was found.
+        """
+        return [
+            self._candidate_dict(candidate, entry)
+            for candidate, entry in zip(self.candidates, entries, strict=True)
+        ]
+
+    def _candidate_dict(self, candidate: Candidate, entry: Entry) -> dict[str, Any]:
+        document: dict[str, Any] = {
+            "rank": candidate.rank,
+            "id": entry.id,
+            "subject": entry.label.subject,
+            "finger": entry.label.finger,
+            "impression": entry.label.impression,
+            "source": entry.source,
+            "score": candidate.score,
+            "fmr": candidate.fmr,
+            "extrapolated": candidate.fmr < self.fmr_reach,
+            "expected_false_matches": candidate.expected_false,
+            "impressions": candidate.impressions,
+            "impression_score": candidate.impression_score,
+        }
+        comparison = candidate.comparison
+        if comparison is not None:
+            t = comparison.transform
+            document["transform"] = (
+                None
+                if t is None
+                else {"scale": t.scale, "rotation_deg": t.rotation_deg, "tx": t.tx, "ty": t.ty}
+            )
+            document["pairs"] = len(comparison.pairs)
+            document["rms_px"] = comparison.rms_px if t is not None else None
+        return document
 
 
 def identify(
@@ -113,9 +162,9 @@ def identify(
     threshold: float = 0.0,
     transforms: bool = False,
     calibration: Calibration | None = None,
-    shortlist: Shortlist = "auto",
+    candidate_list: CandidateListSize = "auto",
     impressions: bool = False,
-    together: ConsolidatedFingers | None = None,
+    consolidated: ConsolidatedFingers | None = None,
 ) -> Identification:
     """Find the enrolled fingers that a probe matches best.
 
@@ -126,24 +175,23 @@ def identify(
     probe : Template
         The print to identify.
     count : int
-        How many candidates, at most.
+        Largest number of candidates.
     threshold : float
-        Score that a candidate must reach (default: any).
+        Smallest score of a candidate.
     transforms : bool
-        Whether to find the transforms of the candidates, too.
+        Whether to return the transforms of the candidates, too.
     calibration : Calibration, optional
-        Turns similarities into scores (default: the one that comes with the package).
-    shortlist : int, "auto" or "off"
-        How many prints to compare the probe with, those that the codes of all of them favour;
-        or all ("off"); or all of a small gallery and a share of a large one,
-        see `shortlist_size` ("auto"). About 99 in 100 of the prints that comparing all of a large
-        gallery finds are in the shortlist; docs/explanation/searching.md states the loss.
+        Turns similarities into scores (default: that of the package).
+    candidate_list : int, "auto" or "off"
+        Number of prints to compare, see `candidate_list_size`. The list contains about 99 in 100
+        of the prints that a full search of a large gallery finds; docs/explanation/searching.md
+        describes the others.
     impressions : bool
-        Whether each impression is a candidate of its own, by its own score, rather than each
-        finger by the score that its impressions have together (see `fpmatch.matching.finger`).
-    together : ConsolidatedFingers, optional
-        Compares each candidate also with the consolidated template of its impressions, and ranks
-        the candidates anew; which fingers are candidates stays (default: it is not done).
+        Whether each impression is a candidate, with its own score, rather than each finger with
+        the score of its impressions together (see `fpmatch.matching.finger`).
+    consolidated : ConsolidatedFingers, optional
+        Compares each candidate also with the consolidated template of its impressions and ranks
+        the candidates again; the same fingers are candidates (default: this is not done).
 
     Returns
     -------
@@ -153,11 +201,11 @@ def identify(
     Raises
     ------
     MatcherError
-        If the matcher has no calibration, `threshold`, `count` or `shortlist` is out of range,
-        a number is asked of a matcher that has no shortlists, or single impressions are to be
-        compared together.
+        If the matcher has no calibration, `threshold`, `count` or `candidate_list` is out of
+        range, the matcher has no bit descriptors for a candidate list, or both `impressions` and
+        `consolidated` are given.
     GalleryError
-        If `together` cannot read the gallery.
+        If `consolidated` cannot read the gallery.
 
     Examples
     --------
@@ -180,12 +228,12 @@ def identify(
         raise MatcherError(f"the number of candidates must be at least 1, not {count}")
     if not 0 <= threshold <= MAX_SCORE:
         raise MatcherError(f"a threshold lies from 0 to {MAX_SCORE:g}, not {threshold:g}")
-    if impressions and together is not None:
+    if impressions and consolidated is not None:
         raise MatcherError("single impressions are not compared with consolidated templates")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration
-    size = shortlist_size(search, shortlist)
+    size = candidate_list_size(search, candidate_list)
     prepared = search.matcher.prepare(probe)
-    which = None if size is None else search.shortlist(prepared, max(size, count))
+    which = None if size is None else search.candidate_list(prepared, max(size, count))
     similarities = search.similarities(prepared, which)
     places = np.arange(len(search)) if which is None else which
     singles = chosen.scores(similarities)
@@ -194,13 +242,12 @@ def identify(
         finger, sizes = np.arange(len(search)), np.ones(len(search), np.intp)
     found_of, local = np.unique(finger[places], return_inverse=True)
     scores = fused_scores(singles, local.ravel(), sizes[found_of])[local.ravel()]
+    best = _best(scores, similarities, search.numbers[places], finger[places], count).tolist()
     candidates = []
-    for rank, k in enumerate(
-        _best(scores, similarities, search.numbers[places], finger[places], count).tolist(), start=1
-    ):
+    for rank, k in enumerate(best, start=1):
         score = float(scores[k])
         fmr = score_to_fmr(score)
-        wanted = transforms and (score >= threshold or together is not None)
+        wanted = transforms and (score >= threshold or consolidated is not None)
         found = search.matcher.compare(prepared, search.references[places[k]]) if wanted else None
         candidates.append(
             Candidate(
@@ -215,8 +262,8 @@ def identify(
                 impression_score=float(singles[k]),
             )
         )
-    if together is not None:
-        candidates = together.ranked(prepared, candidates)
+    if consolidated is not None:
+        candidates = consolidated.rerank(prepared, candidates)
     candidates = [one for one in candidates if one.score >= threshold]
     return Identification(
         enrolled=len(search),
@@ -228,39 +275,34 @@ def identify(
     )
 
 
-def shortlist_size(search: Search, shortlist: Shortlist = "auto") -> int | None:
-    """Say how many prints a probe is compared with.
+def candidate_list_size(search: Search, requested: CandidateListSize = "auto") -> int | None:
+    """Return the number of prints to compare with a probe; None for all.
 
     Parameters
     ----------
     search : Search
         From `open_search`.
-    shortlist : int, "auto" or "off"
-        What is asked for; "auto" are all of up to `EXHAUSTIVE_UP_TO` prints, and of more
-        `SHORTLIST_SHARE`, but `LEAST_SHORTLIST` at least.
-
-    Returns
-    -------
-    int or None
-        None for all.
+    requested : int, "auto" or "off"
+        The number; "auto": all of up to `EXHAUSTIVE_UP_TO` prints and of more the share
+        `PENETRATION_RATE`, but at least `MIN_CANDIDATE_LIST`; "off": all.
 
     Raises
     ------
     MatcherError
-        If it is out of range, or the matcher has no shortlists.
+        If it is out of range, or the matcher has no bit descriptors.
     """
     total = len(search)
-    if shortlist == "off":
+    if requested == "off":
         return None
-    if shortlist == "auto":
-        if total <= EXHAUSTIVE_UP_TO or not search.has_shortlists:
+    if requested == "auto":
+        if total <= EXHAUSTIVE_UP_TO or not search.has_bit_descriptors:
             return None
-        return max(LEAST_SHORTLIST, round(SHORTLIST_SHARE * total))
-    if not str(shortlist).isdecimal() or shortlist < 1:
-        raise MatcherError(f"a shortlist is a number from 1 on, auto or off, not {shortlist}")
-    if not search.has_shortlists:
-        raise MatcherError(f"the matcher {search.matcher.name} has no shortlists")
-    return shortlist if shortlist < total else None
+        return max(MIN_CANDIDATE_LIST, round(PENETRATION_RATE * total))
+    if not str(requested).isdecimal() or requested < 1:
+        raise MatcherError(f"a candidate list is a number from 1 on, auto or off, not {requested}")
+    if not search.has_bit_descriptors:
+        raise MatcherError(f"the matcher {search.matcher.name} supports no candidate list")
+    return requested if requested < total else None
 
 
 def _best(
@@ -272,7 +314,7 @@ def _best(
 ) -> NDArray[np.intp]:
     """Return the indices of the most similar impressions of the `count` fingers of highest score.
 
-    Of equals, the more similar, then the one of the lowest number comes first.
+    Of equal ones, the more similar, then the one of the lowest number comes first.
     """
     order = np.lexsort((numbers, -similarities, -scores))
     _, first = np.unique(finger[order], return_index=True)

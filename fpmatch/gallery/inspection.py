@@ -123,7 +123,7 @@ class Inspection:
         """Return all of it, ready for JSON."""
         return asdict(self)
 
-    def in_words(self) -> str:
+    def as_text(self) -> str:
         """Return all of it on one line."""
         parts = [self.title, *_prints_in_words(self.prints)]
         if self.image is not None:

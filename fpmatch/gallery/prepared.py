@@ -106,7 +106,7 @@ def _folders(gallery: Gallery) -> list[Path]:
     """Return where prepared prints may lie, the best place first."""
     from platformdirs import user_cache_path  # noqa: PLC0415
 
-    file = gallery.place.file
+    file = gallery.database.file
     name = gallery.name if file is None else str(file.absolute())
     cache = user_cache_path("fpmatch") / "galleries"
     beside = [] if file is None else [file.with_name(f"{file.name}.prepared")]

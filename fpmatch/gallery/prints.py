@@ -1,23 +1,23 @@
-"""Prints on disk, images or templates: which are meant, each with its resolution."""
+"""Find the prints, images or templates, in files and folders, and extract their templates."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, QualityError, TemplateError
 from fpmatch.formats.record import TemplateRecord
-from fpmatch.gallery.read_print import read_print
 from fpmatch.image.io.dataset_folder import images_in, read_dataset_info
 from fpmatch.minutiae import check_dpi
+from fpmatch.reading import ASSUMED_DPI, PrintReader, make_given_print
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterable
 
-    from fpmatch.formats.codec import Codec
+    from fpmatch.gallery.entry import EnrolmentRequest
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.folder_polarity import PolarityReader
     from fpmatch.image.quality.polarity import Polarity
@@ -25,23 +25,20 @@ if TYPE_CHECKING:
 
     Reader = Callable[[Path], GreyImage | TemplateRecord]
 
-
-Named = TypeVar("Named")
-
 _COMMON_SUFFIXES: Final = (".json", ".csv")
 _HEAD_BYTES: Final = 4096
 
 
 @dataclass(frozen=True, slots=True)
 class PrintFile:
-    """Hold where an image or a template lies, and its resolution.
+    """Hold the file of an image or a template, and its resolution.
 
     Parameters
     ----------
     path : Path
         The file.
     dpi : float or None
-        In dots per inch; None leaves it to what the file says.
+        In dots per inch; None for that in the file.
     """
 
     path: Path
@@ -57,14 +54,23 @@ class ExtractedPrint:
     template : Template
         Its template.
     dpi_assumed : bool
-        Whether its resolution had to be assumed.
+        Whether its resolution was assumed.
     notes : tuple of str
-        What was noticed on reading it: that white ridges were turned into dark ones, say.
+        What was noticed on reading it.
     """
 
     template: Template
     dpi_assumed: bool = False
     notes: tuple[str, ...] = ()
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """The notes, with one on the resolution where it was assumed."""
+        return (*self.notes, ASSUMED_DPI) if self.dpi_assumed else self.notes
+
+
+if TYPE_CHECKING:
+    Extractor = Callable[[PrintFile], ExtractedPrint]
 
 
 def find_prints(
@@ -75,11 +81,11 @@ def find_prints(
     Parameters
     ----------
     places : iterable of path-like
-        Files, and folders whose images are meant, or, where a folder has none, its templates. Of
-        templates that differ in their suffixes only, one is meant: JSON before CSV before others.
+        Files, and folders: their images or, where a folder has none, its templates. Of templates
+        whose names differ in the suffix only, one is taken: JSON before CSV before others.
     dpi : float, optional
-        Resolution of them all; by default what the ``dataset.toml`` beside a file says, else the
-        file's own.
+        Resolution of them all (default: that in the ``dataset.toml`` beside a file, else the
+        file's own).
 
     Returns
     -------
@@ -89,7 +95,7 @@ def find_prints(
     Raises
     ------
     ImageReadError
-        If one of `places` is not there, or is a folder without images and templates.
+        If one of `places` is missing, or is a folder without images and templates.
     DatasetError
         If a folder cannot be listed, or its ``dataset.toml`` is malformed.
     ResolutionError
@@ -111,16 +117,17 @@ def folder_reader(
     *,
     polarity: Polarity = "auto",
     dpi: float | None = None,
-    reader: Callable[..., GreyImage | TemplateRecord] = read_print,
+    reader: Callable[..., GreyImage | TemplateRecord] | None = None,
 ) -> PolarityReader[GreyImage | TemplateRecord]:
-    """Return what reads some prints, the images of a folder with one polarity.
+    """Return a reader of prints that reads the images of a folder with one polarity.
 
     Parameters
     ----------
     prints : iterable of PrintFile
         From `find_prints`.
     polarity, dpi, reader
-        As for `fpmatch.image.quality.folder_polarity.find_polarities`.
+        As for `fpmatch.image.quality.folder_polarity.find_polarities` (default reader:
+        `PrintReader`).
 
     Returns
     -------
@@ -129,135 +136,106 @@ def folder_reader(
     """
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
 
+    read = reader or PrintReader()
     paths = [file.path for file in prints]
-    folders = find_polarities(paths, polarity=polarity, dpi=dpi, reader=reader)
-    return PolarityReader(reader, folders, dpi)
+    return PolarityReader(
+        read, find_polarities(paths, polarity=polarity, dpi=dpi, reader=read), dpi
+    )
 
 
 def extract_print(
-    file: PrintFile, reader: Reader = read_print, min_quality: int = 0
+    file: PrintFile, reader: Reader | None = None, min_quality: int = 0
 ) -> ExtractedPrint:
-    """Return the template of a print: extracted from an image, or the one in a template file.
+    """Return the template of a print: extracted from an image, or read from a template file.
 
     Parameters
     ----------
     file : PrintFile
         The print.
     reader : callable
-        Reads it (default: `read_print`).
+        Reads it (default: `PrintReader`).
     min_quality : int
-        Quality, 0 to 100, that an image must have; templates are taken as they are.
+        Lowest quality of an image, 0 to 100; templates are not graded.
 
     Returns
     -------
     ExtractedPrint
-        Its template, with one minutia at least.
+        Its template, with at least one minutia.
 
     Raises
     ------
     TemplateError, ImageReadError, ImageError
-        If it cannot be read, cannot hold a fingerprint, has no minutiae, or holds several prints.
+        If it cannot be read, cannot contain a fingerprint, has no minutiae, or contains several
+        prints.
     QualityError
-        If the image is worse than `min_quality`.
+        If the quality of the image is below `min_quality`.
     """
-    found = reader(file.path)
-    if isinstance(found, TemplateRecord):
-        if len(found.views) > 1:
-            raise TemplateError(
-                f"{file.path}: holds {len(found.views)} prints, and one is expected "
-                "(fpmatch convert --view takes one out)"
-            )
-        view = found.views[0].at(file.dpi)
-        template, assumed = view.template, not view.dpi_known
-    else:
-        template = _extract(found, file, min_quality)
-        assumed = file.dpi is None and found.dpi is None
-    if not len(template.minutiae):
-        raise ImageError(f"{file.path}: no minutiae found")
-    return ExtractedPrint(template, dpi_assumed=assumed, notes=found.notes)
+    found = (reader or PrintReader())(file.path)
+    if isinstance(found, TemplateRecord) and len(found.views) > 1:
+        raise TemplateError(
+            f"contains {len(found.views)} prints, and one is expected (fpmatch convert --view "
+            "takes one out)",
+            path=file.path,
+            code="several prints",
+        )
+    given = make_given_print(found, str(file.path), dpi=file.dpi)
+    if min_quality and given.quality is not None and given.quality.score < min_quality:
+        why = f"{given.quality} ({min_quality} is required)"
+        raise QualityError(why, path=file.path)
+    if not len(given.template.minutiae):
+        raise ImageError("no minutiae found", path=file.path, code="no minutiae")
+    return ExtractedPrint(given.template, given.dpi_assumed, found.notes)
 
 
-def by_note(prints: Iterable[tuple[Named, Iterable[str]]]) -> dict[str, tuple[Named, ...]]:
-    """Gather the notes on prints: each once, with the prints that it was made on.
-
-    Parameters
-    ----------
-    prints : iterable of (name, iterable of str)
-        What a print is called, and what was noticed on reading it.
-
-    Returns
-    -------
-    dict of str to tuple
-        By note, in the order in which they first appear.
-
-    Examples
-    --------
-    >>> by_note([("a.tif", ["odd", "torn"]), ("b.tif", []), ("c.tif", ["odd"])])
-    {'odd': ('a.tif', 'c.tif'), 'torn': ('a.tif',)}
-    """
-    found: dict[str, list[Named]] = {}
-    for name, notes in prints:
-        for note in notes:
-            found.setdefault(note, []).append(name)
-    return {note: tuple(names) for note, names in found.items()}
-
-
-def _extract(image: GreyImage, file: PrintFile, min_quality: int) -> Template:
-    """Return the template of an image that is good enough."""
-    from fpmatch.image.assess import QualityRecorder  # noqa: PLC0415
-    from fpmatch.image.extract import extract  # noqa: PLC0415
-
-    if not min_quality:
-        return extract(image, file.dpi)
-    stages = QualityRecorder()
-    template = extract(image, file.dpi, recorder=stages)
-    quality = stages.quality(template.dpi)
-    if quality.score < min_quality:
-        raise QualityError(f"{file.path}: {quality} ({min_quality} is asked for)")
-    return template
+def extract_request(extractor: Extractor, request: EnrolmentRequest) -> ExtractedPrint:
+    """Return what an extractor makes of the file of a request; worker processes call this."""
+    assert request.path is not None
+    return extractor(PrintFile(request.path, request.dpi))
 
 
 def _files(place: Path) -> list[Path]:
     if place.is_dir():
         files = images_in(place) or _templates_in(place)
         if not files:
-            raise ImageReadError(f"{place}: the folder holds no images")
+            raise ImageReadError("the folder holds no images", path=place, code="empty folder")
         return files
     if not place.exists():
-        raise ImageReadError(f"{place}: no such file or folder")
+        raise ImageReadError("no such file or folder", path=place, code="missing")
     return [place]
 
 
 def _templates_in(folder: Path) -> list[Path]:
     """Return the files of a folder that are named like templates, one of each name, by name.
 
-    JSON and CSV are suffixes of much else: of these the files that begin like templates, and,
-    beside such, those that are no JSON or CSV at all: damaged ones are to be told, not passed over.
+    JSON and CSV are suffixes of other files too: of these, files that begin like templates are
+    taken and, if there are such, files that are no JSON or CSV at all, so that a damaged template
+    is an error.
     """
-    from fpmatch.formats.files import is_template_file  # noqa: PLC0415  (asks all the formats)
+    from fpmatch.formats.files import is_template_file  # noqa: PLC0415
     from fpmatch.formats.registry import CODECS  # noqa: PLC0415
 
-    suffixes = [suffix for codec in sorted(CODECS, key=_rank) for suffix in codec.suffixes]
+    by_rank = sorted(CODECS, key=lambda codec: codec.name != "json")  # which keeps everything
+    suffixes = [suffix for codec in by_rank for suffix in codec.suffixes]
     try:
         files = [path for path in folder.iterdir() if path.suffix.lower() in suffixes]
     except OSError as error:
-        raise DatasetError(f"{folder}: cannot be listed: {error.strerror}") from error
+        raise DatasetError(f"cannot be listed: {error.strerror}", path=folder) from error
     files = [path for path in files if path.is_file() and not path.name.startswith(".")]
-    sure = {path for path in files if not _is_common(path) or is_template_file(path)}
+    sure = {
+        path
+        for path in files
+        if path.suffix.lower() not in _COMMON_SUFFIXES or is_template_file(path)
+    }
     usual = {path.suffix.lower() for path in sure}
     found: dict[str, Path] = {}
     for path in sorted(files, key=lambda path: suffixes.index(path.suffix.lower())):
-        if path in sure or (path.suffix.lower() in usual and _is_no_text(path)):
+        if path in sure or (path.suffix.lower() in usual and _is_other_content(path)):
             found.setdefault(path.stem, path)
     return sorted(found.values())
 
 
-def _is_common(path: Path) -> bool:
-    return path.suffix.lower() in _COMMON_SUFFIXES
-
-
-def _is_no_text(path: Path) -> bool:
-    """Tell whether a file named JSON or CSV begins like neither, or cannot be read."""
+def _is_other_content(path: Path) -> bool:
+    """Return whether a file named JSON or CSV is neither, or cannot be read."""
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)
@@ -268,8 +246,3 @@ def _is_no_text(path: Path) -> bool:
         return True
     first_line = text.splitlines()[0]
     return text[0] not in "{[" if path.suffix.lower() == ".json" else "," not in first_line
-
-
-def _rank(codec: Codec) -> bool:
-    """Return a key that puts the one format first that keeps everything."""
-    return codec.name != "json"

@@ -1,4 +1,4 @@
-"""Many enrolled prints ready to be compared with one: the search behind an identification."""
+"""Enrolled prints prepared for comparison with probes."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 
 class References(Protocol):
-    """Be a list of prepared templates, or many of them packed."""
+    """A list of prepared templates, or many of them packed."""
 
     def __getitem__(self, k: int, /) -> Any:
-        """Return one as the matcher's `prepare` made it."""
+        """Return one as the matcher's `prepare` returned it."""
 
     def __len__(self) -> int:
-        """Return how many they are."""
+        """Return their number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +43,9 @@ class Search:
     numbers : ndarray of int64, shape (N,)
         Numbers of the entries.
     fingers : ndarray of int64, shape (N,)
-        The lowest number of the entries of the same finger.
+        For each entry, the lowest number of an entry of the same finger.
     references : References
-        Their prepared templates, in the same order.
+        The prepared templates, in the same order.
     """
 
     matcher: Matcher
@@ -63,41 +63,36 @@ class Search:
 
     @property
     def finger_of(self) -> NDArray[np.intp]:
-        """The finger of each print, numbered from 0 on."""
+        """The finger of each print, numbered from 0."""
         return self._grouped[0]
 
     @property
     def finger_sizes(self) -> NDArray[np.intp]:
-        """How many prints each of these fingers has."""
+        """The number of prints of each of these fingers."""
         return self._grouped[1]
 
     @property
-    def has_shortlists(self) -> bool:
-        """Whether the matcher's prints have codes."""
+    def has_bit_descriptors(self) -> bool:
+        """Whether candidate lists can be made: the matcher's prints have bit descriptors."""
         return isinstance(self.references, PackedTemplates)
 
-    def shortlist(self, probe: Any, count: int) -> NDArray[np.intp]:
-        """Choose the prints that may be of the probe's finger, by their codes.
+    def candidate_list(self, probe: Any, count: int) -> NDArray[np.intp]:
+        """Return the ascending indices of the `count` prints with the most similar descriptors.
 
         Parameters
         ----------
         probe : object
-            The probe, as the matcher's `prepare` made it.
+            The probe, as the matcher's `prepare` returned it.
         count : int
-            How many.
-
-        Returns
-        -------
-        ndarray of intp
-            Their places, ascending.
+            Length of the list.
 
         Raises
         ------
         MatcherError
-            If the matcher's prints have no codes.
+            If the matcher's prints have no bit descriptors.
         """
         if not isinstance(self.references, PackedTemplates):
-            raise MatcherError(f"the matcher {self.matcher.name} has no shortlists")
+            raise MatcherError(f"the matcher {self.matcher.name} supports no candidate list")
         return candidate_list(probe, self.references, count)
 
     def similarities(
@@ -108,14 +103,14 @@ class Search:
         Parameters
         ----------
         probe : object
-            The probe, as the matcher's `prepare` made it.
+            The probe, as the matcher's `prepare` returned it.
         which : ndarray of intp, optional
-            Places of those to compare with (default: all).
+            Indices of the prints to compare (default: all).
 
         Returns
         -------
         ndarray of float64
-            The similarity to each, as the matcher's `compare` finds it.
+            The similarity to each, as the matcher's `compare` returns it.
         """
         if hasattr(self.matcher, "similarities") and isinstance(self.references, PackedTemplates):
             compared = self.references if which is None else self.references.take(which)
@@ -145,12 +140,12 @@ def open_search(
     engine : Engine, optional
         Where prints are prepared (default: all cores).
     progress : callable
-        Told of stage "prepare", in prints.
+        Called with stage "prepare" and numbers of prints.
 
     Returns
     -------
     Search
-        The prints, as they are in the gallery now.
+        The prints that are in the gallery now.
 
     Raises
     ------
@@ -167,11 +162,11 @@ def open_search(
         return Search(chosen, kept.entries["number"], kept.entries["finger"], kept.prints)
     total = len(gallery)
     progress("prepare", 0, total)
-    shown = gallery.fingers()
+    finger_of = gallery.fingers()
     numbers, references = [], []
     for number, template in gallery.templates():
         numbers.append(number)
         references.append(chosen.prepare(template))
         progress("prepare", min(len(numbers), total), total)
-    fingers = [shown.get(number, number) for number in numbers]
+    fingers = [finger_of.get(number, number) for number in numbers]
     return Search(chosen, np.array(numbers, np.int64), np.array(fingers, np.int64), references)

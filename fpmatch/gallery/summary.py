@@ -1,9 +1,9 @@
-"""A gallery in figures."""
+"""Counts and sizes of a gallery."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -15,22 +15,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class GallerySummary:
-    """Hold a gallery in figures.
+    """Hold counts and sizes of a gallery.
 
     Parameters
     ----------
     version : int
-        Version of its form.
+        Version of the format.
     impressions, subjects : int
-        How many are enrolled, and of how many subjects.
-    minutiae : int
-        Minutiae of all templates.
-    template_bytes : int
-        Bytes of all templates.
+        Number of enrolled impressions, and of their subjects.
+    minutiae, template_bytes : int
+        Minutiae and bytes of all templates together.
     dpi : dict of int
         Number of impressions by resolution.
     failures : int
-        Pictures that could not be enrolled.
+        Number of files that could not be enrolled.
     """
 
     version: int
@@ -41,35 +39,32 @@ class GallerySummary:
     dpi: dict[float, int]
     failures: int
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return the JSON values that ``fpmatch gallery info --json`` prints."""
+        by_dpi = [{"dpi": dpi, "impressions": count} for dpi, count in self.dpi.items()]
+        return asdict(self) | {"dpi": by_dpi}
+
 
 def summarise(gallery: Gallery) -> GallerySummary:
-    """Count what a gallery holds.
+    """Count what is in a gallery.
 
     Raises
     ------
     GalleryError
         If it cannot be read.
     """
-    bytes_of_template = sa.func.length(ENTRY.c.template)
     by_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
-    with gallery.place.reading() as connection:
+    totals = sa.select(
+        sa.func.count(),
+        sa.func.count(ENTRY.c.subject.distinct()),
+        sa.func.coalesce(sa.func.sum(ENTRY.c.minutiae), 0),
+        sa.func.coalesce(sa.func.sum(sa.func.length(ENTRY.c.template)), 0),
+    ).select_from(ENTRY)
+    with gallery.database.reading() as connection:
         version = connection.scalar(sa.select(GALLERY.c.version))
-        count, subjects, minutiae, size = connection.execute(
-            sa.select(
-                sa.func.count(),
-                sa.func.count(ENTRY.c.subject.distinct()),
-                sa.func.sum(ENTRY.c.minutiae),
-                sa.func.sum(bytes_of_template),
-            ).select_from(ENTRY)
-        ).one()
+        impressions, subjects, minutiae, size = map(int, connection.execute(totals).one())
         dpi = {float(row[0]): int(row[1]) for row in connection.execute(by_dpi)}
         failures = connection.scalar(sa.select(sa.func.count()).select_from(FAILURE))
     return GallerySummary(
-        version=int(version or 0),
-        impressions=count,
-        subjects=subjects,
-        minutiae=int(minutiae or 0),
-        template_bytes=int(size or 0),
-        dpi=dpi,
-        failures=int(failures or 0),
+        int(version or 0), impressions, subjects, minutiae, size, dpi, int(failures or 0)
     )

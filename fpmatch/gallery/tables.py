@@ -1,13 +1,16 @@
-"""The tables of a gallery."""
+"""Tables of a gallery's database."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import sqlalchemy as sa
 
+from fpmatch.gallery.database import DamagedRowError
+from fpmatch.gallery.entry import Entry, Label
+
 VERSION: Final = 1
-"""Of these tables and of what stands in them; a change of either is another version."""
+"""Version of these tables and of their content; it grows with every change of either."""
 
 _metadata = sa.MetaData()
 
@@ -16,8 +19,7 @@ GALLERY: Final = sa.Table(
     _metadata,
     sa.Column("id", sa.Integer, sa.CheckConstraint("id = 1"), primary_key=True),
     sa.Column("version", sa.Integer, nullable=False),
-    # another random word after every change: what is derived from the contents can tell
-    sa.Column("state", sa.Text, nullable=False),
+    sa.Column("state", sa.Text, nullable=False),  # random, replaced by every change of entries
 )
 
 ENTRY: Final = sa.Table(
@@ -37,7 +39,7 @@ ENTRY: Final = sa.Table(
 )
 
 ABOUT: Final = [column for column in ENTRY.columns if column is not ENTRY.c.template]
-"""The columns that an `Entry` holds."""
+"""The columns of an `Entry`."""
 
 FAILURE: Final = sa.Table(
     "fpmatch_failure",
@@ -51,3 +53,29 @@ def create_tables(connection: sa.Connection, state: str) -> None:
     """Make the tables of an empty gallery, within the transaction of `connection`."""
     _metadata.create_all(connection, checkfirst=False)
     connection.execute(GALLERY.insert().values(id=1, version=VERSION, state=state))
+
+
+def as_entry(row: Any) -> Entry:
+    """Return a row of the columns `ABOUT` as an entry.
+
+    Raises
+    ------
+    DamagedRowError
+        If a column is of another type.
+    """
+    names, numbers = (row.subject, row.finger, row.impression, row.source), (row.id, row.minutiae)
+    if (
+        not all(isinstance(name, str) for name in names)
+        or not all(isinstance(number, int) for number in numbers)
+        or not isinstance(row.content, bytes)
+        or not isinstance(row.dpi, float)
+    ):
+        raise DamagedRowError(f"entry {row.id} has a column of another type")
+    return Entry(row.id, Label(*names[:3]), row.source, row.content, row.dpi, row.minutiae)
+
+
+def as_packed(row: Any) -> tuple[int, bytes]:
+    """Return number and packed template of a row, or raise DamagedRowError."""
+    if not (isinstance(row.id, int) and isinstance(row.template, bytes)):
+        raise DamagedRowError(f"entry {row.id} has no template")
+    return row.id, row.template

@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 STATIC: Final = Path(__file__).with_name("static")
 _DESCRIPTION: Final = (
     "Two images of fingerprints in; a decision, its certainty and the recovered transform out. "
-    'What goes wrong is told as `{"error": "one sentence"}`.'
+    'Errors are `{"error": "one sentence"}`.'
 )
-_GONE: Final = 499  # nobody reads it
+_GONE: Final = 499  # the client has closed the connection
 _log: Final = logging.getLogger(__name__)
 
 
@@ -40,12 +40,12 @@ def make_app(settings: Settings) -> Guard:
     Parameters
     ----------
     settings : Settings
-        Limits, gallery, and who may ask.
+        Limits, gallery, hosts and token.
 
     Returns
     -------
     Guard
-        The application, guarded.
+        The application behind its guard.
 
     Examples
     --------
@@ -73,40 +73,40 @@ def make_app(settings: Settings) -> Guard:
     if settings.gallery is not None:
         app.include_router(gallery_routes.router)
     app.mount("/", StaticFiles(directory=STATIC, html=True))
-    app.add_exception_handler(FpmatchError, _bad_input)
-    app.add_exception_handler(RequestValidationError, _malformed)
-    app.add_exception_handler(HTTPException, _no_route)
-    app.add_exception_handler(ClientGoneError, _nobody_there)
-    app.add_exception_handler(Exception, _mistake)
+    app.add_exception_handler(FpmatchError, _on_bad_input)
+    app.add_exception_handler(RequestValidationError, _on_malformed)
+    app.add_exception_handler(HTTPException, _on_no_route)
+    app.add_exception_handler(ClientGoneError, _on_client_gone)
+    app.add_exception_handler(Exception, _on_mistake)
     return Guard(app, settings)
 
 
-def _sentence(status: int, text: str) -> JSONResponse:
+def _error_response(status: int, text: str) -> JSONResponse:
     return JSONResponse({"error": " ".join(text.split())}, status)
 
 
-async def _bad_input(_: Request, error: Exception) -> Response:
+async def _on_bad_input(_: Request, error: Exception) -> Response:
     assert isinstance(error, FpmatchError)
-    return _sentence(status_of(error), str(error))
+    return _error_response(status_of(error), str(error))
 
 
-async def _malformed(_: Request, error: Exception) -> Response:
+async def _on_malformed(_: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     where = ".".join(str(part) for part in first["loc"][1:]) or "request"
-    return _sentence(422, f"{where}: {first['msg'][:1].lower()}{first['msg'][1:]}")
+    return _error_response(422, f"{where}: {first['msg'][:1].lower()}{first['msg'][1:]}")
 
 
-async def _no_route(_: Request, error: Exception) -> Response:
+async def _on_no_route(_: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     words = {404: "there is nothing at this address", 405: "this address takes no such method"}
-    return _sentence(error.status_code, words.get(error.status_code, str(error.detail)))
+    return _error_response(error.status_code, words.get(error.status_code, str(error.detail)))
 
 
-async def _nobody_there(_: Request, __: Exception) -> Response:
+async def _on_client_gone(_: Request, __: Exception) -> Response:
     return Response(status_code=_GONE)
 
 
-async def _mistake(request: Request, error: Exception) -> Response:
+async def _on_mistake(request: Request, error: Exception) -> Response:
     _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-    return _sentence(500, "fpmatch made a mistake; the server's own output tells which")
+    return _error_response(500, "internal error; see the output of the server")

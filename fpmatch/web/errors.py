@@ -1,4 +1,4 @@
-"""What goes wrong with a request that no room of the package knows of, and its HTTP status."""
+"""Errors of requests, and their HTTP statuses."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from fpmatch.errors import FpmatchError, GalleryError
 
 
 class RequestError(FpmatchError):
-    """A request asks for something that is not there, or contradicts itself."""
+    """A request is contradictory or incomplete."""
 
     status: ClassVar[int] = 422
 
 
 class NotFoundError(RequestError):
-    """What a request is about does not exist."""
+    """The object of a request does not exist."""
 
     status = 404
 
 
 class ConflictError(RequestError):
-    """Something else stands where a request would put something."""
+    """A request conflicts with what is enrolled."""
 
     status = 409
 
 
 class TooLargeError(RequestError):
-    """A file is larger than the server takes."""
+    """A file is larger than the server accepts."""
 
     status = 413
 
@@ -44,11 +44,11 @@ class WorkerError(RequestError):
 
 
 class ClientGoneError(Exception):
-    """Nobody waits for the answer any more."""
+    """The client has closed the connection."""
 
 
 def status_of(error: FpmatchError) -> int:
-    """Return the HTTP status that goes with an error.
+    """Return the HTTP status of an error.
 
     Examples
     --------

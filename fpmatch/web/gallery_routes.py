@@ -1,4 +1,4 @@
-"""The addresses that are there where a gallery was given: search it, enrol in it."""
+"""Routes of a server with a gallery: search it, and enrol in it."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from fastapi import APIRouter, Form, Request, Response
 
 from fpmatch.gallery.entry import Label
 from fpmatch.matching.matchers import DEFAULT_MATCHER
-from fpmatch.web import models, pair, search
+from fpmatch.web import gallery as work
+from fpmatch.web import models, pair
 from fpmatch.web.errors import RequestError
+from fpmatch.web.prints import PrintOptions
 from fpmatch.web.requests import (
     ERRORS,
     MEDIA,
     PICTURE,
+    BothReadings,
     Dpi,
     Matcher,
     Options,
@@ -31,14 +34,14 @@ router = APIRouter(tags=["Gallery"], responses=ERRORS)
 LabelPart = Annotated[str, Form(max_length=200)]
 
 
-@router.get("/gallery", summary="The gallery in figures")
+@router.get("/gallery", summary="Counts and sizes of the gallery")
 async def gallery(request: Request, pool: Workers, settings: ServerSettings) -> models.GalleryInfo:
     """Return what `fpmatch gallery info --json` prints."""
-    document = await pool.run(request, search.describe_gallery, settings.gallery)
+    document = await pool.run(request, work.describe_gallery, settings.gallery)
     return models.GalleryInfo(**document)
 
 
-@router.post("/identify", summary="Rank the enrolled prints by how well they match a probe")
+@router.post("/identify", summary="Rank the enrolled fingers by how well they match a probe")
 async def identify(
     request: Request,
     pool: Workers,
@@ -46,23 +49,16 @@ async def identify(
     probe: PrintFile,
     dpi: Dpi = None,
     matcher: Matcher = DEFAULT_MATCHER,
-    candidates: Annotated[int, Form(ge=1, description="How many, at most")] = 10,
-    threshold: Annotated[float, Form(description="Score that they must reach")] = 0.0,
+    candidates: Annotated[int, Form(ge=1, description="Largest number of candidates")] = 10,
+    threshold: Annotated[float, Form(description="Smallest score of a candidate")] = 0.0,
 ) -> models.Identified:
     """Return what `fpmatch identify --transform --json` prints of one probe."""
-    upload = await read_upload(probe, "probe", settings)
-    document = await pool.run(
-        request,
-        search.identify_print,
-        upload,
-        settings.gallery,
-        matcher,
-        candidates,
-        threshold,
-        dpi,
-        settings.limits,
+    upload, reading = (
+        await read_upload(probe, "probe", settings),
+        PrintOptions(settings.limits, dpi),
     )
-    return models.Identified(**document)
+    arguments = (upload, reading, settings.gallery, matcher, candidates, threshold)
+    return models.Identified(**await pool.run(request, work.identify_print, *arguments))
 
 
 @router.post("/gallery/{number}/compare", summary="Compare a probe with one enrolled print")
@@ -72,13 +68,14 @@ async def compare_enrolled(
     settings: ServerSettings,
     number: int,
     probe: PrintFile,
+    readings: BothReadings,
     options: Options,
 ) -> models.Shown:
-    """Return what `/compare` does; of the enrolled print there is what its template keeps."""
+    """Return what `/compare` does; of the enrolled print, what its template contains."""
     upload = await read_upload(probe, "probe", settings)
     enrolled = pair.Enrolled(str(settings.gallery), number)
-    document = await pool.run(request, pair.show_pair, upload, enrolled, options, settings.limits)
-    return models.Shown(**document)
+    wanted = pair.PairRequest(upload, enrolled, readings, options)
+    return models.Shown(**await pool.run(request, pair.show_pair, wanted))
 
 
 @router.post(
@@ -93,6 +90,7 @@ async def overlay_enrolled(
     settings: ServerSettings,
     number: int,
     probe: PrintFile,
+    readings: BothReadings,
     options: Options,
     file_format: PictureFormat = "png",
     side_by_side: SideBySide = False,
@@ -100,16 +98,8 @@ async def overlay_enrolled(
     """Return the picture that `/overlay` returns."""
     upload = await read_upload(probe, "probe", settings)
     enrolled = pair.Enrolled(str(settings.gallery), number)
-    content = await pool.run(
-        request,
-        pair.draw_pair,
-        upload,
-        enrolled,
-        options,
-        settings.limits,
-        file_format,
-        side_by_side,
-    )
+    wanted = pair.PairRequest(upload, enrolled, readings, options)
+    content = await pool.run(request, pair.draw_pair, wanted, file_format, side_by_side)
     return download(content, f"overlay.{file_format}", MEDIA[file_format])
 
 
@@ -125,24 +115,19 @@ async def enrol(
     impression: LabelPart = "",
     dpi: Dpi = None,
 ) -> models.Enrolled:
-    """Keep the template of a print, and no picture; 201 where it is new, 200 where it is known.
+    """Keep the template of a print, but no image; 201 if it is new, 200 if it is known.
 
-    Without a subject, the name of the file must tell whose it is.
+    Without a subject, the name of the file must contain it.
     """
-    upload = await read_upload(image, "image", settings)
-    if not subject and (finger or impression):
-        raise RequestError("subject: say whose print it is, or leave out finger and impression")
-    label = Label(subject.strip(), finger.strip(), impression.strip()) if subject else None
-    document = await pool.run(
-        request,
-        search.enrol_print,
-        upload,
-        settings.gallery,
-        label,
-        settings.pattern,
-        dpi,
-        settings.limits,
+    upload, reading = (
+        await read_upload(image, "image", settings),
+        PrintOptions(settings.limits, dpi),
     )
+    if not subject and (finger or impression):
+        raise RequestError("subject: required with finger or impression")
+    label = Label(subject.strip(), finger.strip(), impression.strip()) if subject else None
+    arguments = (upload, reading, settings.gallery, label, settings.pattern)
+    document = await pool.run(request, work.enrol_print, *arguments)
     if not document["enrolled"]:
         response.status_code = 200
     return models.Enrolled(**document)

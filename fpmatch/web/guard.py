@@ -1,4 +1,4 @@
-"""Who may ask, how much, and how often: every request passes here first."""
+"""Guard: checks of hosts, origins, token, size and number of all requests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 RETRY_AFTER_S: Final = 2
 FORM_BYTES: Final = 64 * 1024  # of a request, besides its files
 MOST_FILES: Final = 2
-_DRAINED: Final = 4  # times what a request may have is read and thrown away before it is refused
+_DRAINED: Final = 4  # times the largest request is read and discarded before a refusal
 _POLICY: Final = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -32,12 +32,12 @@ _HEADERS: Final = (
     (b"x-frame-options", b"DENY"),
 )
 _SAFE: Final = ("GET", "HEAD")
-# Without a token there is only what everybody may know: the page itself, and how to ask.
+# Files that need no token: the web interface and the description of the API.
 _PUBLIC_SUFFIXES: Final = (".html", ".css", ".js", ".svg", ".json")
 
 
 class _RefusedError(Exception):
-    """A request is not answered; holds the status and one sentence."""
+    """A request is refused, with a status and one sentence."""
 
     def __init__(self, status: int, sentence: str, *headers: tuple[bytes, bytes]) -> None:
         super().__init__(sentence)
@@ -45,7 +45,7 @@ class _RefusedError(Exception):
 
 
 class _Exchange:
-    """One request and its answer, which gets the headers of safety, or gives way to a refusal."""
+    """One request and its response, which gets security headers or is replaced by a refusal."""
 
     def __init__(self, scope: Scope, send: Send) -> None:
         self._cache = b"no-cache" if _is_public(scope) else b"no-store"
@@ -54,13 +54,13 @@ class _Exchange:
         self.refused: _RefusedError | None = None
 
     def refuse(self, refused: _RefusedError) -> _RefusedError:
-        """Let this be the answer, whatever becomes of it on its way through the application."""
+        """Make this the response, whatever the application makes of the exception."""
         if not self._begun:
             self.refused = refused
         return refused
 
     async def send(self, message: Message) -> None:
-        """Send one message of the answer."""
+        """Send one message of the response."""
         if self.refused is not None:
             return
         if message["type"] == "http.response.start":
@@ -71,16 +71,16 @@ class _Exchange:
 
 
 class Guard:
-    """Refuse what no route shall see, and put the headers of safety on every answer.
+    """Refuse bad requests, and add security headers to every response.
 
-    Refused are: a host that is not this server's name (DNS rebinding), a change asked for by the
-    page of another site, a missing token, a body that is too large or too slow, and one request
-    more than may wait.
+    Refused are: a host that is not a name of this server (DNS rebinding), a POST from the page of
+    another site, a missing token, a body that is too large or too slow, and requests beyond the
+    number that may wait.
 
     Parameters
     ----------
     app : ASGI application
-        What stands behind.
+        The application behind the guard.
     settings : Settings
         Hosts, token and limits.
     """
@@ -94,7 +94,7 @@ class Guard:
         self._most_bytes = int(MOST_FILES * limits.file_megabytes * 1e6) + FORM_BYTES
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request, or hand it on."""
+        """Refuse one request, or pass it on."""
         if scope["type"] != "http":
             if scope["type"] == "lifespan":
                 await self._app(scope, receive, send)
@@ -108,7 +108,7 @@ class Guard:
             announced = self._announced_bytes(scope)
             if self._inside and not self._has_room(announced):
                 retry = (b"retry-after", str(RETRY_AFTER_S).encode())
-                raise _RefusedError(503, "too many people ask at once: try again shortly", retry)
+                raise _RefusedError(503, "too many requests at once: try again shortly", retry)
             self._inside += 1
             self._bytes += announced
             try:
@@ -139,12 +139,12 @@ class Guard:
             if not secrets.compare_digest(given.encode(), self._settings.token.encode()):
                 raise _RefusedError(
                     401,
-                    "this server needs its token: open the address that it printed",
+                    "the token is missing or wrong: open the address that the server printed",
                     (b"www-authenticate", b"Bearer"),
                 )
 
     def _announced_bytes(self, scope: Scope) -> int:
-        """Return how many bytes a request may have: those that it announces, else the most."""
+        """Return the announced bytes of a request; where it announces none, the largest number."""
         headers = dict(scope["headers"])
         if b"transfer-encoding" in headers:
             return self._most_bytes
@@ -160,7 +160,7 @@ class Guard:
         return self._settings.token is not None and _is_address(name)
 
     def _bounded(self, receive: Receive, exchange: _Exchange) -> Receive:
-        """Return a `receive` that gives up on bodies that are too large or too slow."""
+        """Return a `receive` that refuses bodies that are too large or too slow."""
         left = self._most_bytes
         whole = False
         deadline = anyio.current_time() + self._settings.limits.upload_seconds
@@ -168,7 +168,7 @@ class Guard:
         async def receiving() -> Message:
             nonlocal left, whole
             if whole:
-                return await receive()  # what comes now is the client's hanging up
+                return await receive()  # that the client has closed the connection
             with anyio.move_on_at(deadline) as scope:
                 message = await receive()
             if scope.cancelled_caught:
@@ -187,12 +187,12 @@ class Guard:
 
 
 def _check_origin(headers: dict[bytes, str], host: str) -> None:
-    """Refuse what the page of another site asks a browser to do here."""
+    """Refuse requests from the pages of other sites."""
     site = headers.get(b"sec-fetch-site", "same-origin")
     origin = headers.get(b"origin")
     foreign = origin is not None and origin.lower().partition("://")[2] != host.lower()
     if foreign or site not in {"same-origin", "none"}:
-        raise _RefusedError(403, "only the page of this server may ask for this")
+        raise _RefusedError(403, "only the page of this server may request this")
 
 
 def _is_public(scope: Scope) -> bool:
@@ -222,7 +222,7 @@ def _is_address(name: str) -> bool:
 
 
 async def _drain(scope: Scope, receive: Receive, most: int) -> None:
-    """Throw away what is still sent, for browsers read no answer before they have sent it all."""
+    """Discard the rest of a request: browsers read no response before they have sent it all."""
     if scope["method"] in _SAFE:
         return
     with anyio.move_on_after(2.0):

@@ -1,4 +1,4 @@
-"""Work off the event loop: in processes that can be stopped, and in turn."""
+"""Pool: worker processes that can be stopped, and a queue in front of them."""
 
 from __future__ import annotations
 
@@ -24,18 +24,17 @@ _START_S: Final = 120.0  # that a process may take to import what it needs
 
 
 class Pool:
-    """Do the work of requests in a few processes, each request when its turn comes.
+    """Do the work of requests in a few processes, in the order of arrival.
 
-    A process is told to stop when nobody waits for its answer, or when it takes too long: it is
-    killed, and a new one takes its place. Nothing is kept from one request to the next, but for
-    the prepared gallery.
+    A process is killed, and replaced, when its client has closed the connection or the work takes
+    too long. Only the prepared gallery is kept from one request to the next.
 
     Parameters
     ----------
     workers : int
-        Processes.
+        Number of processes.
     seconds : float
-        That the work of a request may take.
+        Longest work on one request.
     """
 
     def __init__(self, workers: int, seconds: float) -> None:
@@ -46,7 +45,7 @@ class Pool:
 
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
-        """Start all processes, so that nobody waits for their imports; replace those that end."""
+        """Start all processes, so that no request waits for imports; replace those that end."""
         async with anyio.create_task_group() as group:
             async with anyio.create_task_group() as first:
                 for _ in range(self._workers):
@@ -59,25 +58,25 @@ class Pool:
                 group.cancel_scope.cancel()
 
     async def run(self, request: Request, work: Callable[..., Result], *args: Any) -> Result:
-        """Return what `work` returns.
+        """Return ``work(*args)``, computed by a worker process.
 
         Parameters
         ----------
         request : Request
-            For whom: where that client hangs up, the work is stopped, or never begun.
+            The request; the work is stopped when its client closes the connection.
         work : callable
             A function at the top of a module.
         *args
-            What it is called with.
+            Its arguments.
 
         Raises
         ------
         ClientGoneError
-            If the client hung up.
+            If the client closed the connection.
         TooLongError, WorkerError
             If the work took too long, or ended its process.
         FpmatchError
-            What `work` raises of bad input.
+            What `work` raises.
         """
         outcome: list[Result] = []
         failure: list[Exception] = []
@@ -124,13 +123,13 @@ class Pool:
             return result
 
     async def _replace(self) -> None:
-        """Start a process in place of one that was ended."""
+        """Start a process in place of one that ended."""
         with suppress(TooLongError, WorkerError):
             await self._in_turn(_START_S, _warm_up)
 
 
 def _unlimited() -> anyio.CapacityLimiter:
-    """Return a limiter that lets everybody in: whose turn it is has been decided."""
+    """Return a limiter for one call, which `Pool` has limited already."""
     return anyio.CapacityLimiter(1)
 
 
@@ -144,22 +143,22 @@ def _on_one_thread(work: Callable[..., Result], args: tuple[Any, ...]) -> Result
         import numpy as np  # noqa: F401, PLC0415  (its library is limited once it is loaded)
         from threadpoolctl import threadpool_limits  # noqa: PLC0415
 
-        # What libtiff and the like write to stderr of damaged files is said in the answer.
+        # libtiff writes to stderr about damaged files; the response contains the error
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         cv2.setNumThreads(1)
         _ready.append(threadpool_limits(1))
     try:
         return work(*args)
     except MemoryError as error:
-        raise FpmatchError("there is not enough memory for this") from error
+        raise FpmatchError("not enough memory") from error
 
 
 def _warm_up() -> None:
-    """Import what requests need, and let the network find ridges, and grade them, once."""
+    """Import what requests need, and extract, grade and compare once."""
     import numpy as np  # noqa: PLC0415
 
+    import fpmatch.web.gallery  # noqa: PLC0415
     import fpmatch.web.pair  # noqa: PLC0415
-    import fpmatch.web.search  # noqa: PLC0415
     import fpmatch.web.single  # noqa: F401, PLC0415
     from fpmatch.image.assess import assess  # noqa: PLC0415
     from fpmatch.matching.verify import verify  # noqa: PLC0415

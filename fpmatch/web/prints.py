@@ -1,144 +1,108 @@
-"""An uploaded print: the template that it is or that is extracted from it, and how it looks."""
+"""An uploaded print, its template, and its pixels."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
 
-from fpmatch.drawing.ridge_picture import ridge_picture
 from fpmatch.errors import ImageError
-from fpmatch.formats.files import decode_record, is_of_minutiae_only
-from fpmatch.image.assess import QualityRecorder
-from fpmatch.image.extract import extract
+from fpmatch.formats.record import TemplateRecord
 from fpmatch.image.io.limits import ImageLimits
-from fpmatch.image.io.read import decode_image
 from fpmatch.minutiae import STANDARD_DPI, check_dpi
+from fpmatch.reading import decode_print, make_given_print
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from fpmatch.image.quality.print_quality import PrintQuality
     from fpmatch.image.recorder import Recorder
-    from fpmatch.minutiae import Template
+    from fpmatch.reading import GivenPrint
     from fpmatch.web.settings import Limits
-    from fpmatch.web.upload import Upload
+
+LONGEST_NAME: Final = 80
+_SEPARATORS: Final = re.compile(r"[/\\]")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class GivenPrint:
-    """Hold one print of a request.
+@dataclass(frozen=True, slots=True)
+class Upload:
+    """Hold an uploaded file: its name, which is only shown and never made a path, and its bytes."""
+
+    name: str
+    data: bytes = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class PrintOptions:
+    """Hold how an upload is to be read.
 
     Parameters
     ----------
-    name : str
-        What it is called.
-    template : Template
-        Its template.
-    pixels : ndarray of uint8, shape (H, W)
-        How it looks: its picture, or what its template keeps of the ridges.
-    kind : str
-        "image" or "template".
-    notes : tuple of str
-        What was assumed or noticed, each a sentence's worth that follows the name.
-    dpi_assumed : bool
-        Whether nobody told the resolution.
-    quality : PrintQuality, optional
-        How good the picture is, where it was judged.
+    limits : Limits
+        Sizes that are refused.
+    dpi : float or None
+        Resolution in dots per inch; None for that in the file.
+    enhance : str
+        Enhancement of ridges, as for `fpmatch.extract`.
     """
 
-    name: str
-    template: Template
-    pixels: NDArray[np.uint8]
-    kind: str
-    notes: tuple[str, ...]
-    dpi_assumed: bool
-    quality: PrintQuality | None = None
+    limits: Limits
+    dpi: float | None = None
+    enhance: str = "learned"
+
+
+def shown_name(given: str | None, otherwise: str) -> str:
+    r"""Return the last part of a client's file name on one short line, or another name.
+
+    Examples
+    --------
+    >>> shown_name("C:\\prints\\ada.tif", "probe"), shown_name("../..", "probe")
+    ('ada.tif', 'probe')
+    """
+    last = _SEPARATORS.split(given or "")[-1]
+    printable = "".join(letter for letter in last if letter.isprintable()).strip()
+    if not printable.strip("."):
+        return otherwise
+    if len(printable) > LONGEST_NAME:
+        return f"{printable[: LONGEST_NAME - 1]}…"
+    return printable
 
 
 def open_upload(
-    upload: Upload,
-    limits: Limits,
-    *,
-    dpi: float | None = None,
-    enhance: str = "learned",
-    recorder: Recorder | None = None,
-    judged: bool = False,
+    upload: Upload, options: PrintOptions, recorder: Recorder | None = None
 ) -> GivenPrint:
-    """Return the print in an upload.
-
-    Parameters
-    ----------
-    upload : Upload
-        An image or a template in any format, told by its content.
-    limits : Limits
-        What is refused.
-    dpi : float, optional
-        Its resolution, where the file does not tell or is wrong.
-    enhance : str
-        As for `fpmatch.extract`.
-    recorder : Recorder, optional
-        Receives the stages of the extraction.
-    judged : bool
-        Whether to tell the quality of a picture; then `recorder` receives nothing.
-
-    Returns
-    -------
-    GivenPrint
-        The print.
+    """Return the print in an upload; `recorder` is as for `make_given_print`.
 
     Raises
     ------
     FpmatchError
         If it can be read neither as a template nor as an image, or is too large.
     """
-    asked = None if dpi is None else check_dpi(dpi)
-    if is_of_minutiae_only(upload.data):
-        return _of_template_file(upload, limits, asked)
+    limits, dpi = options.limits, options.dpi
+    if dpi is not None:
+        check_dpi(dpi)
     bounds = ImageLimits(max_megapixels=limits.megapixels, max_file_megabytes=limits.file_megabytes)
-    image = decode_image(upload.data, upload.name, limits=bounds)
-    resolution = asked or image.dpi or STANDARD_DPI
-    _check_size(upload.name, image.pixels.shape[1], image.pixels.shape[0], resolution, limits)
-    stages = QualityRecorder() if judged else None
-    template = extract(image, resolution, enhance=enhance, recorder=stages or recorder)
-    quality = stages.quality(template.dpi) if stages else None
-    assumed = asked is None and image.dpi is None
-    notes = (*image.notes, *_assumption(assumed))
-    return GivenPrint(upload.name, template, image.pixels, "image", notes, assumed, quality)
+    found = decode_print(upload.data, upload.name, bounds)
+    if isinstance(found, TemplateRecord):
+        first = found.views[0].template
+        width, height, own_dpi = first.width, first.height, first.dpi
+    else:
+        (height, width), own_dpi = found.pixels.shape, found.dpi or STANDARD_DPI
+    _check_size(upload.name, width, height, dpi or own_dpi, limits)
+    return make_given_print(found, upload.name, dpi=dpi, enhance=options.enhance, recorder=recorder)
 
 
-def of_template(name: str, template: Template) -> GivenPrint:
-    """Return the print of a template without a picture, as galleries keep it."""
-    return GivenPrint(name, template, ridge_picture(template), "template", (), False)
-
-
-def _of_template_file(upload: Upload, limits: Limits, asked: float | None) -> GivenPrint:
-    record = decode_record(upload.data, upload.name)
-    view = record.views[0]
-    template = view.at(asked).template
-    _check_size(upload.name, template.width, template.height, template.dpi, limits)
-    assumed = asked is None and not view.dpi_known
-    several = len(record.views) > 1
-    notes = (
-        *record.notes,
-        *((f"the first of its {len(record.views)} prints is taken",) if several else ()),
-        *_assumption(assumed),
-    )
-    pixels = ridge_picture(template)
-    return GivenPrint(upload.name, template, pixels, "template", notes, assumed)
-
-
-def _assumption(assumed: bool) -> tuple[str, ...]:
-    if not assumed:
-        return ()
-    return (f"does not tell its resolution; {STANDARD_DPI:g} dpi assumed",)
+def open_upload_with_minutiae(upload: Upload, options: PrintOptions) -> GivenPrint:
+    """Return the print in an upload, as `open_upload` does, but refuse one without minutiae."""
+    given = open_upload(upload, options)
+    if not len(given.template.minutiae):
+        raise ImageError("no minutiae found", path=given.name, code="no minutiae")
+    return given
 
 
 def _check_size(name: str, width: int, height: int, dpi: float, limits: Limits) -> None:
-    """Refuse a print that would keep a worker busy for long."""
+    """Refuse a print that would occupy a worker for long."""
     megapixels = width * height * (STANDARD_DPI / dpi) ** 2 / 1e6
     if megapixels > limits.megapixels_at_500_dpi or width * height > limits.megapixels * 1e6:
         raise ImageError(
-            f"{name}: {width} x {height} pixels at {dpi:g} dpi are more than this server takes: "
-            f"{limits.megapixels_at_500_dpi:g} megapixels at {STANDARD_DPI:g} dpi"
+            f"{width} x {height} pixels at {dpi:g} dpi are more than this server accepts: "
+            f"{limits.megapixels_at_500_dpi:g} megapixels at {STANDARD_DPI:g} dpi",
+            path=name,
         )

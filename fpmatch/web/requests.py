@@ -1,4 +1,4 @@
-"""What the routes take from a request, under one name each."""
+"""Parts of a request, as the routes declare them."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import Annotated, Any, Final, Literal, cast
 from fastapi import Depends, File, Form, Request, Response, UploadFile
 
 from fpmatch.matching.matchers import DEFAULT_MATCHER
+from fpmatch.pair import PairOptions
 from fpmatch.web.errors import TooLargeError
 from fpmatch.web.models import Error
-from fpmatch.web.pair import PairOptions
 from fpmatch.web.pool import Pool
+from fpmatch.web.prints import PrintOptions, Upload, shown_name
 from fpmatch.web.settings import Settings
-from fpmatch.web.upload import Upload, shown_name
 
-# Statuses that any work may end with.
+# Errors of any route.
 ERRORS: dict[int | str, dict[str, Any]] = {
     401: {"model": Error, "description": "The token is missing or wrong"},
     413: {"model": Error, "description": "A file is too large"},
     422: {"model": Error, "description": "A print cannot be read or used"},
-    503: {"model": Error, "description": "Too many ask at once; Retry-After says when to try"},
-    504: {"model": Error, "description": "It took too long and was stopped"},
+    503: {"model": Error, "description": "Too many requests at once; see Retry-After"},
+    504: {"model": Error, "description": "The work took too long and was stopped"},
 }
 
 MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
@@ -30,12 +30,12 @@ PICTURE: dict[int | str, dict[str, Any]] = {
 }
 
 PrintFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
-Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default what the file says")]
+Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default that in the file")]
 Matcher = Annotated[str, Form(description="Name of the matcher")]
-Enhance = Annotated[Literal["learned", "filters"], Form(description="How ridges are found")]
+Enhance = Annotated[Literal["learned", "filters"], Form(description="Enhancement of ridges")]
 
 PictureFormat = Annotated[Literal["png", "svg"], Form(alias="format")]
-SideBySide = Annotated[bool, Form(description="Set the prints beside each other")]
+SideBySide = Annotated[bool, Form(description="Draw the prints beside each other")]
 
 
 async def _settings(request: Request) -> Settings:
@@ -47,41 +47,58 @@ async def _pool(request: Request) -> Pool:
 
 
 async def _pair_options(
-    dpi: Dpi = None,
-    probe_dpi: Dpi = None,
-    reference_dpi: Dpi = None,
     matcher: Matcher = DEFAULT_MATCHER,
     fmr: Annotated[float | None, Form(description="Decide at this false match rate")] = None,
     threshold: Annotated[float | None, Form(description="Decide at this score")] = None,
-    enhance: Enhance = "learned",
     rho: Annotated[
         float | None, Form(description="Matcher paper: match over this share of minutiae paired")
     ] = None,
     area_tolerance: Annotated[
-        float | None, Form(description="Matcher paper: how far areas of alike rings may differ")
+        float | None,
+        Form(description="Matcher paper: largest difference in area of corresponding rings"),
     ] = None,
 ) -> PairOptions:
-    return PairOptions(
-        dpi, probe_dpi, reference_dpi, matcher, fmr, threshold, enhance, rho, area_tolerance
+    return PairOptions(matcher, fmr, threshold, None, rho, area_tolerance)
+
+
+async def _print_options(
+    settings: Annotated[Settings, Depends(_settings)], dpi: Dpi = None, enhance: Enhance = "learned"
+) -> PrintOptions:
+    return PrintOptions(settings.limits, dpi, enhance)
+
+
+async def _both_options(
+    settings: Annotated[Settings, Depends(_settings)],
+    dpi: Dpi = None,
+    probe_dpi: Dpi = None,
+    reference_dpi: Dpi = None,
+    enhance: Enhance = "learned",
+) -> tuple[PrintOptions, PrintOptions]:
+    probe, reference = (
+        PrintOptions(settings.limits, dpi if own is None else own, enhance)
+        for own in (probe_dpi, reference_dpi)
     )
+    return probe, reference
 
 
 ServerSettings = Annotated[Settings, Depends(_settings)]
 Workers = Annotated[Pool, Depends(_pool)]
 Options = Annotated[PairOptions, Depends(_pair_options)]
+OneReading = Annotated[PrintOptions, Depends(_print_options)]
+BothReadings = Annotated[tuple[PrintOptions, PrintOptions], Depends(_both_options)]
 
 
 async def read_upload(file: UploadFile, role: str, settings: Settings) -> Upload:
-    """Return the bytes of an uploaded file; `role` is its name where it has none to show.
+    """Return the bytes of an uploaded file; `role` is its name if it has none to show.
 
     Raises
     ------
     TooLargeError
-        If there are more than the server takes.
+        If there are more than the server accepts.
     """
     name, most = shown_name(file.filename, role), settings.limits.file_megabytes
     if (file.size or 0) > most * 1e6:
-        raise TooLargeError(f"{name}: a file may have {most:g} MB, and this is more")
+        raise TooLargeError(f"larger than {most:g} MB", path=name)
     return Upload(name, await file.read())
 
 
@@ -98,6 +115,6 @@ BothUploads = Annotated[tuple[Upload, Upload], Depends(_both_uploads)]
 
 
 def download(content: bytes, name: str, media: str) -> Response:
-    """Answer with a file, under a name that no client has chosen."""
+    """Return a response with a file, under a name that no client has chosen."""
     headers = {"content-disposition": f'attachment; filename="{name}"'}
     return Response(content, media_type=media, headers=headers)

@@ -1,4 +1,4 @@
-"""The addresses under which prints are compared, drawn and looked into."""
+"""Routes that compare and draw prints, and show their extraction."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from fastapi import APIRouter, Form, Request, Response
 from fpmatch._version import __version__
 from fpmatch.matching.matchers import matcher_names
 from fpmatch.web import models, pair, single
-from fpmatch.web.place import short_name
+from fpmatch.web.gallery import short_name
 from fpmatch.web.requests import (
     ERRORS,
     FILE,
     MEDIA,
     PICTURE,
+    BothReadings,
     BothUploads,
-    Dpi,
-    Enhance,
+    OneReading,
     Options,
     PictureFormat,
     PrintFile,
@@ -31,7 +31,7 @@ from fpmatch.web.requests import (
 router = APIRouter(tags=["Prints"], responses=ERRORS)
 
 
-@router.get("/about", summary="What this server is and takes")
+@router.get("/about", summary="Version and limits of this server")
 async def about(settings: ServerSettings) -> models.About:
     """Return version, matchers and limits."""
     return models.About(
@@ -45,28 +45,20 @@ async def about(settings: ServerSettings) -> models.About:
 
 @router.post("/verify", summary="Decide whether two prints are of the same finger")
 async def verify(
-    request: Request,
-    pool: Workers,
-    settings: ServerSettings,
-    prints: BothUploads,
-    options: Options,
+    request: Request, pool: Workers, prints: BothUploads, readings: BothReadings, options: Options
 ) -> models.Verified:
     """Return what `fpmatch verify --json` prints."""
-    document = await pool.run(request, pair.verify_pair, *prints, options, settings.limits)
-    return models.Verified(**document)
+    wanted = pair.PairRequest(*prints, readings, options)
+    return models.Verified(**await pool.run(request, pair.verify_pair, wanted))
 
 
-@router.post("/compare", summary="Decide, and tell all that the page shows")
+@router.post("/compare", summary="Decide, and return all that the web interface shows")
 async def compare(
-    request: Request,
-    pool: Workers,
-    settings: ServerSettings,
-    prints: BothUploads,
-    options: Options,
+    request: Request, pool: Workers, prints: BothUploads, readings: BothReadings, options: Options
 ) -> models.Shown:
     """Return the decision, both prints with their minutiae and pictures, and the pairs."""
-    document = await pool.run(request, pair.show_pair, *prints, options, settings.limits)
-    return models.Shown(**document)
+    wanted = pair.PairRequest(*prints, readings, options)
+    return models.Shown(**await pool.run(request, pair.show_pair, wanted))
 
 
 @router.post(
@@ -78,22 +70,15 @@ async def compare(
 async def overlay(
     request: Request,
     pool: Workers,
-    settings: ServerSettings,
     prints: BothUploads,
+    readings: BothReadings,
     options: Options,
     file_format: PictureFormat = "png",
     side_by_side: SideBySide = False,
 ) -> Response:
     """Return the picture that `fpmatch overlay` writes."""
-    content = await pool.run(
-        request,
-        pair.draw_pair,
-        *prints,
-        options,
-        settings.limits,
-        file_format,
-        side_by_side,
-    )
+    wanted = pair.PairRequest(*prints, readings, options)
+    content = await pool.run(request, pair.draw_pair, wanted, file_format, side_by_side)
     return download(content, f"overlay.{file_format}", MEDIA[file_format])
 
 
@@ -108,23 +93,14 @@ async def extract(
     pool: Workers,
     settings: ServerSettings,
     image: PrintFile,
-    dpi: Dpi = None,
-    enhance: Enhance = "learned",
+    reading: OneReading,
     file_format: Annotated[
         str, Form(alias="format", description="A format of `fpmatch convert`")
     ] = "json",
 ) -> Response:
-    """Return the template as a file: JSON, which keeps everything, or another format."""
+    """Return the template as a file: JSON, which is complete, or another format."""
     upload = await read_upload(image, "image", settings)
-    content, suffix = await pool.run(
-        request,
-        single.extract_template,
-        upload,
-        dpi,
-        enhance,
-        file_format,
-        settings.limits,
-    )
+    content, suffix = await pool.run(request, single.extract_template, upload, reading, file_format)
     media = "application/json" if suffix == ".json" else "application/octet-stream"
     return download(content, f"template{suffix}", media)
 
@@ -135,10 +111,8 @@ async def stages(
     pool: Workers,
     settings: ServerSettings,
     image: PrintFile,
-    dpi: Dpi = None,
-    enhance: Enhance = "learned",
+    reading: OneReading,
 ) -> models.Stages:
     """Return the pictures that `fpmatch stages` writes."""
     upload = await read_upload(image, "image", settings)
-    document = await pool.run(request, single.show_stages, upload, dpi, enhance, settings.limits)
-    return models.Stages(**document)
+    return models.Stages(**await pool.run(request, single.show_stages, upload, reading))

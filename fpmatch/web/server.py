@@ -1,4 +1,4 @@
-"""Open the door: the socket, the address that people open, and the server behind it."""
+"""The server: its socket, its address, and uvicorn behind it."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ if TYPE_CHECKING:
 
 _BACKLOG: Final = 128
 _TOKEN_BYTES: Final = 24
-_LEAST_TOKEN: Final = 16  # letters
+_MIN_TOKEN: Final = 16  # letters
 _LAST_PORT: Final = 65_535
-_GRACE_S: Final = 5  # that requests have to end in when the server is told to
+_GRACE_S: Final = 5  # for requests to end when the server is stopped
 
 
 class ServeError(FpmatchError):
-    """A server cannot be opened where it was asked for."""
+    """A server cannot be started on a host and port, or with a token."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoundServer:
-    """Hold an open socket, and the address under which people find it.
+    """Hold a listening socket, and what clients need.
 
     Parameters
     ----------
     listener : socket
         Bound and listening.
     address : str
-        What to open in a browser, with the token where there is one.
+        Address to open in a browser, with the token if there is one.
     settings : Settings
-        Those given, with the hosts and the token that go with the socket.
+        Those given, completed with the hosts and the token.
     """
 
     listener: socket.socket
@@ -52,40 +52,35 @@ def bind_server(
     settings: Settings,
     *,
     token: str | None = None,
-    names: Sequence[str] = (),
+    allowed_hosts: Sequence[str] = (),
 ) -> BoundServer:
-    """Listen on a host and port.
+    """Listen on a host and port; connections wait until `serve` answers.
 
     Parameters
     ----------
     host : str
-        Name or address; one that others can reach makes a token necessary.
+        Name or address; one that other machines can reach needs a token.
     port : int
-        0 for any that is free.
+        0 for any free port.
     settings : Settings
-        What the server is told else.
+        The other settings.
     token : str, optional
-        The word that requests must bring (default: one made up where others can reach the host,
-        else none).
-    names : sequence of str
-        Other names under which the server may be asked for.
-
-    Returns
-    -------
-    BoundServer
-        Who connects from now on, waits until `serve` answers.
+        Token of requests (default: a random one if other machines can reach the host, else none).
+    allowed_hosts : sequence of str
+        Other names of this server in requests.
 
     Raises
     ------
     ServeError
         If the host is unknown, the port taken, or the token too short.
     """
-    if token is not None and len(token) < _LEAST_TOKEN:
-        raise ServeError(f"a token must have {_LEAST_TOKEN} letters at least")
+    if token is not None and len(token) < _MIN_TOKEN:
+        raise ServeError(f"a token must have at least {_MIN_TOKEN} letters", code="token")
     if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
-        raise ServeError("a token is made of ASCII letters without spaces")
+        raise ServeError("a token consists of ASCII letters without spaces", code="token")
+    where = f"cannot listen on {host}, port {port}"
     if not 0 <= port <= _LAST_PORT:
-        raise ServeError(f"cannot listen on {host}, port {port}: ports go up to {_LAST_PORT}")
+        raise ServeError(f"{where}: ports go up to {_LAST_PORT}", code="port")
     try:
         family, _, _, _, place = socket.getaddrinfo(
             host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -93,13 +88,13 @@ def bind_server(
         listener = socket.create_server(place[:2], family=family, backlog=_BACKLOG)
     except (OSError, UnicodeError) as error:
         why = reason(error) if isinstance(error, OSError) else "no such host"
-        raise ServeError(f"cannot listen on {host}, port {port}: {why}") from error
+        raise ServeError(f"{where}: {why}", code="listen") from error
     own, bound = listener.getsockname()[:2]
-    alone = ipaddress.ip_address(own).is_loopback
-    if not alone and token is None:
+    local = ipaddress.ip_address(own).is_loopback
+    if not local and token is None:
         token = secrets.token_urlsafe(_TOKEN_BYTES)
-    shown = _shown(host, own)
-    known = {*settings.hosts, shown, *names} if alone else {"localhost", shown, *names, _own_name()}
+    shown, own_name = _shown(host, own), socket.gethostname().lower()
+    known = {shown, *allowed_hosts, *(settings.hosts if local else ("localhost", own_name))}
     fragment = "" if token is None else f"#token={token}"
     hosts = tuple(sorted(name.lower() for name in known))
     return BoundServer(
@@ -109,12 +104,12 @@ def bind_server(
     )
 
 
-def serve(door: BoundServer, *, ready: Callable[[], None] = lambda: None) -> None:
-    """Answer requests until the process is told to stop (SIGINT, SIGTERM).
+def serve(bound: BoundServer, *, ready: Callable[[], None] = lambda: None) -> None:
+    """Answer requests until the process gets SIGINT or SIGTERM.
 
     Parameters
     ----------
-    door : BoundServer
+    bound : BoundServer
         From `bind_server`.
     ready : callable
         Called once, when requests are answered.
@@ -129,21 +124,17 @@ def serve(door: BoundServer, *, ready: Callable[[], None] = lambda: None) -> Non
             ready()
 
     config = uvicorn.Config(
-        make_app(door.settings),
+        make_app(bound.settings),
         log_level="warning",
         access_log=False,
         server_header=False,
         timeout_graceful_shutdown=_GRACE_S,
     )
-    Server(config).run(sockets=[door.listener])
+    Server(config).run(sockets=[bound.listener])
 
 
 def _shown(host: str, own: str) -> str:
-    """Return the name that people are told."""
+    """Return the host as the printed address has it."""
     if ipaddress.ip_address(own).is_unspecified:
-        return _own_name()
+        return socket.gethostname().lower()
     return f"[{host}]" if ":" in host else host
-
-
-def _own_name() -> str:
-    return socket.gethostname().lower()

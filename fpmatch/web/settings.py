@@ -1,4 +1,4 @@
-"""What a server is told when it starts: its limits, its gallery, who may ask."""
+"""Settings of a server: limits, gallery, hosts, token."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ class Limits:
     file_megabytes : float
         Largest upload.
     megapixels : float
-        Largest picture, before a pixel is decoded.
+        Largest image, before it is decoded.
     megapixels_at_500_dpi : float
-        The same once it is at 500 dpi: four flat fingers side by side have two and a half.
+        Largest image at 500 dpi: four flat fingers side by side have 2.5.
     seconds : float
-        That a worker may take for one request, waiting not counted.
+        Longest work on one request, without waiting.
     upload_seconds : float
-        That a request may take to arrive.
+        Longest transfer of a request.
     waiting : int
-        Requests that may wait for a worker; what comes on top is refused.
+        Most requests that wait for a worker; others are refused.
     megabytes_at_once : float
-        Of all requests that wait or are worked on, together; one alone is always let in.
+        Most data of all requests in the server; a single one is always accepted.
     candidates : int
-        Largest number of candidates that one identification may ask for.
+        Most candidates of one identification.
     """
 
     file_megabytes: float = 32.0
@@ -44,23 +44,23 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Hold what a server is told.
+    """Hold the settings of a server.
 
     Parameters
     ----------
     hosts : tuple of str
-        Names by which it may be asked for, in lower case and without a port. Addresses of digits
-        are names that no stranger's page can take over, and always allowed where `token` is set.
+        Its names in requests, in lower case and without a port. With a `token`, IP addresses are
+        accepted too: no other site can take them over by DNS rebinding.
     token : str or None
-        Word that every request must bring; None where only this machine can ask.
+        Token that every request must contain; None where only this machine can reach the server.
     gallery : str or None
-        File or URL of the gallery that may be searched and enrolled in.
+        File or URL of the gallery to search and to enrol in.
     pattern : str
-        How names of enrolled files tell subject, finger and impression.
+        Pattern of names of enrolled files with subject, finger and impression.
     workers : int
-        Processes that do the work.
+        Number of worker processes.
     limits : Limits
-        What one request may cost.
+        Limits of one request.
     """
 
     hosts: tuple[str, ...] = ("localhost", "127.0.0.1", "[::1]")

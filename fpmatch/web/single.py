@@ -20,69 +20,41 @@ from fpmatch.web.prints import open_upload
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.web.settings import Limits
-    from fpmatch.web.upload import Upload
+    from fpmatch.web.prints import PrintOptions, Upload
 
 LARGEST_SIDE_SHOWN: Final = 1200
-# What the pictures of the stages show; stages without words are shown all the same.
-WORDS: Final = {
-    "input": "The picture, at 500 dpi.",
-    "normalised": "Brightness and contrast evened out, ridges dark.",
-    "coherence": "How clearly the ridges run in one direction; bright is clear.",
-    "mask": "Where there is a print; the tinted part is left out.",
-    "orientation": "The direction in which the ridges run.",
-    "period": "The distance from ridge to ridge.",
-    "enhanced": "The ridges, cleaned.",
-    "binary": "Ridge or valley, nothing between.",
-    "skeleton": "The ridges thinned to one pixel, over the picture.",
-    "minutiae": "Where ridges end (circles) and fork (squares).",
+STAGE_TEXTS: Final = {
+    "input": "The image at 500 dpi.",
+    "normalised": "Brightness and contrast equalized, ridges dark.",
+    "coherence": "How consistent the ridge orientation is; bright is consistent.",
+    "mask": "The area of the print; the tinted part is excluded.",
+    "orientation": "The ridge orientation.",
+    "period": "The distance between ridges.",
+    "enhanced": "The enhanced ridges.",
+    "binary": "Ridges and valleys.",
+    "skeleton": "The ridges thinned to one pixel, over the image.",
+    "minutiae": "Ridge endings (circles) and bifurcations (squares).",
 }
+"""Explanations of the stages, by name; a stage without one is shown too."""
 
 
-def extract_template(
-    upload: Upload, dpi: float | None, enhance: str, file_format: str, limits: Limits
-) -> tuple[bytes, str]:
-    """Return the template of a print as a file.
-
-    Parameters
-    ----------
-    upload : Upload
-        An image, or a template to convert.
-    dpi : float or None
-        Its resolution.
-    enhance : str
-        How ridges are found.
-    file_format : str
-        Name of a template format that can be written.
-    limits : Limits
-        What is refused.
-
-    Returns
-    -------
-    content : bytes
-        The file.
-    suffix : str
-        Its suffix, with the dot.
+def extract_template(upload: Upload, reading: PrintOptions, file_format: str) -> tuple[bytes, str]:
+    """Return the template of a print as the content of a file, and its suffix.
 
     Raises
     ------
     FpmatchError
-        If the print cannot be read, or the format cannot hold it or is not known.
+        If the print cannot be read, or the format is unknown or cannot hold it.
     """
     codec = codec_of_name(file_format)
     if codec.encode is None:
         raise RequestError(f"{codec.title} is only read, not written")
-    template = open_upload(upload, limits, dpi=dpi, enhance=enhance).template
+    template = open_upload(upload, reading).template
     return codec.encode(TemplateRecord("", (View(template),))).data, codec.suffixes[0]
 
 
-def show_stages(upload: Upload, dpi: float | None, enhance: str, limits: Limits) -> dict[str, Any]:
+def show_stages(upload: Upload, reading: PrintOptions) -> dict[str, Any]:
     """Return the stages of an extraction as pictures.
-
-    Parameters
-    ----------
-    upload, dpi, enhance, limits
-        As for `extract_template`.
 
     Returns
     -------
@@ -92,28 +64,28 @@ def show_stages(upload: Upload, dpi: float | None, enhance: str, limits: Limits)
     Raises
     ------
     FpmatchError
-        If the upload is no picture of a print.
+        If the upload is no image of a print.
     """
     recorder = StageRecorder()
-    given = open_upload(upload, limits, dpi=dpi, enhance=enhance, recorder=recorder)
-    if given.kind != "image":
-        raise ImageError(f"{given.name}: a template has no stages, only a picture has")
+    given = open_upload(upload, reading, recorder)
+    if given.image is None:
+        raise ImageError("a template has no stages of extraction", path=given.name)
     backdrop = recorder.stages["input"]
     return {
         "name": given.name,
         "stages": [
             {
                 "name": name,
-                "words": WORDS.get(name, ""),
+                "words": STAGE_TEXTS.get(name, ""),
                 "range": value_range(name, array),
-                "picture": _encoded(stage_picture(name, array, backdrop)),
+                "picture": _encode(stage_picture(name, array, backdrop)),
             }
             for name, array in recorder.stages.items()
         ],
     }
 
 
-def _encoded(picture: NDArray[np.uint8]) -> str:
+def _encode(picture: NDArray[np.uint8]) -> str:
     factor = LARGEST_SIDE_SHOWN / max(picture.shape[:2])
     if factor < 1:
         height, width = picture.shape[:2]

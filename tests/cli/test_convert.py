@@ -93,8 +93,8 @@ def test_what_is_assumed_of_a_source_is_said(run: Any, tmp_path: Path) -> None:
     source.write_text("22 16 281 16\n")
     assert run("convert", source, out).stderr.splitlines() == [
         f"fpmatch: note: {source}: angles taken for NIST: y up, degrees",
-        f"fpmatch: note: {source}: resolution not told; 500 dpi assumed (--dpi sets it)",
-        f"fpmatch: note: {source}: size not told; 23 x 16 px assumed, which the minutiae span "
+        f"fpmatch: note: {source}: resolution unknown; 500 dpi assumed (--dpi sets it)",
+        f"fpmatch: note: {source}: size unknown; 23 x 16 px assumed, which the minutiae span "
         "(--size sets it)",
     ]
     told = run("convert", source, out, "--size", "300x300", "--dpi", 569)

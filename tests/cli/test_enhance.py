@@ -8,9 +8,8 @@ from typing import Any
 
 import pytest
 
-from fpmatch import load_template
-from fpmatch.cli.enhance import WAYS
-from fpmatch.cli.reading import read
+from fpmatch import load_template, reading
+from fpmatch.cli.options import ENHANCEMENTS as WAYS
 from fpmatch.evaluation import extraction
 from fpmatch.image import extract as extraction_of_one
 from fpmatch.image.enhancement.enhancers import ENHANCERS
@@ -32,6 +31,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return extract(*arguments, enhance=enhance, **others)
 
     monkeypatch.setattr(extraction_of_one, "extract", noted)
+    monkeypatch.setattr(reading, "extract", noted)
     return ways
 
 
@@ -86,6 +86,7 @@ def test_evaluate_extracts_in_the_way_that_it_is_told(
 
 
 def test_an_extractor_can_be_named_for_other_processes() -> None:
+    read = reading.PrintReader(quiet=True).image
     extractor = pickle.loads(pickle.dumps(extraction.extractor_of("filters", read)))
     assert extractor.func is extraction.extract_image
     assert extractor.keywords == {"enhance": "filters", "reader": read}

@@ -10,6 +10,7 @@ from PIL import Image, ImageOps
 from fpmatch import assess
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.quality.polarity import INVERTED
+from fpmatch.reading import ASSUMED_DPI
 
 
 @pytest.fixture
@@ -34,7 +35,7 @@ def test_enrol_and_again(run, tmp_path, folder):
     assert first.startswith("enrolled 3 of 5 pictures, 2 failed: ")
     assert second == f"{place}: 3 impressions of 3 subjects"
     note, truncated, blank = result.stderr.splitlines()
-    assert note.startswith(f"fpmatch: note: {folder}/3_1.tif enrolled at 500 dpi, assumed")
+    assert note.startswith(f"fpmatch: note: {folder}/3_1.tif: {ASSUMED_DPI}")
     assert truncated.startswith(f"fpmatch: failed: {folder}/4_1.png: damaged PNG image")
     assert blank == f"fpmatch: failed: {folder}/5_1.png: no minutiae found"
     (folder / "4_1.png").unlink()
@@ -71,7 +72,7 @@ def test_prints_below_the_quality_asked_for_are_refused(run, tmp_path, prints):
     assert result.stderr.startswith(
         f"fpmatch: failed: {folder}/2_1.png: quality {small}; too small: "
     )
-    assert result.stderr.endswith(f"({score} is asked for)\n")
+    assert result.stderr.endswith(f"({score} is required)\n")
     assert run("enrol", place, folder, "--workers", 1).exit_code == 0
 
 

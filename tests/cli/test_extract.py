@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -140,16 +139,6 @@ def test_a_folder_that_cannot_be_made_is_one_line(
     assert result.stdout == ""
     assert result.stderr.startswith(f"fpmatch: error: {tmp_path / 'file'}")
     assert result.stderr.count("\n") == 1
-
-
-def test_progress_shows_on_a_terminal_only(
-    run: Any, prints: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    images = prints / "1_1.png", prints / "2_1.png"
-    assert run("extract", *images, "-o", tmp_path).stderr == ""
-    command = sys.modules["fpmatch.cli.extract"]
-    monkeypatch.setattr(command, "_no_progress", lambda _: False)
-    assert "extracting" in run("extract", *images, "-o", tmp_path).stderr
 
 
 def test_stages_are_pictures_with_a_sheet_of_them_all(

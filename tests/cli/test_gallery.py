@@ -38,7 +38,7 @@ def test_info(run, place):
         "  Minutiae    3, 1 an impression",
         "  Templates   81 bytes, 27 an impression",
         "  Failures    1 picture could not be enrolled",
-        "  Form        version 1",
+        "  Format      version 1",
     ]
     document = json.loads(run("gallery", "info", place, "--json").stdout)
     assert document["impressions"] == 3
@@ -75,7 +75,7 @@ def test_list(run, place):
 def test_remove(run, place):
     result = run("gallery", "remove", place, 1, "--failures")
     assert result.stdout == (
-        f"removed 1 impression, forgot 1 failure; 2 impressions left: {place}\n"
+        f"removed 1 impression, cleared 1 failure; 2 impressions left: {place}\n"
     )
     result = run("gallery", "remove", place, "--subject", "a/b")
     assert result.stdout == f"removed 1 impression; 1 impression left: {place}\n"
@@ -127,7 +127,7 @@ def test_export_does_not_mix_up_names(run, place, tmp_path):
         (["list", "{root}"], "is a folder, not a gallery"),
         (["remove", "{db}", "1", "9"], "no entry has the number 9"),
         (["remove", "{db}", "--subject", "9"], "no impression of subject 9"),
-        (["export", "{db}", "-o", "{db}"], "prints.db: cannot be made: file exists"),
+        (["export", "{db}", "-o", "{db}"], "prints.db: cannot be made a folder"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(run, place, tmp_path, words, reason):

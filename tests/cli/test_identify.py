@@ -9,6 +9,7 @@ from fpmatch.engine.engine import serial
 from fpmatch.gallery.enrol import enrol
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import find_prints
+from fpmatch.reading import ASSUMED_DPI
 
 
 @pytest.fixture(scope="module")
@@ -77,16 +78,15 @@ def test_consolidated_templates_change_scores_of_fingers_alone(run, place, print
     assert scores[0]["1"] != scores[1]["1"]
     refused = run(*words, "--consolidate", "--impressions")
     assert refused.exit_code == 2
-    assert "not with --impressions" in refused.stderr
+    assert "excludes --impressions" in refused.stderr
 
 
 def test_a_shortlist_is_said(run, place, prints):
-    words = ("identify", place, prints / "1_1.png", "-k", 1, "--shortlist", 2, "--workers", 1)
+    words = ("identify", place, prints / "1_1.png", "-k", 1, "--candidate-list", 2, "--workers", 1)
     result = run(*words)
     assert (result.exit_code, result.stderr) == (0, "")
     head, _, first, _ = result.stdout.splitlines()
-    assert head.startswith(f"{prints}/1_1.png: 2 prints compared in ")
-    assert head.endswith(" s, the shortlist of 3")
+    assert head.startswith(f"{prints}/1_1.png: 2 of 3 prints compared in ")
     assert first.split()[-3] == "1_1"
     document = json.loads(run(*words, "--json").stdout)
     assert (document["enrolled"], document["compared"]) == (3, 2)
@@ -102,7 +102,7 @@ def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
     assert result.exit_code == 0
     assert result.stdout.startswith(f"{probe}: 0 prints compared in ")
     assert result.stdout.endswith(", no candidate\n")
-    assert f"{probe} taken for 500 dpi: nothing tells the resolution" in result.stderr
+    assert f"{probe}: {ASSUMED_DPI}" in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -131,4 +131,4 @@ def test_bad_input_is_one_line_and_status_2(run, place, prints, words, reason):
 def test_help_shows_columns_and_examples(run):
     text = run("identify", "--help").stdout
     assert "  fpmatch identify prints.db probe.tif\n" in text
-    assert "by chance  so many" in text
+    assert "by chance  number" in text

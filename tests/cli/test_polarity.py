@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fpmatch import load_template
-from fpmatch.cli.polarity import POLARITIES
+from fpmatch.cli.options import POLARITIES
 from fpmatch.image.quality import polarity
 from fpmatch.image.quality.polarity import INVERTED
 

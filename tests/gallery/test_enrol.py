@@ -14,12 +14,12 @@ import pytest
 
 from fpmatch.engine.engine import processes, serial
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import enrol as enrol_module
 from fpmatch.gallery.enrol import enrol
 from fpmatch.gallery.entry import Failure
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.prints import find_prints
+from fpmatch.reading import ASSUMED_DPI
 
 HERE = Path(__file__).parent
 
@@ -139,9 +139,8 @@ def test_equal_names_in_two_folders_are_not_mixed_up(gallery, tmp_path, folder, 
 def test_resolutions_may_differ_and_are_told_apart(gallery, folder, extractor):
     (folder / "1_1.tif").write_text("untagged print")
     one, two = folder / "1_1.tif", folder / "1_2.tif"
-    assert enrol(gallery, find_prints([one]), engine=serial(), extractor=extractor).assumed == (
-        one,
-    )
+    found = enrol(gallery, find_prints([one]), engine=serial(), extractor=extractor)
+    assert found.noted == {ASSUMED_DPI: (one,)}
     enrol(gallery, find_prints([two], 569), engine=serial(), extractor=extractor)
     assert [entry.dpi for entry in gallery.entries()] == [500.0, 569.0]
     again = enrol(gallery, find_prints([one], 569), engine=serial(), extractor=extractor)
@@ -192,7 +191,7 @@ def start(tmp_path):
     def begin(where, workers=1):
         return subprocess.Popen(
             [sys.executable, script, where, folder, str(workers)],
-            env={**os.environ, "PYTHONPATH": str(HERE)},
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE), *sys.path])},
             stdout=subprocess.PIPE,
             text=True,
         )
@@ -234,21 +233,6 @@ def test_two_runs_share_the_work_of_one_gallery(where, start):
     with open_gallery(where) as gallery:
         assert sorted(labels(gallery)) == sorted(f"{k}_1" for k in range(60))
         assert gallery.failures() == []
-
-
-def test_pictures_come_in_chunks_of_the_new_ones(gallery, folder, extractor, monkeypatch):
-    """Known pictures among new ones do not make chunks smaller."""
-    enrol(gallery, find_prints([folder / "1_1.tif"]), engine=serial(), extractor=extractor)
-    sizes = []
-    work = enrol_module.extract_jobs
-
-    def noting(shared, jobs):
-        sizes.append(len(jobs))
-        return work(shared, jobs)
-
-    monkeypatch.setattr(enrol_module, "extract_jobs", noting)
-    enrol(gallery, find_prints([folder]), engine=serial(), extractor=extractor)
-    assert sizes == [2] * 12
 
 
 def test_what_is_done_is_committed_a_few_pictures_at_a_time(

@@ -10,11 +10,10 @@ import sys
 import pytest
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import duplicates
+from fpmatch.gallery import conflicts
 from fpmatch.gallery import gallery as gallery_module
 from fpmatch.gallery.compact import pack_template, unpack_template
-from fpmatch.gallery.duplicates import Claim
-from fpmatch.gallery.entry import Failure, Label
+from fpmatch.gallery.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.minutiae import Minutiae, Template
 
@@ -94,14 +93,14 @@ def test_duplicates_are_failures_that_say_of_what(where, make_entry):
             Failure("/prints/9.tif", reasons[0]),
         ]
         content, label = make_entry(1).content, Label("1", impression="1")
-        claims = [
-            Claim(label, content),
-            Claim(label, content, 500.0),
-            Claim(label, content, 569.0),
-            Claim(label, b"new"),
-            Claim(Label("2", impression="1"), b"new"),
+        requests = [
+            EnrolmentRequest(label, content),
+            EnrolmentRequest(label, content, 500.0),
+            EnrolmentRequest(label, content, 569.0),
+            EnrolmentRequest(label, b"new"),
+            EnrolmentRequest(Label("2", impression="1"), b"new"),
         ]
-        assert gallery.find_conflicts(claims) == ["", "", reasons[2], reasons[1], None]
+        assert gallery.find_conflicts(requests) == ["", "", reasons[2], reasons[1], None]
 
 
 def test_failures_are_kept_until_the_source_is_enrolled(where, make_entry):
@@ -111,15 +110,15 @@ def test_failures_are_kept_until_the_source_is_enrolled(where, make_entry):
         assert [f.reason for f in gallery.failures()] == ["blank", "still torn"]
         gallery.add([make_entry(1)])
         assert gallery.failures() == [Failure("/prints/x.tif", "still torn")]
-        assert (gallery.forget_failures(), gallery.forget_failures()) == (1, 0)
+        assert (gallery.clear_failures(), gallery.clear_failures()) == (1, 0)
         assert gallery.failures() == []
 
 
 def test_a_template_that_does_not_fit_is_a_failure(where, make_entry):
     far = Template(Minutiae([1e6], [0], [0]), 300, 300)
     with open_gallery(where, create=True) as gallery:
-        find_conflicts = gallery.add([make_entry(1, template=far), make_entry(2)])
-        assert find_conflicts == ["template too large to be kept in a gallery", None]
+        conflicts = gallery.add([make_entry(1, template=far), make_entry(2)])
+        assert conflicts == ["template too large to be kept in a gallery", None]
         assert [f.source for f in gallery.failures()] == ["/prints/1_1.tif"]
 
 
@@ -181,7 +180,6 @@ def test_names_may_be_of_any_script(where, make_entry):
 
 ENROL = """
 import sys
-from fpmatch.gallery.duplicates import Claim
 from fpmatch.gallery.entry import NewEntry, Label
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.minutiae import Minutiae, Template
@@ -334,7 +332,7 @@ class TestSqlite:
         other.execute("BEGIN IMMEDIATE")
         with open_gallery(path) as gallery:
             assert len(gallery) == 60
-            with pytest.raises(GalleryError, match="another program has kept it to itself"):
+            with pytest.raises(GalleryError, match="another program has held it"):
                 gallery.add([make_entry(100)])
             other.execute("ROLLBACK")
             assert gallery.add([make_entry(100)]) == [None]
@@ -345,7 +343,7 @@ class TestSqlite:
         connection.execute("DELETE FROM fpmatch_gallery")
         connection.commit()
         connection.close()
-        with pytest.raises(GalleryError, match="damaged: it does not tell its version"):
+        with pytest.raises(GalleryError, match="damaged: its version is missing"):
             open_gallery(path)
 
 
@@ -402,7 +400,7 @@ def test_a_lost_connection_is_one_line_and_is_made_anew(where, make_entry):
 
 
 def test_more_prints_at_once_than_a_query_takes(where, make_entry, monkeypatch):
-    monkeypatch.setattr(duplicates, "PRINTS_PER_QUERY", 7)
+    monkeypatch.setattr(conflicts, "PRINTS_PER_QUERY", 7)
     monkeypatch.setattr(gallery_module, "ROWS_PER_READ", 5)
     with open_gallery(where, create=True) as gallery:
         assert gallery.add([make_entry(k) for k in range(20)]) == [None] * 20

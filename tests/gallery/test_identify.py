@@ -14,7 +14,7 @@ from fpmatch.gallery import identify as identify_module
 from fpmatch.gallery.consolidated import ConsolidatedFingers
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
-from fpmatch.gallery.identify import LEAST_SHORTLIST, identify, shortlist_size
+from fpmatch.gallery.identify import MIN_CANDIDATE_LIST, candidate_list_size, identify
 from fpmatch.gallery.search import open_search
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_score, verify_finger
@@ -93,7 +93,7 @@ def test_an_empty_gallery_has_no_candidate(fill, fake):
     "wrong",
     [
         *({"count": 0}, {"threshold": -1.0}, {"threshold": 101.0}),
-        *({"shortlist": 0}, {"shortlist": "some"}, {"shortlist": 5}),
+        *({"candidate_list": 0}, {"candidate_list": "some"}, {"candidate_list": 5}),
     ],
 )
 def test_what_is_out_of_range_is_refused(fill, fake, wrong):
@@ -124,7 +124,7 @@ def test_scores_are_those_of_verify_on_the_enrolled_templates(tmp_path, template
     (candidate,) = result.candidates
     assert (candidate.score, candidate.fmr) == (expected.score, expected.fmr)
     assert candidate.comparison.transform == expected.transform
-    assert result.fmr_reach == expected.fmr_reach
+    assert result.fmr_reach == expected.smallest_measured_fmr
 
 
 def scattered(seed):
@@ -149,9 +149,9 @@ def search(tmp_path):
 
 def test_a_shortlist_finds_what_comparing_all_finds(search):
     whole = identify(search, scattered(7), count=1, transforms=True)
-    short = identify(search, scattered(7), count=1, transforms=True, shortlist=3)
-    assert (whole.enrolled, whole.compared, whole.shortlisted) == (12, 12, False)
-    assert (short.enrolled, short.compared, short.shortlisted) == (12, 3, True)
+    short = identify(search, scattered(7), count=1, transforms=True, candidate_list=3)
+    assert (whole.enrolled, whole.compared, whole.preselected) == (12, 12, False)
+    assert (short.enrolled, short.compared, short.preselected) == (12, 3, True)
     (one,), (other,) = whole.candidates, short.candidates
     assert (one.number, one.score, one.expected_false) == (
         *(other.number, other.score, other.expected_false),
@@ -160,30 +160,30 @@ def test_a_shortlist_finds_what_comparing_all_finds(search):
 
 
 def test_a_shortlist_has_room_for_all_candidates(search):
-    assert len(identify(search, scattered(7), count=5, shortlist=2).candidates) == 5
-    everything = identify(search, scattered(7), shortlist=12)
-    assert not everything.shortlisted
-    assert everything == identify(search, scattered(7), shortlist="off")
+    assert len(identify(search, scattered(7), count=5, candidate_list=2).candidates) == 5
+    everything = identify(search, scattered(7), candidate_list=12)
+    assert not everything.preselected
+    assert everything == identify(search, scattered(7), candidate_list="off")
 
 
 def test_a_small_gallery_is_compared_as_a_whole_and_a_large_one_is_not(search, monkeypatch):
-    assert shortlist_size(search) is None
+    assert candidate_list_size(search) is None
     monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 11)
-    assert shortlist_size(search) == LEAST_SHORTLIST
-    monkeypatch.setattr(identify_module, "LEAST_SHORTLIST", 2)
-    assert shortlist_size(search) == 2
-    monkeypatch.setattr(identify_module, "SHORTLIST_SHARE", 0.5)
-    assert shortlist_size(search) == 6
-    assert shortlist_size(search, "off") is None
+    assert candidate_list_size(search) == MIN_CANDIDATE_LIST
+    monkeypatch.setattr(identify_module, "MIN_CANDIDATE_LIST", 2)
+    assert candidate_list_size(search) == 2
+    monkeypatch.setattr(identify_module, "PENETRATION_RATE", 0.5)
+    assert candidate_list_size(search) == 6
+    assert candidate_list_size(search, "off") is None
     assert identify(search, scattered(7)).compared == 10  # as many as there are candidates
 
 
 def test_a_matcher_without_shortlists_compares_all(fill, fake, monkeypatch):
     monkeypatch.setattr(identify_module, "EXHAUSTIVE_UP_TO", 1)
     search = open_search(fill([1, 2, 3]), fake.MATCHER)
-    assert shortlist_size(search) is None
-    with pytest.raises(MatcherError, match="fake has no shortlists"):
-        search.shortlist(1.0, 2)
+    assert candidate_list_size(search) is None
+    with pytest.raises(MatcherError, match="fake supports no candidate list"):
+        search.candidate_list(1.0, 2)
 
 
 @pytest.fixture
@@ -228,7 +228,7 @@ def test_impressions_outside_the_shortlist_count_as_no_match(tmp_path):
             ]
         )
         search = open_search(gallery, engine=serial())
-    (found,) = identify(search, scattered(3), count=1, shortlist=1).candidates
+    (found,) = identify(search, scattered(3), count=1, candidate_list=1).candidates
     assert (found.number, found.impressions) == (3, 4)
     assert found.score == pytest.approx(fused_score([found.impression_score, 0.0, 0.0, 0.0]))
 
@@ -267,7 +267,7 @@ def test_candidates_are_compared_with_what_their_impressions_show_together(
     for k, finger in enumerate(fingers_of_touches):
         probe = finger[0]
         plain = identify(search, probe)
-        found = identify(search, probe, together=together)
+        found = identify(search, probe, consolidated=together)
         assert {c.number for c in found.candidates} == {c.number for c in plain.candidates}
         assert [c.rank for c in found.candidates] == [1, 2, 3]
         assert [c.score for c in found.candidates] == sorted(
@@ -287,9 +287,9 @@ def test_a_threshold_holds_for_the_score_with_the_consolidated_template(
     search = open_search(touches, engine=serial())
     together = ConsolidatedFingers(touches, search)
     probe = fingers_of_touches[1][0]
-    best, *_ = identify(search, probe, together=together).candidates
+    best, *_ = identify(search, probe, consolidated=together).candidates
     for threshold, left in ((best.score, 1), (min(best.score + 0.01, 100), best.score == 100)):
-        found = identify(search, probe, together=together, threshold=threshold)
+        found = identify(search, probe, consolidated=together, threshold=threshold)
         assert len(found.candidates) == left
 
 
@@ -298,7 +298,7 @@ def test_a_finger_of_one_impression_keeps_its_score(fingers, fake, tmp_path):
     probe = fake.template_at(52)
     plain = identify(fingers, probe, calibration=TEN_PER_TEN)
     single = [c for c in plain.candidates if c.impressions == 1]
-    assert [(c.number, c.score) for c in together.ranked(52.0, single)] == [
+    assert [(c.number, c.score) for c in together.rerank(52.0, single)] == [
         (c.number, c.score) for c in single
     ]
 
@@ -308,7 +308,7 @@ def test_only_so_many_fingers_are_kept(touches, fingers_of_touches, monkeypatch)
     search = open_search(touches, engine=serial())
     together = ConsolidatedFingers(touches, search)
     first, second = (
-        identify(search, fingers_of_touches[2][0], together=together) for _ in range(2)
+        identify(search, fingers_of_touches[2][0], consolidated=together) for _ in range(2)
     )
     assert [c.score for c in first.candidates] == [c.score for c in second.candidates]
     assert together._finger.cache_info().currsize == 1
@@ -321,5 +321,5 @@ def test_single_impressions_are_not_consolidated(touches, fingers_of_touches):
             search,
             fingers_of_touches[0][0],
             impressions=True,
-            together=ConsolidatedFingers(touches, search),
+            consolidated=ConsolidatedFingers(touches, search),
         )

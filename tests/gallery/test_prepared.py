@@ -67,7 +67,7 @@ def afresh(gallery, monkeypatch):
 
 def kept_in(gallery, cache):
     """Return the folder where prints are to be kept."""
-    file = gallery.place.file
+    file = gallery.database.file
     if file is not None:
         return file.with_name(f"{file.name}.prepared")
     (folder,) = (cache / "fpmatch" / "galleries").iterdir()

@@ -25,6 +25,7 @@ from fpmatch.cli.group import fpmatch
 from fpmatch.formats.files import load_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.enhancement._oriented_filter_kernel import COMPILED
+from fpmatch.reading import ASSUMED_DPI
 from fpmatch.web.app import STATIC, make_app
 from fpmatch.web.settings import Limits, Settings
 
@@ -79,7 +80,7 @@ def test_options_of_verify_are_those_of_the_command(
         ({"rho": 0.5}, "rho and area tolerance are parameters of matcher paper, not unit-circle"),
         (
             {"matcher": "paper", "rho": 0.5, "threshold": 30},
-            "rho decides without a score: give no fmr or threshold",
+            "rho decides without a score: give neither fmr nor threshold",
         ),
     ],
 )
@@ -152,7 +153,7 @@ def test_compare_tells_all_that_the_page_shows(client: httpx.Client, prints: Pri
 def test_a_resolution_that_nobody_tells_is_said(client: httpx.Client, prints: Prints) -> None:
     files = sent(prints, probe="untold.png", reference="1_1.png")
     shown = client.post("/compare", files=files).json()
-    assert shown["probe"]["notes"] == ["does not tell its resolution; 500 dpi assumed"]
+    assert shown["probe"]["notes"] == [ASSUMED_DPI]
     assert shown["reference"]["notes"] == []
 
 

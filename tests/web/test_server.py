@@ -19,7 +19,9 @@ def test_on_loopback_there_is_no_token() -> None:
 
 
 def test_where_others_can_reach_there_is_one() -> None:
-    doors = [bind_server("0.0.0.0", 0, Settings(), names=["Prints.Example"]) for _ in range(2)]
+    doors = [
+        bind_server("0.0.0.0", 0, Settings(), allowed_hosts=["Prints.Example"]) for _ in range(2)
+    ]
     for door in doors:
         door.listener.close()
         assert door.settings.token is not None

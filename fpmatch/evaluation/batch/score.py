@@ -19,10 +19,10 @@ from fpmatch.evaluation.batch.run import Comparing, collect
 from fpmatch.evaluation.batch.sources import open_source
 from fpmatch.evaluation.batch.store import Store
 from fpmatch.evaluation.score_file import check_format
-from fpmatch.gallery.prints import by_note
 from fpmatch.matching.calibration import MAX_SCORE, calibrated_matchers, load_calibration
 from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.output import check_writable
+from fpmatch.reading import group_by_note
 
 if TYPE_CHECKING:
     from fpmatch.engine.engine import Engine
@@ -209,7 +209,7 @@ def score(
             collect(store, name, sides[name], needed[name], place, progress)
         failed = {side: store.failures(key[side]) for side in sides}
         assumed = {_full_name(sides[k], n) for k in stored for n in store.assumed(k)}
-        noted = by_note(
+        noted = group_by_note(
             (_full_name(sides[k], n), notes) for k in stored for n, notes in store.notes(k).items()
         )
         rows_of = {s: SideRows(sides[s].names, sides[s].fingers, failed[s]) for s in sides}

@@ -19,7 +19,6 @@ from fpmatch.evaluation.batch.fingers import finger_of_name
 from fpmatch.gallery.compact import unpack_template
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import PrintFile, extract_print, find_prints, folder_reader
-from fpmatch.gallery.read_print import read_print
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
@@ -84,7 +83,7 @@ def open_source(
     *,
     dpi: float | None = None,
     polarity: Polarity = "auto",
-    reader: Callable[..., GreyImage | TemplateRecord] = read_print,
+    reader: Callable[..., GreyImage | TemplateRecord] | None = None,
 ) -> PrintSource:
     """Open one side of `fpmatch score`.
 
@@ -99,7 +98,7 @@ def open_source(
         Polarity of all images of a folder; see
         `fpmatch.image.quality.folder_polarity.find_polarities`.
     reader : callable
-        Reads the file of a print (default: `read_print`).
+        Reads the file of a print (default: `PrintReader`).
 
     Returns
     -------
@@ -124,7 +123,7 @@ class FolderSource:
         folder: Path,
         dpi: float | None,
         polarity: Polarity,
-        reader: Callable[..., GreyImage | TemplateRecord],
+        reader: Callable[..., GreyImage | TemplateRecord] | None,
     ) -> None:
         self._files = find_prints([folder], dpi)
         info = read_dataset_info(folder)

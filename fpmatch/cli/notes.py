@@ -1,4 +1,4 @@
-"""Numbers in sentences, and notes on prints."""
+"""Notes on stderr, and counts in sentences."""
 
 from __future__ import annotations
 
@@ -35,16 +35,23 @@ def first_of(things: Sequence[object]) -> str:
     return f"{things[0]} and {count(others, 'other')}" if others else str(things[0])
 
 
+def say_note(text: str) -> None:
+    """Print one note on stderr."""
+    click.echo(f"fpmatch: note: {text}", err=True)
+
+
 def say_notes(noted: Mapping[str, Sequence[object]]) -> None:
-    """Say on stderr what was noticed on reading prints: each note once, and the first of which."""
+    """Print each note once, with the first of the prints that it is about."""
+    from fpmatch.reading import ASSUMED_DPI
+
     for note, prints in list(noted.items())[:NOTES_SHOWN]:
-        click.echo(f"fpmatch: note: {first_of(prints)}: {note}", err=True)
+        say_note(f"{first_of(prints)}: {note}{' (--dpi sets it)' * (note == ASSUMED_DPI)}")
     if len(noted) > NOTES_SHOWN:
-        click.echo(f"fpmatch: note: {len(noted) - NOTES_SHOWN} more of other kinds", err=True)
+        say_note(f"{len(noted) - NOTES_SHOWN} more notes of other kinds")
 
 
 def notes_as_json(noted: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
-    """Return the same for programs, with all the prints.
+    """Return notes and all their prints as JSON values.
 
     Examples
     --------

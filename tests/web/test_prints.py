@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.web.upload import LONGEST_NAME, shown_name
+from fpmatch.web.prints import LONGEST_NAME, shown_name
 
 
 @given(st.text())

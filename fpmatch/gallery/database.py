@@ -1,4 +1,4 @@
-"""Where a gallery lies, a SQLite file or a PostgreSQL database, and how transactions go there."""
+"""Transactions on the database of a gallery: a SQLite file or a PostgreSQL database."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Iterator
 
-BUSY_S: Final = 60.0  # that another program may keep a SQLite file to itself
-CONNECT_S: Final = 10  # that a server may take to answer
+BUSY_S: Final = 60.0  # to wait for another program that holds a SQLite file
+CONNECT_S: Final = 10  # to wait for a server
 _SQLITE_HEADER: Final = b"SQLite format 3\0"
 _SQLITE_REASONS: Final = {
     "SQLITE_FULL": "the disk is full",
     "SQLITE_READONLY": "cannot be written: it, or its folder, is read-only",
     "SQLITE_CANTOPEN": "cannot be opened: no permission, or no such folder",
-    "SQLITE_BUSY": f"another program has kept it to itself for more than {BUSY_S:g} seconds",
+    "SQLITE_BUSY": f"another program has held it for more than {BUSY_S:g} seconds",
     "SQLITE_NOTADB": "not a gallery",
     "SQLITE_CORRUPT": "damaged",
     "SQLITE_IOERR": "cannot be read or written (disk I/O error)",
 }
-_SECRETS: Final = ("password", "sslpassword", "passfile")  # that a URL's query may hold
-_CREATION_LOCK: Final = 0x66706D61746368  # "fpmatch": nobody else's on a PostgreSQL server
+_SECRETS: Final = ("password", "sslpassword", "passfile")  # in the query of a URL
+_CREATION_LOCK: Final = 0x66706D61746368  # "fpmatch", on a PostgreSQL server
 
 
 class DamagedRowError(ValueError):
-    """A row holds what was never written; within a transaction it becomes a GalleryError."""
+    """A row has impossible content; within a transaction it becomes a GalleryError."""
 
 
-class DatabaseUrl:
+class Database:
     """Open transactions on the database of one gallery.
 
     Parameters
@@ -65,41 +65,45 @@ class DatabaseUrl:
         sa.event.listen(self._engine, "begin", _begin)
 
     def close(self) -> None:
-        """Let go of the database."""
+        """Close all connections."""
         self._engine.dispose()
+
+    def error(self, message: str, code: str = "") -> GalleryError:
+        """Return an error that names this database."""
+        return GalleryError(message, path=self.name, code=code)
 
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
-        """Open a transaction that reads; every error is one line."""
-        with self._worded(), self._engine.connect() as connection:
+        """Open a transaction that reads; every error is a GalleryError."""
+        with self._translating_errors(), self._engine.connect() as connection:
             yield connection
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
-        """Open a transaction that writes, alone; it is committed where the block ends well.
+        """Open a transaction that writes, committed unless the block raises.
 
-        On PostgreSQL the block itself must see to being alone, by the lock of a row.
+        On SQLite no other transaction writes meanwhile; on PostgreSQL the block must lock a row.
         """
-        alone = self._engine.execution_options(writes=True)
-        with self._worded(), alone.connect() as connection, connection.begin():
+        writer = self._engine.execution_options(writes=True)
+        with self._translating_errors(), writer.connect() as connection, connection.begin():
             yield connection
 
     @contextmanager
     def creating(self) -> Iterator[sa.Connection]:
-        """Open a transaction as `writing` does, alone with those that create galleries."""
+        """Open a transaction as `writing` does, in which no other gallery is created."""
         with self.writing() as connection:
             if self.file is None:
                 connection.execute(sa.select(sa.func.pg_advisory_xact_lock(_CREATION_LOCK)))
             yield connection
 
     @contextmanager
-    def _worded(self) -> Iterator[None]:
+    def _translating_errors(self) -> Iterator[None]:
         try:
             yield
         except DamagedRowError as error:
-            raise GalleryError(f"{self.name}: damaged: {error}") from error
+            raise self.error(f"damaged: {error}", "damaged") from error
         except DBAPIError as error:
-            raise GalleryError(f"{self.name}: {_reason(error)}") from error
+            raise self.error(_reason(error), "database") from error
 
 
 def _as_url(where: str | os.PathLike[str]) -> Path | sa.URL:
@@ -114,8 +118,8 @@ def _as_url(where: str | os.PathLike[str]) -> Path | sa.URL:
         return Path(url.database)
     if kind not in {"postgres", "postgresql"}:
         raise GalleryError(
-            f"{_without_secrets(url)}: galleries are SQLite files or "
-            "PostgreSQL databases (postgresql://host/database)"
+            "galleries are SQLite files or PostgreSQL databases (postgresql://host/database)",
+            path=_without_secrets(url),
         )
     return url.set(drivername="postgresql")
 
@@ -126,29 +130,34 @@ def _without_secrets(url: sa.URL) -> str:
 
 
 def _check_file(path: Path, *, create: bool) -> None:
-    """Refuse a path that is no SQLite file, or is not there and may not be made."""
+    """Refuse a path that is no SQLite file, or is missing and may not be made."""
     try:
         if path.is_dir():
-            raise GalleryError(f"{path}: is a folder, not a gallery")
+            raise GalleryError("is a folder, not a gallery", path=path, code="no gallery")
         if not path.exists():
             if not create:
-                raise GalleryError(f"{path}: no such gallery; `fpmatch enrol` makes one")
+                raise GalleryError(
+                    "no such gallery; `fpmatch enrol` makes one", path=path, code="missing"
+                )
             if not path.parent.is_dir():
-                raise GalleryError(f"{path}: cannot be made: no such folder")
+                raise GalleryError(
+                    "cannot be made: no such folder", path=path, code="missing folder"
+                )
             return
         with path.open("rb") as stream:
             head = stream.read(len(_SQLITE_HEADER))
     except (OSError, ValueError) as error:
-        raise GalleryError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
+        raise GalleryError(str(getattr(error, "strerror", None) or error), path=path) from error
     if head != _SQLITE_HEADER and not (create and not head):
-        raise GalleryError(f"{path}: not a gallery{'' if head else ': the file is empty'}")
+        why = "not a gallery" if head else "not a gallery: the file is empty"
+        raise GalleryError(why, path=path, code="no gallery")
 
 
 def _sqlite(path: Path, *, create: bool) -> sa.Engine:
     uri = f"{path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
 
     def connect() -> sqlite3.Connection:
-        # isolation_level None: transactions begin where we say so
+        # isolation_level None: transactions begin in `_begin` only
         return sqlite3.connect(uri, uri=True, timeout=BUSY_S, isolation_level=None)
 
     return sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.NullPool)
@@ -172,7 +181,7 @@ def _begin(connection: sa.Connection) -> None:
 
 
 def _reason(error: DBAPIError) -> str:
-    """Return what went wrong, in words, on one line."""
+    """Return the reason of a failure on one line."""
     original: Any = error.orig
     name = getattr(original, "sqlite_errorname", "")
     for prefix, reason in _SQLITE_REASONS.items():

@@ -1,0 +1,253 @@
+"""Read a print: an image, from which a template is extracted, or a template file.
+
+The format is found by content, never by name. Commands, web interface and galleries all read
+prints by these functions.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Final, TypeVar
+
+import numpy as np
+
+from fpmatch.errors import ImageError
+from fpmatch.formats.record import TemplateRecord
+from fpmatch.image.assess import QualityRecorder
+from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
+from fpmatch.image.io.limits import DEFAULT_LIMITS
+from fpmatch.image.io.read import GreyImage, decode_image, read_image
+from fpmatch.image.io.registry import is_image_file
+from fpmatch.minutiae import STANDARD_DPI, check_dpi
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from fpmatch.image.io.limits import ImageLimits
+    from fpmatch.image.io.raw import RawSize
+    from fpmatch.image.quality.polarity import Polarity
+    from fpmatch.image.quality.print_quality import PrintQuality
+    from fpmatch.image.recorder import Recorder
+    from fpmatch.minutiae import Template
+
+Name = TypeVar("Name")
+
+ASSUMED_DPI: Final = f"resolution unknown; {STANDARD_DPI:g} dpi assumed"
+_HEAD_BYTES: Final = 4096
+_STDERR: Final = 2
+
+
+@dataclass(frozen=True, slots=True)
+class PrintReader:
+    """Read files of prints; it can be sent to worker processes.
+
+    Parameters
+    ----------
+    raw_sizes : tuple of RawSize
+        Sizes in pixels of files without a header.
+    quiet : bool
+        Whether to suppress what C libraries write to stderr about damaged files, for programs that
+        read on one thread.
+    """
+
+    raw_sizes: tuple[RawSize, ...] = ()
+    quiet: bool = False
+
+    def __call__(
+        self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
+    ) -> GreyImage | TemplateRecord:
+        """Read a template file as such and any other file as an image.
+
+        Parameters
+        ----------
+        path : Path
+            The file. One that contains an image and minutiae, as AN2 may, is read as an image.
+        polarity, dpi
+            As for `fpmatch.image.io.read.read_image`.
+
+        Raises
+        ------
+        TemplateError, ImageReadError, ImageError
+            If it cannot be read.
+        """
+        if _contains_minutiae_only(_head_of(path)):
+            from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
+
+            return load_record(path)
+        return self.image(path, polarity=polarity, dpi=dpi)
+
+    def image(
+        self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
+    ) -> GreyImage:
+        """Read an image as `fpmatch.image.io.read.read_image` does."""
+        with _silence_c_libraries(active=self.quiet):
+            return read_image(path, raw_sizes=self.raw_sizes, polarity=polarity, dpi=dpi)
+
+
+def decode_print(
+    data: bytes, name: str, limits: ImageLimits = DEFAULT_LIMITS
+) -> GreyImage | TemplateRecord:
+    """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`."""
+    if not _contains_minutiae_only(data[:_HEAD_BYTES]):
+        return decode_image(data, name, limits=limits)
+    from fpmatch.formats.files import decode_record  # noqa: PLC0415
+
+    return decode_record(data, name)
+
+
+@dataclass(frozen=True, eq=False)
+class GivenPrint:
+    """Hold a print that was given for comparison.
+
+    Parameters
+    ----------
+    name : str
+        Name of its file.
+    template : Template
+        Its template, extracted where it is an image.
+    image : GreyImage or None
+        The image; None for a template.
+    notes : tuple of str
+        What was noticed on reading it or assumed, each to follow the name.
+    stages : QualityRecorder or None
+        Stages of the extraction from which `quality` is computed.
+    """
+
+    name: str
+    template: Template
+    image: GreyImage | None = None
+    notes: tuple[str, ...] = ()
+    stages: QualityRecorder | None = None
+
+    @property
+    def dpi_assumed(self) -> bool:
+        """Whether the resolution is neither in the file nor was given."""
+        return ASSUMED_DPI in self.notes
+
+    @cached_property
+    def quality(self) -> PrintQuality | None:
+        """Quality of the image; None for a template."""
+        return None if self.stages is None else self.stages.quality(self.template.dpi)
+
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """Pixels of the image; of a template, a white image of its size.
+
+        Raises
+        ------
+        ImageError
+            If the template is too large for an image.
+        """
+        if self.image is not None:
+            return self.image.pixels
+        width, height = self.template.width, self.template.height
+        if width * height > DEFAULT_LIMITS.max_megapixels * 1e6:
+            raise ImageError(f"{width} x {height} pixels are too many to draw", path=self.name)
+        return np.full((height, width), 255, np.uint8)
+
+
+def make_given_print(
+    found: GreyImage | TemplateRecord,
+    name: str,
+    *,
+    dpi: float | None = None,
+    enhance: str = DEFAULT_ENHANCEMENT,
+    recorder: Recorder | None = None,
+) -> GivenPrint:
+    """Return a print that was read, with the template of an image extracted.
+
+    Parameters
+    ----------
+    found : GreyImage or TemplateRecord
+        From `PrintReader` or `decode_print`; of several prints, the first is taken.
+    name : str
+        Name of the file.
+    dpi : float, optional
+        Resolution in dots per inch (default: that in the file, else 500).
+    enhance : str
+        Enhancement of ridges, as for `fpmatch.extract`.
+    recorder : Recorder, optional
+        Receives the stages of the extraction, instead of what `GivenPrint.quality` needs.
+
+    Raises
+    ------
+    ImageError
+        If the image cannot be a fingerprint.
+    ResolutionError
+        If `dpi` is outside 100 to 4000.
+    """
+    given_dpi = None if dpi is None else check_dpi(dpi)
+    if isinstance(found, TemplateRecord):
+        view, several = found.views[0], len(found.views) > 1
+        known = view.dpi_known
+        notes = (f"the first of its {len(found.views)} prints is used",) if several else ()
+        template, image, stages = view.at(given_dpi).template, None, None
+    else:
+        known, notes, image = found.dpi is not None, (), found
+        stages = QualityRecorder() if recorder is None else None
+        resolution = given_dpi or found.dpi or STANDARD_DPI
+        template = extract(found, resolution, enhance=enhance, recorder=stages or recorder)
+    assumed = () if known or given_dpi is not None else (ASSUMED_DPI,)
+    return GivenPrint(name, template, image, (*found.notes, *notes, *assumed), stages)
+
+
+def group_by_note(prints: Iterable[tuple[Name, Iterable[str]]]) -> dict[str, tuple[Name, ...]]:
+    """Return each note, in the order of first appearance, with the prints that it is about.
+
+    Examples
+    --------
+    >>> group_by_note([("a.tif", ["odd", "torn"]), ("b.tif", []), ("c.tif", ["odd"])])
+    {'odd': ('a.tif', 'c.tif'), 'torn': ('a.tif',)}
+    """
+    found: dict[str, list[Name]] = {}
+    for name, notes in prints:
+        for note in notes:
+            found.setdefault(note, []).append(name)
+    return {note: tuple(names) for note, names in found.items()}
+
+
+def _contains_minutiae_only(head: bytes) -> bool:
+    """Return whether a file is a template without an image, by how it begins."""
+    if is_image_file(head):  # then the formats of templates need not be imported
+        return False
+    from fpmatch.formats.files import is_of_minutiae_only  # noqa: PLC0415
+
+    return is_of_minutiae_only(head)
+
+
+def _head_of(path: Path) -> bytes:
+    """Return the first bytes of a regular file; none where it cannot be read."""
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            return b""
+        with path.open("rb") as stream:
+            return stream.read(_HEAD_BYTES)
+    except (OSError, ValueError):
+        return b""
+
+
+@contextmanager
+def _silence_c_libraries(*, active: bool) -> Iterator[None]:
+    """Redirect file descriptor 2, to which libtiff writes, to nowhere; Python's errors remain."""
+    try:
+        kept = os.dup(_STDERR) if active else None
+    except OSError:  # closed by the caller (2>&-)
+        kept = None
+    if kept is None:
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, _STDERR)
+    try:
+        yield
+    finally:
+        os.dup2(kept, _STDERR)
+        os.close(kept)
+        os.close(nowhere)

@@ -1,0 +1,183 @@
+"""Work on the gallery of a server, whose place on this machine no response contains."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any
+
+from fpmatch.engine.engine import serial
+from fpmatch.errors import GalleryError
+from fpmatch.gallery.conflicts import ENROLLED
+from fpmatch.gallery.entry import EnrolmentRequest, Label, NewEntry
+from fpmatch.gallery.gallery import open_gallery
+from fpmatch.gallery.identify import identify
+from fpmatch.gallery.names import NamePattern
+from fpmatch.gallery.search import open_search
+from fpmatch.gallery.summary import summarise
+from fpmatch.web.errors import ConflictError, RequestError
+from fpmatch.web.prints import open_upload_with_minutiae
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fpmatch.gallery.gallery import Gallery
+    from fpmatch.gallery.search import Search
+    from fpmatch.web.prints import PrintOptions, Upload
+
+# The latest search of this worker process, by gallery, matcher and content of the gallery.
+_kept: dict[tuple[str, str, str], Search] = {}
+
+
+@contextmanager
+def open_served_gallery(where: str) -> Iterator[Gallery]:
+    """Open a gallery as `open_gallery` does; errors contain the last part of its name only."""
+    try:
+        with open_gallery(where) as gallery:
+            yield gallery
+    except GalleryError as error:
+        name = short_name(error.path)
+        raise GalleryError(error.detail, path=name, code=error.code) from error
+
+
+def short_name(place: str) -> str:
+    """Return the last part of a path or URL.
+
+    Examples
+    --------
+    >>> short_name("/home/ada/prints.db"), short_name("postgresql://ada@host/prints")
+    ('prints.db', 'prints')
+    """
+    return PurePosixPath(place.replace("\\", "/")).name or place
+
+
+def describe_gallery(where: str) -> dict[str, Any]:
+    """Return what ``fpmatch gallery info --json`` prints."""
+    with open_served_gallery(where) as gallery:
+        return {"gallery": short_name(gallery.name), **summarise(gallery).as_dict()}
+
+
+def identify_print(
+    upload: Upload,
+    reading: PrintOptions,
+    where: str,
+    matcher: str,
+    count: int,
+    threshold: float,
+) -> dict[str, Any]:
+    """Rank the fingers of a gallery by how well they match a probe.
+
+    Parameters
+    ----------
+    upload : Upload
+        The probe.
+    reading : PrintOptions
+        How it is to be read.
+    where : str
+        The gallery.
+    matcher : str
+        Name of the matcher.
+    count : int
+        Largest number of candidates.
+    threshold : float
+        Smallest score of a candidate.
+
+    Returns
+    -------
+    dict
+        What ``fpmatch identify --transform --json`` prints of one probe.
+
+    Raises
+    ------
+    FpmatchError
+        If the probe or the gallery cannot be read, or an option is out of its range.
+    """
+    most = reading.limits.candidates
+    if count > most:
+        raise RequestError(f"at most {most} candidates can be listed, not {count}")
+    given = open_upload_with_minutiae(upload, reading)
+    with open_served_gallery(where) as gallery:
+        search = _search(gallery, matcher)
+        start = time.perf_counter()
+        found = identify(search, given.template, count=count, threshold=threshold, transforms=True)
+        seconds = time.perf_counter() - start
+        entries = [gallery.entry(candidate.number) for candidate in found.candidates]
+        name = short_name(gallery.name)
+    candidates = found.candidate_dicts(entries)
+    return {
+        "gallery": name,
+        "matcher": matcher,
+        "enrolled": found.enrolled,
+        "compared": found.compared,
+        "probe": given.name,
+        "notes": list(given.notes),
+        "seconds": round(seconds, 4),
+        "candidates": [one | {"source": short_name(one["source"])} for one in candidates],
+    }
+
+
+def enrol_print(
+    upload: Upload, reading: PrintOptions, where: str, label: Label | None, pattern: str
+) -> dict[str, Any]:
+    """Enrol one print in a gallery.
+
+    Parameters
+    ----------
+    upload : Upload
+        The print.
+    reading : PrintOptions
+        How it is to be read.
+    where : str
+        The gallery.
+    label : Label or None
+        Its label; None for that in the name of the file.
+    pattern : str
+        Pattern of such names.
+
+    Returns
+    -------
+    dict
+        ``enrolled``, false where the same file was enrolled before; the label; ``minutiae``.
+
+    Raises
+    ------
+    FpmatchError
+        If the print cannot be read, its name does not fit, another print has its label, or the
+        gallery cannot be written.
+    """
+    used = label or NamePattern(pattern).label(Path(upload.name))
+    if used is None:
+        raise RequestError(
+            "its name does not contain the subject (as 101_3.tif does); give subject and "
+            "impression",
+            path=upload.name,
+        )
+    given = open_upload_with_minutiae(upload, reading)
+    content = hashlib.sha256(upload.data).digest()
+    with open_served_gallery(where) as gallery:
+        request = EnrolmentRequest(used, content, given.template.dpi)
+        (conflict,) = gallery.find_conflicts([request])
+        if conflict is None:
+            (conflict,) = gallery.add([NewEntry(used, upload.name, content, given.template)])
+        if conflict not in {None, ENROLLED}:
+            raise ConflictError(str(conflict), path=upload.name)
+    return {
+        "enrolled": conflict is None,
+        "name": upload.name,
+        "subject": used.subject,
+        "finger": used.finger,
+        "impression": used.impression,
+        "minutiae": len(given.template.minutiae),
+        "notes": list(given.notes),
+    }
+
+
+def _search(gallery: Gallery, matcher: str) -> Search:
+    """Return the search of a gallery as it is now, the kept one where it is unchanged."""
+    key = (gallery.name, matcher, gallery.content_hash())
+    if key not in _kept:
+        _kept.clear()
+        _kept[key] = open_search(gallery, matcher, engine=serial())
+    return _kept[key]

@@ -1,8 +1,6 @@
-"""Batches of prints, some of them damaged, and what every command that takes many makes of them.
+"""Batches of prints with damaged files among them, given to every command that takes many prints.
 
-Of so many files one is damaged, each in another way: cut short, emptied, overwritten, or something
-else altogether. A command has to finish, name exactly the damaged ones, and say so by its exit
-status.
+A command must finish, name exactly the damaged files, and end with the right exit status.
 """
 
 from __future__ import annotations
@@ -36,7 +34,7 @@ TEMPLATE_FORMATS = {".json": "json", ".csv": "csv", ".iso": "iso2005", ".ansi": 
 
 @dataclass
 class Batch:
-    """Hold a folder of prints, and which of its files are damaged."""
+    """Hold a folder of prints, and the names of its damaged files."""
 
     folder: Path
     files: list[Path] = field(default_factory=list)
@@ -45,19 +43,19 @@ class Batch:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Hold what is wrong with how a command dealt with a batch; nothing, if it is right."""
+    """Hold the faults of one run of a command on a batch."""
 
     command: str
     seconds: float
-    complaints: tuple[str, ...]
+    faults: tuple[str, ...]
 
 
 def make_batches(
     folder: Path, prints: int, sensor: Sensor, every: int, fingers: int = 4
 ) -> tuple[Batch, Batch]:
-    """Write a batch of images and one of templates, named as the FVC names its own.
+    """Write a batch of images and one of templates, named as in FVC databases.
 
-    The pictures of a few synthetic fingers are repeated, each time moved a little.
+    The images of a few synthetic fingers are repeated, each time slightly moved.
     """
     shape = (sensor.height + 80, sensor.width + 60)
     pictures = [
@@ -69,7 +67,7 @@ def make_batches(
     images, templates = Batch(folder / "images"), Batch(folder / "templates")
     for batch in (images, templates):
         batch.folder.mkdir(parents=True)
-    ways = cycle(WAYS)
+    damages = cycle(DAMAGES)
     extracted = [extract(picture, dpi=sensor.dpi) for picture in pictures]
     for number in range(prints):
         name = f"{1 + number // IMPRESSIONS}_{1 + number % IMPRESSIONS}"
@@ -84,11 +82,11 @@ def make_batches(
         one = extracted[finger]
         quality = one.minutiae.quality.copy()
         quality[:2] = 5 + number % 90, 5 + number // 90  # no copies here either
-        told = replace(one, minutiae=replace(one.minutiae, quality=quality), field=None)
-        save_template(path, told, file_format=file_format)
+        changed = replace(one, minutiae=replace(one.minutiae, quality=quality), field=None)
+        save_template(path, changed, file_format=file_format)
         templates.files.append(path)
         if number % every == every // 2:
-            damage = next(ways)
+            damage = next(damages)
             for batch in (images, templates):
                 damage(batch.files[-1])
                 batch.damaged.add(batch.files[-1].name)
@@ -117,38 +115,38 @@ def _without_its_head(path: Path) -> None:
     path.write_bytes(bytes(16) + path.read_bytes()[16:])
 
 
-WAYS: tuple[Callable[[Path], None], ...] = (
+DAMAGES: tuple[Callable[[Path], None], ...] = (
     _cut_short,
     _emptied,
     _overwritten,
     _text,
     _without_its_head,
 )
-"""How files are damaged."""
+"""Functions that damage a file."""
 
 
 def check_batches(
     folder: Path, prints: int, sensor: Sensor, *, every: int = 10, workers: int = 1
 ) -> list[Verdict]:
-    """Make batches and put them to every command that takes many prints.
+    """Make batches and give them to every command that takes many prints.
 
     Parameters
     ----------
     folder : Path
-        An empty one, for all that is written.
+        An empty folder for all files.
     prints : int
         Files of each batch.
     sensor : Sensor
         Size and resolution of the images.
     every : int
-        Of so many files one is damaged.
+        One file in so many is damaged.
     workers : int
         Processes that the commands use.
 
     Returns
     -------
     list of Verdict
-        One a command and batch.
+        One for each command and batch.
     """
     images, templates = make_batches(folder, prints, sensor, every)
     verdicts = []
@@ -160,15 +158,15 @@ def check_batches(
     for batch in (images, templates):
         files, work = [str(file) for file in batch.files], ("--workers", workers, "--json")
         runs: list[tuple[tuple[object, ...], int, Callable[[Result], Iterable[str]]]] = [
-            (("inspect", *files, "--json"), 1, _told_on_stderr),
-            (("extract", *files, "-o", out(), "--json"), 2, _told_in("failures")),
-            (("enrol", out(".db"), *files, *work), 1, _told_in("failures")),
+            (("inspect", *files, "--json"), 1, _on_stderr),
+            (("extract", *files, "-o", out(), "--json"), 2, _in_json("failures")),
+            (("enrol", out(".db"), *files, *work), 1, _in_json("failures")),
         ]
         if batch is images:
-            runs.append((("evaluate", batch.folder, "--bootstrap", 0, *work), 1, _missing))
+            runs.append((("evaluate", batch.folder, "--bootstrap", 0, *work), 1, _without_template))
         sides = ("--references", batch.folder, "--probes", batch.folder)
         listed = ("--pairs", _few_pairs(batch, out(".csv")))
-        runs.append((("score", *sides, *listed, "-o", out(".csv"), *work), 1, _told_in("failures")))
+        runs.append((("score", *sides, *listed, "-o", out(".csv"), *work), 1, _in_json("failures")))
         verdicts += [_verdict(batch, *run) for run in runs]
     return verdicts
 
@@ -181,16 +179,16 @@ def _few_pairs(batch: Batch, path: Path) -> Path:
     return path
 
 
-def _told_on_stderr(result: Result) -> Iterable[str]:
+def _on_stderr(result: Result) -> Iterable[str]:
     return [line for line in result.stderr.splitlines() if line.startswith("fpmatch: ")]
 
 
-def _missing(result: Result) -> Iterable[str]:
-    """Return what is told of images without a template, not what is noted of the others."""
-    return [line for line in _told_on_stderr(result) if "no template: " in line]
+def _without_template(result: Result) -> Iterable[str]:
+    """Return the lines about images without a template, without notes on others."""
+    return [line for line in _on_stderr(result) if "no template: " in line]
 
 
-def _told_in(key: str) -> Callable[[Result], Iterable[str]]:
+def _in_json(key: str) -> Callable[[Result], Iterable[str]]:
     return lambda result: map(str, json.loads(result.stdout)[key])
 
 
@@ -198,28 +196,28 @@ def _verdict(
     batch: Batch,
     words: tuple[object, ...],
     status: int,
-    told: Callable[[Result], Iterable[str]],
+    named_in: Callable[[Result], Iterable[str]],
 ) -> Verdict:
-    """Run a command and compare what it names with what is damaged."""
+    """Run a command and compare the files that it names with the damaged ones."""
     start = time.perf_counter()
     result = CliRunner().invoke(fpmatch, [str(word) for word in words], prog_name="fpmatch")
     seconds = time.perf_counter() - start
-    complaints = []
+    faults = []
     if result.exit_code != status:
-        complaints.append(f"exit status {result.exit_code}, not {status}: {result.exception!r}")
+        faults.append(f"exit status {result.exit_code}, not {status}: {result.exception!r}")
     try:
-        lines = list(told(result))
+        lines = list(named_in(result))
     except ValueError:
         lines = []
-        complaints.append(f"no JSON: {result.stdout[:200]!r} {result.stderr[-200:]!r}")
+        faults.append(f"no JSON: {result.stdout[:200]!r} {result.stderr[-200:]!r}")
     named = {file.name for file in batch.files if any(_names(line, file) for line in lines)}
     if missed := sorted(batch.damaged - named):
-        complaints.append(f"damaged and not named: {', '.join(missed)}")
+        faults.append(f"damaged and not named: {', '.join(missed)}")
     if wrong := sorted(named - batch.damaged):
-        complaints.append(f"whole and named: {', '.join(wrong)}")
-    return Verdict(f"{words[0]} {batch.folder.name}", seconds, tuple(complaints))
+        faults.append(f"whole and named: {', '.join(wrong)}")
+    return Verdict(f"{words[0]} {batch.folder.name}", seconds, tuple(faults))
 
 
 def _names(line: str, file: Path) -> bool:
-    """Tell whether a line names a file: its path, or its bare name in quotes."""
+    """Return whether a line names a file: its path, or its bare name in quotes."""
     return f"/{file.name}" in line or f"'{file.name}'" in line

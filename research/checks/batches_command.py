@@ -28,6 +28,6 @@ def command(context: click.Context, prints: int, workers: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         verdicts = check_batches(Path(folder), prints, SENSOR, workers=workers)
     for verdict in verdicts:
-        words = "; ".join(verdict.complaints) or "right"
+        words = "; ".join(verdict.faults) or "right"
         click.echo(f"{verdict.command:<20} {verdict.seconds:7.1f} s  {words}")
-    context.exit(1 if any(verdict.complaints for verdict in verdicts) else 0)
+    context.exit(1 if any(verdict.faults for verdict in verdicts) else 0)

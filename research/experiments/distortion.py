@@ -1,9 +1,9 @@
-"""Genuine scores against the elastic distortion between two prints, which synthesis knows exactly.
+"""Genuine scores by the elastic distortion between two prints, which synthesis knows exactly.
 
-Fingers are pressed on a sensor with care, so that nothing but the distortion of the skin grows from
-impression to impression. Each genuine pair then has a known map from print to print. What that map
-has beyond the similarity transform nearest to it is the distortion: the displacement of a point,
-and the strain, by how much the skin is stretched or compressed there.
+Fingers are pressed on a sensor with care, so that the impressions differ in the distortion of the
+skin alone. Each genuine pair has a known map from print to print; its deviation from the nearest
+similarity transform is the distortion. It is measured as displacement, and as strain, the share by
+which the skin is stretched or compressed.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ CONDITIONS: Final = {
     "partial print, 160 × 160 px": plain_sensor(160, 160),
 }
 """The sensors that the fingers are pressed on, and what the prints are called."""
-PERCENTILE: Final = 95.0  # of the strain over the skin that both prints show
+PERCENTILE: Final = 95.0  # of the strain over the skin in both prints
 FMR: Final = 0.001  # at which FNMR is measured, on the impostor pairs of the same prints
 KINDS: Final = ("ridges", "minutiae")
 """Templates as they are extracted, and without their ridge field."""
@@ -59,18 +59,18 @@ class DistortionParameters:
     Parameters
     ----------
     fingers, impressions : int
-        How many prints: the first two impressions of a finger are not distorted, the last the most.
+        Numbers of prints: the first two impressions of a finger are not distorted, the last most.
     seed : int
         Of the fingers.
     max_torsion_deg, max_traction_px : float
-        How far the finger is turned and dragged over the sensor in the last impression; in the
-        others in proportion. In the contacts of the preset "clean" the skin may just not fold.
+        Turn and drag of the finger over the sensor in the last impression; proportionally less in
+        the others. In the contacts of the preset "clean" the skin just does not fold.
     grid_px : int
         Step of the grid on which strain and displacement are measured.
     limits : tuple of float
-        Strains at which a class ends and the next begins.
+        Strains between the classes.
     min_pairs : int
-        A class of fewer genuine pairs is left out.
+        Least number of genuine pairs in a class that is reported.
     """
 
     fingers: int = 24
@@ -85,7 +85,7 @@ class DistortionParameters:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PressedFinger:
-    """Hold what is kept of one finger on one sensor.
+    """Hold the prints of one finger on one sensor.
 
     Parameters
     ----------
@@ -132,16 +132,16 @@ def distortion_between(
     Returns
     -------
     strain : float
-        The 95th percentile, over the skin that both show, of the larger principal strain: by what
-        share a length is longer or shorter than the nearest similarity transform makes it.
+        The 95th percentile, over the skin in both prints, of the larger principal strain: the share
+        by which a length is longer or shorter than under the nearest similarity transform.
     displacement : float
-        The largest distance, there, of a point from where that transform maps it, in pixels of the
-        reference.
+        The largest distance there between a point and its place under that transform, in pixels of
+        the reference.
 
     Raises
     ------
     DatasetError
-        If the two share too little skin to measure it.
+        If the two share too little skin.
 
     Examples
     --------
@@ -204,7 +204,7 @@ def measure_distortion(
     workers: int | None = None,
     progress: Progress = no_progress,
 ) -> dict[str, Any]:
-    """Measure what distortion costs the default matcher, with ridges and on minutiae alone.
+    """Measure scores and error rates of the default matcher by distortion.
 
     Parameters
     ----------
@@ -213,16 +213,16 @@ def measure_distortion(
     workers : int, optional
         Processes to use (default: one a core). The results are the same for any number.
     progress : callable
-        Called as ``progress(stage, done, total)`` for the stage "press", in fingers.
+        Called as ``progress("press", done, total)`` with numbers of fingers.
 
     Returns
     -------
     dict
         JSON values: the parameters, and ``"conditions"``, one for each of `CONDITIONS`. A condition
-        holds its numbers of pairs and ``"classes"``, from the least strain to the most; a class its
-        limits, the number of genuine pairs, the medians of strain and displacement, and for each of
-        `KINDS` the median and quartiles of the score, the share of scores below the default
-        threshold, and FNMR at an FMR of 0.1 % among the impostor pairs of the condition.
+        holds its numbers of pairs and ``"classes"`` by strain; a class its limits, the number of
+        genuine pairs, the medians of strain and displacement, and for each of `KINDS` the median
+        and quartiles of the score, the share of scores below the default threshold, and FNMR at an
+        FMR of 0.1 % among the impostor pairs of the condition.
     """
     p = parameters or DistortionParameters()
     done = 0
@@ -289,11 +289,11 @@ def _measured(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scores:
-    """Hold the genuine similarities and scores of one kind of template, and the bar for FNMR."""
+    """Hold the genuine similarities and scores of one kind of template."""
 
     similarity: NDArray[np.float64]
     score: NDArray[np.float64]
-    bar: float | None
+    threshold: float | None
 
     @classmethod
     def of(cls, genuine: NDArray[np.float64], impostor: NDArray[np.float64]) -> _Scores:
@@ -302,13 +302,15 @@ class _Scores:
 
     def summary(self, chosen: NDArray[np.bool_]) -> dict[str, float | None]:
         lower, median, upper = np.percentile(self.score[chosen], (25, 50, 75))
-        fnmr = None if self.bar is None else float((self.similarity[chosen] <= self.bar).mean())
+        fnmr = None
+        if self.threshold is not None:
+            fnmr = _rounded((self.similarity[chosen] <= self.threshold).mean())
         return {
             "score": _rounded(median),
             "lower_quartile": _rounded(lower),
             "upper_quartile": _rounded(upper),
             "below_threshold": _rounded((self.score[chosen] < DEFAULT_THRESHOLD).mean()),
-            "fnmr": None if fnmr is None else _rounded(fnmr),
+            "fnmr": fnmr,
         }
 
 

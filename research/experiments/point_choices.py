@@ -1,7 +1,7 @@
-"""What the paper leaves open, measured on random point sets: the area tolerance and the rule.
+"""Choices that the paper leaves open, measured on random point sets.
 
-Also how soon the default matcher may give up. `benchmarks/paper_choices.py` runs it for the page on
-point sets; the pairs of sets are those of `fpmatch points bench`.
+They are the area tolerance and the rule of decision; also how soon the default matcher may give up.
+The pairs of sets are those of ``fpmatch points bench``.
 """
 
 from __future__ import annotations
@@ -41,25 +41,14 @@ _MS: Final = 1e3
 def measure_paper(
     condition: Condition, area_tolerance: float, trials: int, seed: int = SEED
 ) -> dict[str, Any]:
-    """Try the paper's method at one condition with one area tolerance.
-
-    Parameters
-    ----------
-    condition : Condition
-        Where in the paper's tables.
-    area_tolerance : float
-        The area tolerance.
-    trials : int
-        Genuine pairs, and independent pairs.
-    seed : int
-        Seed of the sets.
+    """Measure the paper's method at one condition with one area tolerance.
 
     Returns
     -------
     dict
-        JSON values: the condition; ``passing``, the share of ring pairs of equal degree that are
-        alike; ``median_ms`` of a genuine pair and ``independent_ms`` of another; ``right`` and
-        ``false``, matches by the paper's rule, more than ρ of the points; ``right_at`` and
+        JSON values: the condition; ``passing``, the share of similar pairs among the ring pairs of
+        equal degree; ``median_ms`` of a genuine pair and ``independent_ms`` of another; ``right``
+        and ``false``, matches by the paper's rule, more than ρ of the points; ``right_at`` and
         ``false_at`` by ρ or more of them, and ``right_80`` and ``false_80`` by 80 % of ⌈ρm⌉.
     """
     rho, fewest = (
@@ -100,18 +89,9 @@ def measure_paper(
 def measure_exit(
     condition: Condition, a_point: int, trials: int, independent_trials: int, seed: int = SEED
 ) -> dict[str, Any]:
-    """Try the default matcher at one condition where it gives up after so many proposals.
+    """Measure the default matcher at one condition where it gives up after so many proposals.
 
-    Parameters
-    ----------
-    condition : Condition
-        Where in the paper's tables.
-    a_point : int
-        Proposals a point of Q, at most; 0 for the matcher's default.
-    trials, independent_trials : int
-        Genuine and independent pairs.
-    seed : int
-        Seed of the sets.
+    `a_point` is the largest number of proposals a point of Q, 0 for the matcher's default.
 
     Returns
     -------
@@ -148,7 +128,7 @@ def measure_exit(
 def measure_points(
     trials: int, finished: Callable[[str], None] = lambda _: None
 ) -> dict[str, list[dict[str, Any]]]:
-    """Measure both at every condition of up to 200 points of P.
+    """Measure both at every condition with up to 200 points of P.
 
     Parameters
     ----------
@@ -160,8 +140,8 @@ def measure_points(
     Returns
     -------
     dict
-        ``paper`` and ``exits``: lists of what `measure_paper` and `measure_exit` return, the latter
-        with ``paper_ms``, the time of the paper's method on an independent pair.
+        ``paper`` and ``exits``: results of `measure_paper` and `measure_exit`, the latter with
+        ``paper_ms``, the time of the paper's method on an independent pair.
     """
     few = max(1, trials // 4)
     found: dict[str, list[dict[str, Any]]] = {"paper": [], "exits": []}

@@ -1,17 +1,17 @@
-"""What the default matcher is to reach on random point sets, and the cells that miss it.
+"""Targets of the matcher "triangles" on random point sets.
 
-All targets are for "triangles". Under the patch model, at all 39 conditions:
+Under the patch model, at all 39 conditions:
 
-- of 100 or more genuine pairs 99 % are recognised, and on at most 1 % of 20 or more independent
-  pairs there is a match;
-- a match takes no longer than scipy takes to triangulate the same two sets where ρ is 0.9 or more,
+- it recognises 99 % of 100 or more genuine pairs, and finds a match in at most 1 % of 20 or
+  more independent pairs;
+- a match takes no longer than scipy's triangulation of the same two sets where ρ is 0.9 or more,
   and no longer than 5 times that where ρ is 0.6;
 - at n = 2m it is at least 20 times as fast as van Wamelen's matcher, in the geometric mean of the
   13 rows;
-- wherever van Wamelen's matcher ran too, it recognises no fewer of the pairs that both tried.
+- where van Wamelen's matcher was run too, it recognises no fewer of the pairs that both tried.
 
-Under the clutter model, where ρ is 0.9 or more, η at most 0.4, and n = 2m, 95 % are recognised,
-and on at most 1 % of the independent pairs there is a match. A cell that is not there misses.
+Under the clutter model, where ρ is 0.9 or more, η at most 0.4, and n = 2m, it recognises 95 %,
+and finds a match in at most 1 % of the independent pairs. A missing cell misses its target.
 """
 
 from __future__ import annotations
@@ -40,18 +40,7 @@ CLUTTER_FACTOR: Final = 2
 
 
 def missed_targets(results: BenchResults) -> list[str]:
-    """Return a line for each figure that misses its target.
-
-    Parameters
-    ----------
-    results : BenchResults
-        The results of a full run.
-
-    Returns
-    -------
-    list of str
-        The cell, the figure and the target; empty where all is reached.
-    """
+    """Return a line for each measure of a full run that misses its target: cell, value, target."""
     missed = []
     for condition in conditions():
         if condition.model == "patch" or _is_easy_clutter(condition):

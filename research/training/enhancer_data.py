@@ -1,7 +1,7 @@
-"""Pairs to learn enhancement from: pictures of synthetic prints, and the ridges of their masters.
+"""Training pairs of the enhancer: images of synthetic prints, and the relief of their masters.
 
-Conditions are drawn much wider than those of any preset, and the sensors' grey levels are varied
-too: what is learned is not to depend on how one sensor renders one kind of skin.
+Conditions are drawn from a wider range than those of any preset, and the sensors' grey levels vary
+too, so that the network does not depend on how one sensor renders one kind of skin.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from fpmatch.synthesis.presets import PRESETS, Preset
 from fpmatch.synthesis.ridge_target import ridge_target
 from fpmatch.synthesis.sensor import SENSORS
 from fpmatch.synthesis.smear import SmearParameters
+from research.training.platen import vary_platen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -97,21 +98,17 @@ def _pairs_of_finger(seed: int, finger: int) -> list[Pair]:
 
 
 def _varied(sensor: Sensor, rng: np.random.Generator) -> Sensor:
-    """Return a sensor like `sensor` with other optics and grey levels."""
+    """Return a sensor with other optics and grey levels."""
     span = sensor.paper - sensor.ink
-    return replace(
+    varied = replace(
         sensor,
         ink=sensor.ink + span * rng.uniform(0, 0.35),
         softness=sensor.softness * rng.uniform(0.7, 1.8),
         blur=rng.uniform(0.4, 1.3),
         noise=sensor.noise * rng.uniform(0.5, 4.0),
         ink_variation=sensor.ink_variation * rng.uniform(0.5, 2.0),
-        paper_variation=rng.uniform(0, 8),
-        vignette=rng.uniform(0, 60),
-        stripes=rng.uniform(0, 2) if rng.random() < 0.3 else 0.0,
-        residue=rng.uniform(0, 1.6) if rng.random() < 0.5 else 0.0,
-        frame=sensor.frame * rng.integers(0, 2),
     )
+    return vary_platen(varied, rng)
 
 
 def _disturbed(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:

@@ -1,18 +1,18 @@
-"""Measure which sums impostor comparisons reach, given how much was compared.
+"""Quantiles of the sums of impostor comparisons, as functions of the amount of evidence.
 
-Whole prints, windows and fragments of prints, and prints of few of their minutiae, with their
-ridges and without, are compared with whole prints of other fingers. The sums that 1 % and 0.1 % of
-them reach are fitted as linear functions of the amount of evidence (see `fpmatch.matching.score`),
-by quantile regression, in which every kind of part has the same weight. Then the same prints and
-parts are compared with other impressions of their fingers: the -ln(FMR) that half of these
-comparisons reach is fitted as a function of the minutiae and the area of the smaller print, and
-says how much is needed to decide.
+Whole prints, windows and fragments of prints, and prints with few of their minutiae, with ridges
+and without, are compared with whole prints of other fingers. The sums that 1 % and 0.1 % of them
+reach are fitted as linear functions of the amount of evidence (see `fpmatch.matching.score`), by
+quantile regression in which every kind of part has the same weight. Then the same parts are
+compared with other impressions of their fingers: the -ln(FMR) that half of these comparisons reach
+is fitted as a function of the minutiae and the area of the smaller print. It determines how much
+evidence a decision needs.
 
 References
 ----------
 Koenker, Bassett, "Regression quantiles", Econometrica 46 (1978). The corner of the loss is rounded
 (Zheng, "Gradient descent algorithms for quantile regression with smooth approximation", 2011), so
-that Newton's steps find the minimum.
+that Newton's method finds the minimum.
 """
 
 from __future__ import annotations
@@ -63,26 +63,24 @@ FORMS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class AmountParameters:
-    """Set which comparisons are made, and the fit.
+    """Set the comparisons and the fit.
 
     Parameters
     ----------
     fragments : tuple of int
-        Numbers of minutiae of the fragments, and of prints of which only so many minutiae are kept.
+        Numbers of minutiae of the fragments, and of prints with few of their minutiae.
     windows_px : tuple of int
         Sides of the windows in pixels at 500 dpi.
-    probes, references : int
-        So many prints or parts of each kind are drawn of a database, and each is compared with so
-        many whole prints.
-    whole_weight : float
-        Weight of the comparisons of whole prints against those of one kind of part.
-    thinned_weight : float
-        The same of prints of few of their minutiae, whose minutiae lie farther apart than any
-        sensor shows them.
+    probes, references, mates : int
+        Prints or parts of each kind that are drawn from a database, and the whole prints of other
+        fingers, and of the same finger, that each is compared with.
+    whole_weight, thinned_weight : float
+        Weight of the comparisons of whole prints, and of prints with few of their minutiae, against
+        those of one other kind of part. The minutiae of the latter are sparser than in any image.
     rounding : float
         Sum over which the corner of the loss is rounded.
     rounds, settled : int, float
-        Newton's steps at most, and the change of the loss at which they end.
+        Largest number of Newton's steps, and the change of the loss at which they end.
     digits : int
         Significant digits kept.
     """
@@ -126,7 +124,7 @@ def fit_amounts(
     workers: int | None = None,
     parameters: AmountParameters | None = None,
 ) -> ScoreWeights:
-    """Measure what impostor and genuine comparisons reach, and return the weights with it.
+    """Return the weights with quantiles of impostor, and medians of genuine comparisons.
 
     Parameters
     ----------
@@ -135,14 +133,9 @@ def fit_amounts(
     sets : sequence of ExtractedSet
         Databases with their templates.
     workers : int, optional
-        Processes to use (default: one a core).
+        Processes to use (default: one a core). The result is the same for any number.
     parameters : AmountParameters, optional
         Comparisons and fit.
-
-    Returns
-    -------
-    ScoreWeights
-        With other quantiles and medians; the same for the same databases.
     """
     p = parameters or AmountParameters()
     with ProcessPoolExecutor(workers) as pool:
@@ -186,31 +179,31 @@ def amount_samples(
 ) -> list[AmountSample]:
     """Compare prints and parts of prints of a database with whole prints.
 
-    Impostor comparisons in which nothing is paired are left out: they reach no sum, so that the
-    shares of those that reach one are overestimated rather than underestimated.
+    Impostor comparisons in which nothing is paired are left out: they have no sum, so that the
+    shares of those with a sum are overestimated rather than underestimated.
 
     Parameters
     ----------
     extracted : ExtractedSet
         The database and its templates.
     seed : int
-        Of what is drawn.
+        Of the draws.
     weights : ScoreWeights
         Weights of the features.
     model : str
         The one of `fpmatch.matching.score.MODELS` whose comparisons are wanted.
     ridges : tuple of bool
-        Whether the prints and parts, and the whole prints, keep their ridges.
+        Whether the parts, and the whole prints, keep their ridges.
     genuine : bool
-        Whether they are compared with other impressions of their finger rather than with prints of
-        other fingers; the amount is then that of the smaller print.
+        Whether to compare with other impressions of the finger instead of other fingers; the amount
+        is then that of the smaller print.
     parameters : AmountParameters, optional
-        What to compare.
+        Comparisons.
 
     Returns
     -------
     list of AmountSample
-        One a kind that gave any comparison.
+        One for each kind of part with any comparison.
     """
     p = parameters or AmountParameters()
     whole: list[Template] = []
@@ -247,12 +240,12 @@ def amount_samples(
 def _kinds(
     p: AmountParameters,
 ) -> list[tuple[Callable[[Template, np.random.Generator], Template], float]]:
-    """Return what makes each kind of part of a print, and the weight of the kind."""
+    """Return the function that cuts each kind of part of a print, and the weight of the kind."""
     return [
         (lambda template, _: template, p.whole_weight),
-        *((partial(_fragment, size=size), 1.0) for size in p.fragments),
-        *((partial(_thinned, size=size), p.thinned_weight) for size in p.fragments),
-        *((partial(_window, side_px=side), 1.0) for side in p.windows_px),
+        *((_part(fragment, size), 1.0) for size in p.fragments),
+        *((_part(thinned, size), p.thinned_weight) for size in p.fragments),
+        *((_part(window, side), 1.0) for side in p.windows_px),
     ]
 
 
@@ -260,16 +253,10 @@ def _without_ridges(template: Template) -> Template:
     return replace(template, field=None)
 
 
-def _fragment(template: Template, rng: np.random.Generator, size: int) -> Template:
-    return fragment(template, size, rng)
-
-
-def _thinned(template: Template, rng: np.random.Generator, size: int) -> Template:
-    return thinned(template, size, rng)
-
-
-def _window(template: Template, rng: np.random.Generator, side_px: float) -> Template:
-    return window(template, side_px, rng)
+def _part(
+    cut: Callable[[Template, int, np.random.Generator], Template], size: int
+) -> Callable[[Template, np.random.Generator], Template]:
+    return lambda template, rng: cut(template, size, rng)
 
 
 def _impostor(
@@ -310,15 +297,6 @@ def fit_quantile(
     samples: Sequence[AmountSample], rate: float, parameters: AmountParameters | None = None
 ) -> NDArray[np.float64]:
     """Fit the sum that a share of the comparisons reach, given the amount of evidence.
-
-    Parameters
-    ----------
-    samples : sequence of AmountSample
-        Impostor comparisons.
-    rate : float
-        The share, 0 to 1.
-    parameters : AmountParameters, optional
-        The fit.
 
     Returns
     -------

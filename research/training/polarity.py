@@ -1,6 +1,6 @@
-"""Learn what dark lines and bright lines say of a print's polarity, from synthetic prints.
+"""Training of the polarity of prints, on synthetic fingers.
 
-Conditions are drawn much wider than those of any preset: moisture, roughness, grey levels,
+Conditions are drawn from a wider range than those of any preset: moisture, roughness, grey levels,
 sharpness and background. It is logistic regression without a constant term, so that a print and its
 negative are one example.
 """
@@ -8,7 +8,7 @@ negative are one example.
 from __future__ import annotations
 
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -31,6 +31,7 @@ from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.ridge_target import ridge_target
 from fpmatch.synthesis.sensor import SENSORS
 from research.commands import PATH, Command, workers
+from research.training.platen import vary_platen
 from research.training.rounding import round_significant
 
 if TYPE_CHECKING:
@@ -42,79 +43,43 @@ if TYPE_CHECKING:
     from fpmatch.synthesis.presets import Preset
     from fpmatch.synthesis.sensor import Sensor
 
-    Range = tuple[float, float]
-
-TRAINED_PRESETS: Final = ("easy", "normal", "hard")
-SHARES: Final = (0.35, 0.3, 0.25, 0.1)  # of the BACKGROUNDS
-
-
 FINGERS: Final = 240
 SEED: Final = 901
-
-
-@dataclass(frozen=True, slots=True)
-class PolarityFitParameters:
-    """Set how polarity is learned.
-
-    Parameters
-    ----------
-    impressions : int
-        Impressions of a finger.
-    dryness, texture, grain : tuple of float
-        Range of the dryness, and of the factors of pores and of roughness.
-    ink, softness, blur, noise : tuple of float
-        Range of the share of the contrast that ink lacks, of the factors of softness and of noise,
-        and of the point spread.
-    tone, spots : tuple of float
-        Range of the logarithm of the tone curve's exponent, and of the deviation of coarse noise.
-    ridge : float
-        Penalty on the squared weights of the scaled cues, for each example.
-    digits : int
-        Significant digits kept.
-    """
-
-    impressions: int = 4
-    dryness: Range = (-0.6, 0.7)
-    texture: Range = (0.3, 1.6)
-    grain: Range = (0.2, 1.6)
-    ink: Range = (0.0, 0.35)
-    softness: Range = (0.7, 4.0)
-    blur: Range = (0.4, 1.5)
-    noise: Range = (0.3, 4.0)
-    tone: Range = (-0.5, 0.5)
-    spots: Range = (0.0, 12.0)
-    ridge: float = 0.01
-    digits: int = 4
+TRAINED_PRESETS: Final = ("easy", "normal", "hard")
+BACKGROUND_SHARES: Final = (0.35, 0.3, 0.25, 0.1)  # of the BACKGROUNDS
+IMPRESSIONS: Final = 4  # of a finger
+DRYNESS: Final = (-0.6, 0.7)
+TEXTURE: Final = (0.3, 1.6)  # factor of pores
+GRAIN: Final = (0.2, 1.6)  # factor of roughness
+INK: Final = (0.0, 0.35)  # share of the contrast that ink lacks
+SOFTNESS: Final = (0.7, 4.0)  # factor
+BLUR: Final = (0.4, 1.5)
+NOISE: Final = (0.3, 4.0)  # factor
+TONE: Final = (-0.5, 0.5)  # logarithm of the exponent of the tone curve
+SPOTS: Final = (0.0, 12.0)  # deviation of coarse noise
+PENALTY: Final = 0.01  # on the squared weights of the scaled cues, for each example
+DIGITS: Final = 4
 
 
 def cues_of_finger(
-    seed: int, finger: int, parameters: PolarityFitParameters | None = None
+    seed: int, finger: int, impressions: int = IMPRESSIONS
 ) -> list[NDArray[np.float64]]:
-    """Press one synthetic finger on sensors of all kinds and measure its lines.
+    """Return the cues, shape (7,), of impressions of one finger on sensors of all kinds.
 
-    Parameters
-    ----------
-    seed, finger : int
-        Of the master.
-    parameters : PolarityFitParameters, optional
-        Conditions.
-
-    Returns
-    -------
-    list of ndarray of float64, shape (7,)
-        Cues of the impressions; those without lines are left out.
+    Impressions without lines are left out.
     """
-    p = parameters or PolarityFitParameters()
     master = make_master(seed, finger)
     found = []
-    for number in range(1, p.impressions + 1):
+    for number in range(1, impressions + 1):
         rng = np.random.default_rng([seed, finger, number])
-        sensor = _varied_sensor(list(SENSORS.values())[int(rng.integers(len(SENSORS)))], rng, p)
+        sensor = _varied_sensor(list(SENSORS.values())[int(rng.integers(len(SENSORS)))], rng)
         preset = PRESETS[TRAINED_PRESETS[int(rng.integers(len(TRAINED_PRESETS)))]]
-        impression = make_impression(master, number, _varied_preset(preset, rng, p), sensor)
+        impression = make_impression(master, number, _varied_preset(preset, rng), sensor)
         _, inside = ridge_target(impression, master)
-        image = _disturbed(impression.image, rng, p)
-        image = other_background(image, inside, str(rng.choice(BACKGROUNDS, p=SHARES)), rng)
+        image = _disturbed(impression.image, rng)
+        image = other_background(
+            image, inside, str(rng.choice(BACKGROUNDS, p=BACKGROUND_SHARES)), rng
+        )
         cues = line_cues(resample(image, sensor.dpi)[0])
         if cues is not None:
             found.append(cues)
@@ -122,79 +87,54 @@ def cues_of_finger(
 
 
 def fit_polarity(
-    cues: Sequence[NDArray[np.float64]],
-    provenance: Mapping[str, Any] | None = None,
-    parameters: PolarityFitParameters | None = None,
+    cues: Sequence[NDArray[np.float64]], provenance: Mapping[str, Any] | None = None
 ) -> LinearWeights:
-    """Fit the weights of the cues.
-
-    Parameters
-    ----------
-    cues : sequence of ndarray of float64, shape (7,)
-        Of prints of dark ridges.
-    provenance : mapping, optional
-        From what it is learned.
-    parameters : PolarityFitParameters, optional
-        Penalty and digits.
-
-    Returns
-    -------
-    LinearWeights
-        Usual size and weight of each cue.
-    """
-    p = parameters or PolarityFitParameters()
+    """Fit the weights of the cues, shape (7,) each, of prints with dark ridges."""
     measured = np.array(cues, np.float64).reshape(-1, len(LINE_CUES))
-    spread = round_significant(np.sqrt((measured**2).mean(axis=0)), p.digits)
+    spread = round_significant(np.sqrt((measured**2).mean(axis=0)), DIGITS)
     design = np.clip(measured / spread, -FARTHEST_CUE, FARTHEST_CUE)
 
     def loss(weight: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        """Return mean log loss with penalty, and its slope."""
         total = design @ weight
-        cost = np.logaddexp(0.0, -total).mean() + p.ridge * weight @ weight / 2
-        slope = design.T @ (0.5 * (np.tanh(total / 2) - 1.0)) / len(design) + p.ridge * weight
+        cost = np.logaddexp(0.0, -total).mean() + PENALTY * weight @ weight / 2
+        slope = design.T @ (0.5 * (np.tanh(total / 2) - 1.0)) / len(design) + PENALTY * weight
         return float(cost), slope
 
     fitted = minimize(loss, np.zeros(len(LINE_CUES)), jac=True, method="L-BFGS-B").x
-    told = {**(provenance or {}), "prints": len(design), "fpmatch": __version__}
-    weight = round_significant(np.asarray(fitted, np.float64), p.digits)
-    return LinearWeights(LINE_CUES, np.zeros(len(LINE_CUES)), spread, weight, 0.0, told)
+    origin = {**(provenance or {}), "prints": len(design), "fpmatch": __version__}
+    weight = round_significant(np.asarray(fitted, np.float64), DIGITS)
+    return LinearWeights(LINE_CUES, np.zeros(len(LINE_CUES)), spread, weight, 0.0, origin)
 
 
-def _varied_preset(preset: Preset, rng: np.random.Generator, p: PolarityFitParameters) -> Preset:
+def _varied_preset(preset: Preset, rng: np.random.Generator) -> Preset:
     pressure = preset.pressure
-    dryness = float(rng.uniform(*p.dryness))
-    grain = pressure.grain * float(rng.uniform(*p.grain))
+    dryness = float(rng.uniform(*DRYNESS))
+    grain = pressure.grain * float(rng.uniform(*GRAIN))
     return replace(
         preset,
-        texture=preset.texture * float(rng.uniform(*p.texture)),
+        texture=preset.texture * float(rng.uniform(*TEXTURE)),
         pressure=replace(pressure, dryness=(dryness, dryness), grain=grain),
     )
 
 
-def _varied_sensor(sensor: Sensor, rng: np.random.Generator, p: PolarityFitParameters) -> Sensor:
-    return replace(
+def _varied_sensor(sensor: Sensor, rng: np.random.Generator) -> Sensor:
+    varied = replace(
         sensor,
-        ink=sensor.ink + (sensor.paper - sensor.ink) * rng.uniform(*p.ink),
-        softness=sensor.softness * np.exp(rng.uniform(*np.log(p.softness))),
-        blur=rng.uniform(*p.blur),
-        noise=sensor.noise * rng.uniform(*p.noise),
+        ink=sensor.ink + (sensor.paper - sensor.ink) * rng.uniform(*INK),
+        softness=sensor.softness * np.exp(rng.uniform(*np.log(SOFTNESS))),
+        blur=rng.uniform(*BLUR),
+        noise=sensor.noise * rng.uniform(*NOISE),
         ink_variation=sensor.ink_variation * rng.uniform(0.2, 2.0),
         ink_fading=sensor.ink_fading * rng.uniform(0.0, 1.2),
-        paper_variation=rng.uniform(0, 8),
-        vignette=rng.uniform(0, 60),
-        stripes=rng.uniform(0, 2) if rng.random() < 0.3 else 0.0,
-        residue=rng.uniform(0, 1.6) if rng.random() < 0.5 else 0.0,
-        frame=sensor.frame * rng.integers(0, 2),
     )
+    return vary_platen(varied, rng)
 
 
-def _disturbed(
-    image: NDArray[np.uint8], rng: np.random.Generator, p: PolarityFitParameters
-) -> NDArray[np.uint8]:
+def _disturbed(image: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
     """Return an image with another tone curve and, half of the time, coarse noise."""
-    grey = 255 * (image / 255.0) ** np.exp(rng.uniform(*p.tone))
+    grey = 255 * (image / 255.0) ** np.exp(rng.uniform(*TONE))
     if rng.random() < 0.5:
-        grey += rng.uniform(*p.spots) * smooth_noise(image.shape, rng.uniform(1, 4), rng)
+        grey += rng.uniform(*SPOTS) * smooth_noise(image.shape, rng.uniform(1, 4), rng)
     return np.asarray(np.clip(np.rint(grey), 0, 255), np.uint8)
 
 

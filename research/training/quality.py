@@ -1,14 +1,14 @@
-"""Learn what a print's figures say of how well it will compare, from synthetic prints.
+"""Training of the quality of prints, on synthetic fingers.
 
-Every finger is pressed a few times with care, and then badly, each time in another way. What a bad
-impression has in common with the good ones, as a share of what these have among themselves, is what
-its quality is to foretell. It is logistic regression on shares; no weight may praise what is worse.
+Every finger is pressed a few times with care, and then badly, each time in another way. Quality
+predicts the similarity of a bad impression to the good ones, as a share of theirs to one another.
+It is logistic regression on shares, in which no weight may raise the quality for a worse measure.
 """
 
 from __future__ import annotations
 
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Final
@@ -48,63 +48,23 @@ if TYPE_CHECKING:
     from fpmatch.synthesis.presets import Preset
     from fpmatch.synthesis.sensor import Sensor
 
-FAULTS: Final = ("dry", "wet", "blurred", "partial", "small", "wrong resolution")
-BETTER: Final = tuple(name in {"ridges", "minutiae"} for name in FEATURES)
-"""Of which features more is better; of the others it is worse."""
-_CARE: Final = ("easy", "normal", "normal", "hard", "hard")
-
-
 FINGERS: Final = 40
 SEED: Final = 801
-
-
-@dataclass(frozen=True, slots=True)
-class QualityFitParameters:
-    """Set how quality is learned.
-
-    Parameters
-    ----------
-    good_impressions : int
-        Careful impressions of a finger, which the others are compared with.
-    ridge : float
-        Penalty on the squared weights of the standardised features, for each example.
-    settled : float
-        Slope at which the search for the weights ends.
-    digits : int
-        Significant digits kept, so that rounding in other orders of summing changes nothing.
-    """
-
-    good_impressions: int = 3
-    ridge: float = 1e-3
-    settled: float = 1e-9
-    digits: int = 4
+GOOD_IMPRESSIONS: Final = 3  # of a finger, pressed with care
+FAULTS: Final = ("dry", "wet", "blurred", "partial", "small", "wrong resolution")
+OTHERS: Final = ("easy", "normal", "normal", "hard", "hard", *FAULTS)
+"""Presets and faults of the other impressions."""
+BETTER: Final = tuple(name in {"ridges", "minutiae"} for name in FEATURES)
+"""Features whose larger values are better; those of the others are worse."""
+PENALTY: Final = 1e-3  # on the squared weights of the standardised features, for each example
+TOLERANCE: Final = 1e-9
+DIGITS: Final = 4
 
 
 def spoilt_impression(
     master: Master, number: int, fault: str, sensor: Sensor, rng: np.random.Generator
 ) -> tuple[NDArray[np.uint8], float]:
-    """Press a finger with one fault, dry and wet ones carelessly, others with care.
-
-    Parameters
-    ----------
-    master : Master
-        The finger.
-    number : int
-        Of the impression.
-    fault : str
-        One of `FAULTS`.
-    sensor : Sensor
-        What it is pressed on.
-    rng : numpy.random.Generator
-        How bad it gets.
-
-    Returns
-    -------
-    ndarray of uint8, shape (h, w)
-        The picture.
-    float
-        The resolution that is claimed for it.
-    """
+    """Press a finger with one of `FAULTS`; return the image and the resolution claimed for it."""
     preset = PRESETS["clean"]
     if fault in {"dry", "wet"}:  # which is never even, and seldom comes alone
         dryness = rng.uniform(0.4, 1.1) * (1 if fault == "dry" else -1)
@@ -130,36 +90,26 @@ def spoilt_impression(
     return image, claimed
 
 
-def examples_of_finger(
-    seed: int, finger: int, parameters: QualityFitParameters | None = None
-) -> tuple[list[QualityMeasures], list[float]]:
+def examples_of_finger(seed: int, finger: int) -> tuple[list[QualityMeasures], list[float]]:
     """Press one synthetic finger well and badly, and compare.
-
-    Parameters
-    ----------
-    seed, finger : int
-        Of the master.
-    parameters : QualityFitParameters, optional
-        How many good impressions.
 
     Returns
     -------
     list of QualityMeasures, list of float
-        Figures of the impressions, and the share, 0 to 1, that each has in common with the good
-        ones; those without ridges are left out.
+        Measures of the bad impressions, and their similarity to the good ones as a share, 0 to 1;
+        those without ridges are left out.
     """
-    p = parameters or QualityFitParameters()
     rng = np.random.default_rng([seed, finger])
     sensors = list(SENSORS.values())
     master = make_master(seed, finger)
     good = [
         MATCHER.prepare(extract(_pressed(master, k + 1, PRESETS["clean"], sensors[0])[0], dpi=500))
-        for k in range(p.good_impressions)
+        for k in range(GOOD_IMPRESSIONS)
     ]
-    among = np.mean([MATCHER.compare(a, b).similarity for a, b in combinations(good, 2)])
-    figures, shares = [], []
-    for k, way in enumerate((*_CARE, *FAULTS)):
-        number, sensor = p.good_impressions + 1 + k, sensors[int(rng.integers(len(sensors)))]
+    of_good = np.mean([MATCHER.compare(a, b).similarity for a, b in combinations(good, 2)])
+    measures, shares = [], []
+    for k, way in enumerate(OTHERS):
+        number, sensor = GOOD_IMPRESSIONS + 1 + k, sensors[int(rng.integers(len(sensors)))]
         image, dpi = (
             _pressed(master, number, PRESETS[way], sensor)
             if way in PRESETS
@@ -172,48 +122,28 @@ def examples_of_finger(
             continue
         prepared = MATCHER.prepare(template)
         common = [MATCHER.compare(prepared, one).similarity for one in good]
-        figures.append(found)
-        shares.append(min(float(np.mean(common) / among), 1.0))
-    return figures, shares
+        measures.append(found)
+        shares.append(min(float(np.mean(common) / of_good), 1.0))
+    return measures, shares
 
 
 def fit_quality(
-    figures: Sequence[QualityMeasures],
+    measures: Sequence[QualityMeasures],
     shares: Sequence[float],
     provenance: Mapping[str, Any] | None = None,
-    parameters: QualityFitParameters | None = None,
 ) -> LinearWeights:
-    """Fit the weights of the quality.
-
-    Parameters
-    ----------
-    figures : sequence of QualityMeasures
-        Of prints with ridges.
-    shares : sequence of float
-        What each has in common with good prints of its finger, 0 to 1.
-    provenance : mapping, optional
-        From what it is learned.
-    parameters : QualityFitParameters, optional
-        Penalty and steps.
-
-    Returns
-    -------
-    LinearWeights
-        Features, standardised, and their weights.
-    """
-    p = parameters or QualityFitParameters()
-    features = np.array([quality_features(f) for f in figures])
-    middle, spread = round_significant(features.mean(axis=0), p.digits), features.std(axis=0)
-    spread = round_significant(np.where(spread > 0, spread, 1.0), p.digits)
+    """Fit the weights of the quality to prints with ridges and their shares, 0 to 1."""
+    features = np.array([quality_features(f) for f in measures])
+    middle, spread = round_significant(features.mean(axis=0), DIGITS), features.std(axis=0)
+    spread = round_significant(np.where(spread > 0, spread, 1.0), DIGITS)
     design = np.column_stack([np.ones(len(features)), (features - middle) / spread])
     target = np.asarray(shares, np.float64)
 
     def loss(weight: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        """Return mean log loss with penalty, and its slope."""
         total = design @ weight
         cost = (np.logaddexp(0.0, total) - target * total).mean()
         slope = design.T @ (0.5 * (1.0 + np.tanh(total / 2)) - target) / len(target)
-        pull = p.ridge * np.concatenate([[0.0], weight[1:]])
+        pull = PENALTY * np.concatenate([[0.0], weight[1:]])
         return float(cost + pull @ weight / 2), slope + pull
 
     start = np.zeros(1 + len(FEATURES))
@@ -222,10 +152,10 @@ def fit_quality(
         np.append(-np.inf, np.where(signs, 0.0, -np.inf)),
         np.append(np.inf, np.where(signs, np.inf, 0.0)),
     )
-    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, tol=p.settled)
-    weight = round_significant(np.asarray(found.x, np.float64), p.digits)
-    told = {**(provenance or {}), "prints": len(features), "fpmatch": __version__}
-    return LinearWeights(FEATURES, middle, spread, weight[1:], float(weight[0]), told)
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, tol=TOLERANCE)
+    weight = round_significant(np.asarray(found.x, np.float64), DIGITS)
+    origin = {**(provenance or {}), "prints": len(features), "fpmatch": __version__}
+    return LinearWeights(FEATURES, middle, spread, weight[1:], float(weight[0]), origin)
 
 
 def _pressed(

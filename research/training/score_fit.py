@@ -1,23 +1,24 @@
-"""Learn the weights of the default matcher's score from comparisons whose truth is known.
+"""Fit of the weights of the default matcher's score to comparisons of known fingers.
 
 It is logistic regression with five particulars.
 
-- Impostor comparisons weigh more than genuine ones: what matters is where few impostors are left,
-  and the balanced fit looks at where the two kinds overlap most.
+- Impostor comparisons weigh more than genuine ones: the low false match rates matter, whereas a
+  balanced fit depends on the range where the two kinds overlap most.
 - A share of the genuine comparisons is taken for lost: nothing in common was found, and their
-  features are those of impostors. Without it these few pull the fit away from all others.
-- Every database, and in it every kind, has the same weight, however many its comparisons.
-- The prefilter rejects prints whose bit descriptors have too low a score. The threshold grows with
-  the smaller print; of all such lines under which hardly a genuine comparison is lost that would
-  not be lost in coarse alignment, that is taken which rejects the most impostors.
-- Of the hypotheses of a comparison the one of the greatest sum counts. Which one that is depends on
-  the weights, so that choosing and fitting take turns.
+  features are those of impostors. Otherwise these few would dominate the fit.
+- Every database, and in it every kind, has the same weight, whatever the number of comparisons.
+- The prefilter rejects prints whose bit descriptors have a low score. Its threshold is a linear
+  function of the smaller print's minutiae: of all functions that lose few genuine comparisons which
+  coarse alignment would pass, the one that rejects the most impostors.
+- Of the hypotheses of a comparison the one with the greatest sum counts. As it depends on the
+  weights, choosing and fitting alternate.
 
-Three models are learned, of the same prints: one with their ridges, one on their minutiae alone,
-and one, with their ridges, of windows of the prints as well, for small prints. What their sums are
-worth, given how much was compared, is measured by `research.training.evidence_quantiles`.
+Three models are fitted to the same prints: with their ridges; on minutiae alone; and, for small
+prints, with ridges and with windows of the prints added. `research.training.evidence_quantiles`
+conditions their sums on how much was compared.
 
-It is solved by Newton's steps, the lost share by expectation and maximisation between them.
+The weights are found by Newton's method, the lost share by expectation and maximisation between
+the steps.
 """
 
 from __future__ import annotations
@@ -63,31 +64,28 @@ class FitParameters:
     ridge : float
         Penalty on the squared weights of the standardised features.
     rounds, settled : int, float
-        Steps at most, and the change of the weights at which they end.
+        Largest number of steps, and the change of the weights at which they end.
     longest_step : float
         Largest change of a weight in a step.
     digits : int
-        Significant digits kept, so that rounding in other orders of summing changes nothing.
-    refined : float
-        Share of the impostor comparisons that coarse alignment leaves in doubt, so that they are
-        refined and their ridges compared.
-    confident : float
-        Share of the impostor comparisons whose best hypothesis in coarse alignment is refined
-        alone.
+        Significant digits kept.
+    refined, confident : float
+        Shares of the impostor comparisons that exceed the refine threshold, and the confident
+        threshold, in coarse alignment.
     window_passed : float
-        Share of the impostor comparisons that reach the sum above which a genuine comparison found
-        by its ridges is not to be rejected by the prefilter.
+        Share of the impostor comparisons with a sum above which the prefilter should not reject a
+        genuine comparison that is found by its ridges.
     prefilter_loss : float
         Share of the genuine comparisons that pass coarse alignment which the prefilter may reject.
     relaxation_loss : float
-        Share of those genuine comparisons whose local matches may be taken for weak.
+        Share of those whose local matches may be taken for weak.
     prefilter_limit : float
-        The greatest prefilter threshold, of however many minutiae: where a print has a great many,
-        most are spurious, and the others agree in no more bits than in another print.
+        Largest prefilter threshold: in prints of very many minutiae most are spurious, and the
+        others agree in no more bits than in another print.
     steepest, slopes : float, int
-        The greatest growth of the prefilter threshold a minutia, and how many slopes are tried.
+        Largest growth of the prefilter threshold a minutia, and the number of slopes tried.
     turns : int
-        How many times to choose and to fit.
+        How many times to choose hypotheses and to fit.
     """
 
     impostor_weight: float = 10.0
@@ -117,28 +115,21 @@ def fit_weights(
     command: str = "",
     parameters: FitParameters | None = None,
 ) -> ScoreWeights:
-    """Learn the weights of the models, whose quantiles do not yet depend on what was compared.
+    """Fit the weights of all models, whose quantiles do not yet depend on what was compared.
 
     Parameters
     ----------
-    samples : sequence of ScoreSample
-        The databases, with ridges.
-    alone : sequence of ScoreSample
-        The same, of minutiae alone.
+    samples, alone : sequence of ScoreSample
+        The databases with ridges, and the same on minutiae alone.
     small : sequence of ScoreSample
-        The same, with ridges, of windows of the prints against whole ones: from them and the whole
-        prints together the model of small prints is learned.
+        Windows of the prints, with ridges, against whole ones; the model of small prints is fitted
+        to them and to the whole prints.
     without : collection of str
-        Features that are to have no weight.
+        Features that get no weight.
     command : str
-        What ran it, kept in the provenance.
+        Command that runs it, for the provenance.
     parameters : FitParameters, optional
-        How to fit.
-
-    Returns
-    -------
-    ScoreWeights
-        The same for the same samples.
+        The fit.
     """
     p = parameters or FitParameters()
     genuine = np.concatenate([one.genuine for one in samples])
@@ -161,7 +152,7 @@ def fit_model(
     without: Collection[str] = (),
     parameters: FitParameters | None = None,
 ) -> ScoreModel:
-    """Learn one model; the parameters are those of `fit_weights`."""
+    """Fit one model; the parameters are those of `fit_weights`."""
     p = parameters or FitParameters()
     every = np.concatenate([one.features for one in samples])
     genuine = np.concatenate([one.genuine for one in samples])
@@ -178,8 +169,8 @@ def fit_model(
     descriptors = np.concatenate([one.descriptors for one in samples])
     searched = ~np.isnan(refined[:, LOCAL_HYPOTHESES:, 0]).all(axis=1)
     total = best_hypotheses(refined, standard, bias)[1]
-    stands_out = total > np.quantile(total[~genuine], 1.0 - p.window_passed)
-    passing = genuine & ((coarse > refine) | (searched & stands_out))
+    exceeds = total > np.quantile(total[~genuine], 1.0 - p.window_passed)
+    passing = genuine & ((coarse > refine) | (searched & exceeds))
     prefilter = _prefilter(descriptors[passing], descriptors[~genuine], p)
     strength = np.sort(np.concatenate([one.strength for one in samples])[passing])
     lost = int(p.relaxation_loss * len(strength))

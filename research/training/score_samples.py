@@ -104,19 +104,13 @@ def sample_of(
     Parameters
     ----------
     extracted : ExtractedSet
-        The database and its templates, which must show their ridges.
+        The database and its templates, which must have a ridge field.
     parameters : SampleParameters, optional
-        What share of the impostors to take.
+        Which share of the impostor comparisons to make.
     ridges : bool
-        Whether the templates keep their ridges; else their minutiae alone are compared.
+        Whether the templates keep their ridges.
     window_px : float, optional
-        Side in pixels at 500 dpi of the windows of which the probes are made (default: they are
-        whole).
-
-    Returns
-    -------
-    ScoreSample
-        All genuine comparisons, and every so many of the others.
+        Side in pixels at 500 dpi of the windows that are cut from the probes (default: whole).
     """
     p = parameters or SampleParameters()
     pairs = choose_pairs(extracted.dataset.impressions)
@@ -167,21 +161,9 @@ def samples_of(
     *,
     workers: int | None = None,
 ) -> tuple[list[ScoreSample], list[ScoreSample], list[ScoreSample]]:
-    """Compare the impressions of databases, as `fit_weights` takes the comparisons.
+    """Return samples with ridges, on minutiae alone, and of windows against whole prints.
 
-    Parameters
-    ----------
-    sets : sequence of ExtractedSet
-        The databases and their templates, which must show their ridges.
-    parameters : SampleParameters, optional
-        What share of the impostors to take, and the windows.
-    workers : int, optional
-        Processes to use (default: one a core).
-
-    Returns
-    -------
-    tuple of lists of ScoreSample
-        With ridges, on minutiae alone, and of windows against whole prints.
+    The parameters are those of `sample_of`, for several databases.
     """
     p = parameters or SampleParameters()
     with ProcessPoolExecutor(workers) as pool:

@@ -1,4 +1,4 @@
-"""`research.training.polarity`: what tells dark lines from bright ones is learned."""
+"""`research.training.polarity`: the cue that separates dark lines from bright ones is learned."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 from fpmatch.image.quality.line_cues import LINE_CUES
 from fpmatch.image.quality.polarity import evidence_of_cues
-from research.training.polarity import PolarityFitParameters, cues_of_finger, fit_polarity
+from research.training.polarity import cues_of_finger, fit_polarity
 
 
 def test_the_cue_that_tells_has_the_weight(rng: np.random.Generator) -> None:
@@ -23,8 +23,7 @@ def test_the_cue_that_tells_has_the_weight(rng: np.random.Generator) -> None:
 
 
 def test_one_finger() -> None:
-    few = PolarityFitParameters(impressions=2)
-    once, again = cues_of_finger(5, 1, few), cues_of_finger(5, 1, few)
+    once, again = cues_of_finger(5, 1, impressions=2), cues_of_finger(5, 1, impressions=2)
     assert 1 <= len(once) <= 2
     assert np.array_equal(once, again)
     assert np.isfinite(once).all()

@@ -1,4 +1,4 @@
-"""`research.training.quality_fit`: what is learned follows examples and praises no fault."""
+"""`research.training.quality`: weights follow the examples and raise no quality for a fault."""
 
 from __future__ import annotations
 

@@ -38,6 +38,13 @@ def reference_image(probe_image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(moved, dtype=np.uint8)
 
 
+@pytest.fixture(scope="session")
+def sides(
+    probe_image: NDArray[np.uint8], reference_image: NDArray[np.uint8]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    return probe_image, reference_image
+
+
 def minutiae_at(positions: Any, turn: float = 0.0) -> Minutiae:
     xy = np.asarray(positions, dtype=float).reshape(-1, 2)
     n = np.arange(len(xy))

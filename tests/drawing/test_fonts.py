@@ -16,10 +16,7 @@ def test_wrapping_keeps_words_and_width(width):
     lines = wrapped(text, 14.0, width)
     assert " ".join(lines) == text
     assert all(text_width(line, 14.0) <= width or " " not in line for line in lines)
-
-
-def test_wrapping_nothing_yields_no_line():
-    assert wrapped("  \n ", 14.0, 100.0) == []
+    assert wrapped("  \n ", 14.0, width) == []
 
 
 def test_signs_that_the_font_lacks_are_spelt():

@@ -15,7 +15,7 @@ SEEN = {
 
 
 @pytest.mark.parametrize("viewer", SEEN)
-def test_inks_and_their_mixture_are_told_apart(viewer):
+def test_inks_and_their_mixture_are_distinguishable(viewer):
     both = palette.mixed((palette.PROBE_INK, palette.REFERENCE_INK))
     colours = [palette.PAPER, palette.PROBE_INK, palette.REFERENCE_INK, both]
     linear = (np.array(colours) / 255) ** 2.2

@@ -118,7 +118,7 @@ def test_the_default_ring_is_easy_to_read_and_truly_paired(
 
 @settings(max_examples=15)
 @given(st.integers(0, 10_000), st.floats(-300, 300).map(lambda x: 2.0 ** (x / 2)))
-def test_a_rotated_copy_has_the_same_circles_and_they_turn_as_it_does(
+def test_the_circles_of_a_rotated_copy_are_the_same_and_rotate_as_it_does(
     seed: int, unit: float
 ) -> None:
     pair = rotated_point_pair(SPIRAL * unit, "spiral", seed)
@@ -162,7 +162,7 @@ def test_two_given_sets_are_paired_by_the_matcher() -> None:
     assert numbers_drawn(pair, rings)["matched"] == len(p)
 
 
-def test_an_even_ring_owns_that_its_turn_may_be_wrong() -> None:
+def test_the_caption_of_a_regular_ring_has_the_true_partner() -> None:
     angle = np.arange(6) * math.pi / 3
     hexagon = np.vstack([np.column_stack([np.cos(angle), np.sin(angle)]), [[0.0, 0.0]]])
     pair = rotated_point_pair(hexagon, "hexagon", 1)
@@ -176,10 +176,10 @@ def test_an_even_ring_owns_that_its_turn_may_be_wrong() -> None:
     assert ("true partner" in words) == (rings.shift != rings.true_shift)
 
 
-# Pictures
+# Figures
 
 
-def test_there_are_seven_pictures_of_the_six_figures(figures: dict[str, PointFigure]) -> None:
+def test_there_are_seven_files_of_the_six_figures(figures: dict[str, PointFigure]) -> None:
     assert list(figures) == ["2", "3", "4", "5", "6a", "6b", "7"]
     for number_, figure in figures.items():
         root = ElementTree.fromstring(figure.content)
@@ -191,44 +191,23 @@ def test_there_are_seven_pictures_of_the_six_figures(figures: dict[str, PointFig
         assert all(word in shown for word in figure.caption.split())
 
 
-def test_the_ring_s_numbers_are_written_into_its_pictures(
-    figures: dict[str, PointFigure], rings: RingPair
-) -> None:
-    circle = rings.p.circle
-    texts = texts_of(figures["4"].content)
-    for weight, arc, sector in zip(circle.weights, rings.p.arcs, rings.p.sectors, strict=True):
-        written = [number(weight), degrees(arc), number(sector)]
-        assert all(texts.count(text) >= 2 for text in written)  # in the drawing and in the table
-    assert {number(circle.area), "1.000", "360.0°"} <= set(texts)
-    for k, weight in enumerate(circle.weights):
-        assert texts_of(figures["5"].content).count(number(weight)) >= 2, k
-
-
-def test_the_table_of_the_circles_has_the_pairs_and_their_deviations(
-    figures: dict[str, PointFigure], rings: RingPair
-) -> None:
-    texts = texts_of(figures["6a"].content)
-    assert {*rings.names, *map(degrees, rings.deviations)} <= set(texts)
-    assert degrees(rings.turn) in figures["6a"].caption
-
-
-def test_the_alignment_has_the_number_of_matches_and_the_rotation(
+def test_the_numbers_are_written_into_the_figures(
     figures: dict[str, PointFigure], pair: PointPair, rings: RingPair
 ) -> None:
-    moved = rings.transform.apply(pair.p.prepared.points)
-    true = pair.q.prepared.points[dict(pair.pairs.tolist())[0]]
-    assert np.hypot(*(moved[0] - true)) < 0.5
+    texts = {key: texts_of(figure.content) for key, figure in figures.items()}
+    ring, circle = rings.p, rings.p.circle
+    for weight, arc, sector in zip(circle.weights, ring.arcs, ring.sectors, strict=True):
+        for text in (number(weight), degrees(arc), number(sector)):
+            assert texts["4"].count(text) >= 2  # in the drawing and in the table
+        assert texts["5"].count(number(weight)) >= 2
+    assert {number(circle.area), "1.000", "360.0°"} <= set(texts["4"])
+    assert {*rings.names, *map(degrees, rings.deviations)} <= set(texts["6a"])
+    assert degrees(rings.transform.rotation) in texts["6b"]
     matched = numbers_drawn(pair, rings)["matched"]
-    assert matched >= 0.9 * len(moved)
-    assert f"{matched} of {len(moved)} points match" in " ".join(texts_of(figures["6b"].content))
-    assert degrees(rings.transform.rotation) in texts_of(figures["6b"].content)
-
-
-def test_every_decision_of_the_flow_chart_has_both_answers(
-    figures: dict[str, PointFigure],
-) -> None:
-    texts = texts_of(figures["7"].content)
-    assert sum("?" in text for text in texts) == texts.count("yes") == texts.count("no") == 5
+    assert matched >= 0.9 * len(pair.p.mesh)
+    assert f"{matched} of {len(pair.p.mesh)} points match" in " ".join(texts["6b"])
+    decisions = sum("?" in text for text in texts["7"])
+    assert decisions == texts["7"].count("yes") == texts["7"].count("no") == 5
 
 
 def test_the_same_points_make_the_same_file_whatever_the_user_s_settings(

@@ -25,10 +25,6 @@ def test_the_facts_of_a_match() -> None:
     ]
 
 
-def test_no_match_has_no_facts() -> None:
-    assert match_facts(PointMatch.none()) == []
-
-
 @pytest.mark.parametrize(
     ("transform", "words"),
     [
@@ -42,7 +38,8 @@ def test_a_transform_in_words(transform: Similarity, words: str) -> None:
     assert dict(match_facts(a_match(transform)))["Transform"] == words
 
 
-def test_chance_is_told_where_it_is_known() -> None:
+def test_facts_that_are_not_known_are_left_out() -> None:
+    assert match_facts(PointMatch.none()) == []
     assert "Chance" not in dict(match_facts(a_match(Similarity())))
     vanishing = dict(match_facts(a_match(Similarity(), chance=0.0)))["Chance"]
     assert vanishing.startswith("less than 1e-300 matches")

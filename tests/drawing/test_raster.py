@@ -35,8 +35,7 @@ def test_a_ring_covers_its_area():
 @pytest.mark.parametrize("end", [(50.0, 30.0), (45.0, 45.0), (10.0, 48.0)])
 def test_a_line_covers_its_length_times_its_width(end):
     line = Path(((10.0, 30.0), end), Pen(BLACK, width=3.0))
-    round_ends = math.pi * 1.5**2
-    expected = 3 * math.dist((10.0, 30.0), end) + round_ends
+    expected = 3 * math.dist((10.0, 30.0), end) + math.pi * 1.5**2  # round ends
     assert covered(line) == pytest.approx(expected, rel=0.1)
 
 
@@ -93,6 +92,7 @@ def test_what_lies_off_the_page_leaves_it_bare(item):
 def test_a_line_across_a_huge_distance_is_drawn_where_it_passes():
     line = Path(((-1e7, 30.0), (1e7, 30.0)), Pen(BLACK, width=2.0))
     assert (paint(Scene(60, 60, (line,)))[29:31, :, 0] == 0).all()
+    assert 20 < covered(Path(line.points, Pen(BLACK, width=2.0, dash=(4.0, 8.0)))) < 90
 
 
 def test_text_is_written_where_it_is_anchored():

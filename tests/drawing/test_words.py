@@ -26,7 +26,7 @@ from fpmatch.drawing.words import odds
         (math.nan, "unknown"),
     ],
 )
-def test_odds_are_told_in_words(fmr, expected):
+def test_odds_in_words(fmr, expected):
     assert odds(fmr) == expected
 
 

@@ -22,7 +22,7 @@ SUMMARIES: Final = {
     "inspect": "Show what files contain: image or template, size, minutiae, quality.",
     "stages": "Write every stage of an extraction as a picture.",
     "enrol": "Enrol prints in a gallery, a database of templates.",
-    "identify": "Rank the prints of a gallery by how well they match a probe.",
+    "identify": "Rank the fingers of a gallery by how well they match a probe.",
     "gallery": "Show and change a gallery: info, list, check, remove, export.",
     "score": "Compare all probes with all references, scores into a file.",
     "serve": "Serve a web interface to compare prints, and an HTTP API.",
@@ -118,4 +118,4 @@ input, with one line on stderr).
 )
 @click.version_option(__version__, prog_name="fpmatch", message="%(prog)s %(version)s")
 def fpmatch() -> None:
-    """Verify fingerprints: two images in; a decision, its certainty and the transform out."""
+    """Verify fingerprints: two images in; a decision, its score and the transform out."""

@@ -60,7 +60,7 @@ calibration_option: Final = click.option(
     "--calibration",
     metavar="FILE",
     type=FILE,
-    help="Score as fitted by fpmatch calibrate.  [default: as on the FVC databases]",
+    help="Score as fitted by fpmatch calibrate.  [default: that of the package]",
 )
 workers_option: Final = click.option(
     "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"

@@ -278,7 +278,7 @@ def evaluate(
         text = f"{enrolment.enrolment_text(document['enrol'])}\n\n{text}"
     if ground_truth:
         measured = measure_minutiae(reports[0], truths)
-        document["minutiae"] = measured.as_json()
+        document["ground_truth"] = measured.as_json()
         text = f"{text}\n\n{format_minutiae(measured)}"
     click.echo(json.dumps(document, indent=2, allow_nan=False) if as_json else text)
     ctx.exit(1 if failed or any(row.failures for row in reports[0].sets) else 0)

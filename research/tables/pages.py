@@ -184,7 +184,7 @@ PAGES: Final = {
         {
             "prints": Part("python -m research compare-prints --json", "synthesis.json"),
             "presets": Part(
-                "fpmatch evaluate DIR... --minutiae --json, a database a preset",
+                "fpmatch evaluate DIR... --ground-truth --json, a database a preset",
                 "synthesis.json",
                 keep=preset_rows,
             ),

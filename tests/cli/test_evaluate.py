@@ -335,7 +335,7 @@ def test_minutiae_adds_tables_and_json(fpmatch, database):
     assert rates.startswith("database ")
     assert minutiae.startswith("minutiae ")
     assert len(minutiae.splitlines()) == 4
-    assert false.startswith("false ones within 12 px, 22.5° ")
+    assert false.startswith("false positives within 12 px, 22.5° ")
     assert transforms.startswith("transforms ")
     document = json.loads(fpmatch(database, "--ground-truth", "--json", "--workers", 1).stdout)
     assert list(document) == [
@@ -345,10 +345,10 @@ def test_minutiae_adds_tables_and_json(fpmatch, database):
         "intervals",
         "dpi_assumed",
         "notes",
-        "minutiae",
+        "ground_truth",
     ]
-    assert document["minutiae"]["pooled"]["extracted"] == 19
-    assert document["minutiae"]["pooled"]["true"] == 20
+    assert document["ground_truth"]["pooled"]["extracted"] == 19
+    assert document["ground_truth"]["pooled"]["true"] == 20
 
 
 def test_minutiae_need_a_truth_and_say_so_before_any_work(fpmatch, database):

@@ -124,7 +124,7 @@ def test_presets_are_shown_at_the_main_tolerance() -> None:
     ]
     transforms = {"genuine": 12, "judged": 10, "match": 0.99, "in_place": 0.975}
     measured = {"name": "easy", "prints": 8, "agreement": agreement, "transforms": transforms}
-    evaluation = {"sets": [{"name": "easy", "eer": 0.0125}], "minutiae": {"sets": [measured]}}
+    evaluation = {"sets": [{"name": "easy", "eer": 0.0125}], "ground_truth": {"sets": [measured]}}
     quantiles = {name: [1.0, 2.0, 3.0, 4.0, 5.0] for name in TITLES}
     one = {"name": "ours", "prints": 8, "quantiles": quantiles}
     one["outside"] = dict.fromkeys(TITLES, 0.25)

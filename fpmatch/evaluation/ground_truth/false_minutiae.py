@@ -1,11 +1,10 @@
-"""Why false minutiae are false: the likeliest cause of each, so that one sees what to mend."""
+"""The likeliest cause of each false positive among extracted minutiae."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -25,11 +24,11 @@ if TYPE_CHECKING:
 
 
 class Cause(StrEnum):
-    """Name causes of false minutiae, in the order in which they are looked for.
+    """Causes of false positives, in the order in which they are tested.
 
-    - DIRECTION: a true minutia that nobody else found is there, and points elsewhere;
-    - BORDER: it lies near the border of the print, as the extractor sees it, or of the image;
-    - NO_RIDGES: no ridges can be seen there: of all the finger's minutiae, the nearest is hidden;
+    - DIRECTION: an unassigned true minutia is there, but has another direction;
+    - BORDER: it lies near the border of the print, as extracted, or of the image;
+    - NO_RIDGES: no visible ridges there: of all the finger's minutiae, the nearest is hidden;
     - NEAR_ANOTHER: another extracted minutia is so near that a ridge must be split or doubled;
     - OTHER: none of these.
     """
@@ -41,50 +40,21 @@ class Cause(StrEnum):
     OTHER = "other"
 
 
-@dataclass(frozen=True, slots=True)
-class CauseParameters:
-    """Set the reach of causes, in pixels at 500 dpi.
+BORDER_PX: Final = 18.0  # largest distance from the border at 500 dpi, two ridge periods
+NEAR_PX: Final = 10.0  # largest distance of near minutiae at 500 dpi, a ridge period
 
-    Parameters
-    ----------
-    tolerance : Tolerance
-        What counts as found; what is not is false.
-    border_px : float
-        Within this distance from the border, about two ridge periods, a minutia is near it.
-    near_px : float
-        Two extracted minutiae within this distance, about a ridge period, are near one another.
+
+def false_minutiae(template: Template, truth: ImpressionTruth) -> dict[int, Cause]:
+    """Return the causes of the false positives at `MAIN_TOLERANCE`, by index of the minutia.
+
+    The ridge field of the template gives the border of the print; the truth is in pixels of the
+    same image.
     """
-
-    tolerance: Tolerance = MAIN_TOLERANCE
-    border_px: float = 18.0
-    near_px: float = 10.0
-
-
-def false_minutiae(
-    template: Template, truth: ImpressionTruth, parameters: CauseParameters | None = None
-) -> dict[int, Cause]:
-    """Find the false minutiae of a template, and the likeliest cause of each.
-
-    Parameters
-    ----------
-    template : Template
-        The extracted minutiae; with its ridge field, which tells where the print ends.
-    truth : ImpressionTruth
-        The truth, in pixels of the same image.
-    parameters : CauseParameters, optional
-        Limits.
-
-    Returns
-    -------
-    dict of int to Cause
-        The cause by the index of the false minutia.
-    """
-    p = parameters or CauseParameters()
     px = template.dpi / STANDARD_DPI
-    reach = p.tolerance.distance_px * px
+    radius = MAIN_TOLERANCE.distance_px * px
     found = template.minutiae
     paired = assign_minutiae(
-        found, truth.minutiae, truth.visible, Tolerance(reach, p.tolerance.turn)
+        found, truth.minutiae, truth.visible, Tolerance(radius, MAIN_TOLERANCE.turn)
     )
     false = np.setdiff1d(np.arange(len(found)), paired[:, 0])
     if not false.size:
@@ -92,16 +62,16 @@ def false_minutiae(
     suspect = found.take(false)
     free = np.setdiff1d(np.arange(len(truth.minutiae)), paired[:, 1])
     turned = assign_minutiae(
-        suspect, truth.minutiae.take(free), truth.visible[free], Tolerance(reach, math.pi)
+        suspect, truth.minutiae.take(free), truth.visible[free], Tolerance(radius, math.pi)
     )
     is_turned = np.isin(np.arange(len(suspect)), turned[:, 0])
     others, _ = differences(suspect, found)
     others[np.arange(len(suspect)), false] = np.inf
     applies = {
         Cause.DIRECTION: is_turned,
-        Cause.BORDER: distance_to_border(template, suspect.xy) <= p.border_px * px,
+        Cause.BORDER: distance_to_border(template, suspect.xy) <= BORDER_PX * px,
         Cause.NO_RIDGES: _nearest(suspect, truth.hidden_xy) < _nearest(suspect, truth.visible_xy),
-        Cause.NEAR_ANOTHER: others.min(axis=1) <= p.near_px * px,
+        Cause.NEAR_ANOTHER: others.min(axis=1) <= NEAR_PX * px,
         Cause.OTHER: np.ones(len(suspect), dtype=bool),
     }
     first = np.argmax(np.stack([applies[cause] for cause in Cause]), axis=0)
@@ -110,19 +80,9 @@ def false_minutiae(
 
 
 def distance_to_border(template: Template, points: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return how far points are from the border of the print, or of the image where that is near.
+    """Return the distances of points from the border of the print or image; 0 outside.
 
-    Parameters
-    ----------
-    template : Template
-        Tells the size of the image and, by its ridge field, where the print is.
-    points : ndarray of float, shape (N, 2)
-        Points in pixels.
-
-    Returns
-    -------
-    ndarray of float64, shape (N,)
-        Distances in pixels; 0 outside the print.
+    The points, of shape (N, 2), and the distances are in pixels.
 
     Examples
     --------
@@ -135,10 +95,10 @@ def distance_to_border(template: Template, points: NDArray[np.floating]) -> NDAr
     to_edge = np.min([x, y, template.width - x, template.height - y], axis=0).clip(min=0.0)
     if template.field is None or template.field.mask.all():
         return np.asarray(to_edge)
-    return np.asarray(np.minimum(to_edge, _distance_to_empty_cells(template.field, x, y)))
+    return np.asarray(np.minimum(to_edge, _distance_to_background(template.field, x, y)))
 
 
-def _distance_to_empty_cells(
+def _distance_to_background(
     field: RidgeField, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     rows, columns = np.nonzero(~field.mask)

@@ -1,15 +1,15 @@
-"""How well extracted minutiae agree with the true ones: right, missed, false.
+"""Extracted minutiae compared with the true ones: true and false positives, false negatives.
 
-Extracted and true minutiae are assigned to each other one to one. A pair lies within a tolerance
-of distance and direction, and its extracted minutia is right; a true minutia without a partner is
-missed, an extracted one without is false. True minutiae that cannot be seen are not asked for:
-whoever finds one is neither right nor false.
+Extracted and true minutiae are assigned to each other one to one, within a tolerance of distance
+and direction. An extracted minutia that is assigned to a visible true one is a true positive, one
+without a partner a false positive; a visible true minutia without a partner is a false negative.
+Extracted minutiae that are assigned to invisible true ones are ignored.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Set within what an extracted minutia is a true one.
+    """Set the largest differences of an extracted and a true minutia that are assigned.
 
     Parameters
     ----------
@@ -45,57 +45,41 @@ TOLERANCES: Final = (Tolerance(16.0, math.pi / 6), MAIN_TOLERANCE, Tolerance(8.0
 
 @dataclass(frozen=True, slots=True)
 class MinutiaeCounts:
-    """Count extracted and true minutiae of some prints; counts add up.
+    """Count extracted and true minutiae of some prints; counts add up."""
 
-    Parameters
-    ----------
-    right : int
-        Extracted minutiae that are true ones to be seen.
-    missed : int
-        True minutiae to be seen that none of the extracted is.
-    false : int
-        Extracted minutiae that are no true ones.
-    unseen : int
-        Extracted minutiae that are true ones not to be seen: neither right nor false.
-    """
-
-    right: int = 0
-    missed: int = 0
-    false: int = 0
-    unseen: int = 0
+    true_positives: int = 0
+    false_negatives: int = 0
+    false_positives: int = 0
+    ignored: int = 0
 
     def __add__(self, other: MinutiaeCounts) -> MinutiaeCounts:
-        return MinutiaeCounts(
-            self.right + other.right,
-            self.missed + other.missed,
-            self.false + other.false,
-            self.unseen + other.unseen,
-        )
+        return MinutiaeCounts(*(a + b for a, b in zip(astuple(self), astuple(other), strict=True)))
 
     @property
     def extracted(self) -> int:
         """Number of extracted minutiae."""
-        return self.right + self.false + self.unseen
+        return self.true_positives + self.false_positives + self.ignored
 
     @property
     def true(self) -> int:
-        """Number of true minutiae to be seen."""
-        return self.right + self.missed
+        """Number of visible true minutiae."""
+        return self.true_positives + self.false_negatives
 
     @property
     def precision(self) -> float:
-        """Share of the right among the right and false; NaN where there are none."""
-        return _share(self.right, self.right + self.false)
+        """Share of true positives among the positives; NaN where there are none."""
+        return _share(self.true_positives, self.true_positives + self.false_positives)
 
     @property
     def recall(self) -> float:
-        """Share of the true minutiae to be seen that were found; NaN where there are none."""
-        return _share(self.right, self.true)
+        """Share of the visible true minutiae that were found; NaN where there are none."""
+        return _share(self.true_positives, self.true)
 
     @property
     def f1(self) -> float:
         """Harmonic mean of precision and recall; NaN where there is nothing at all."""
-        return _share(2 * self.right, 2 * self.right + self.missed + self.false)
+        doubled = 2 * self.true_positives
+        return _share(doubled, doubled + self.false_negatives + self.false_positives)
 
 
 def count_minutiae(
@@ -106,7 +90,7 @@ def count_minutiae(
     *,
     with_kind: bool = False,
 ) -> MinutiaeCounts:
-    """Count right, missed and false minutiae of one print; arguments as in `assign_minutiae`.
+    """Count the minutiae of one print; arguments as in `assign_minutiae`.
 
     Examples
     --------
@@ -114,15 +98,15 @@ def count_minutiae(
     >>> true = Minutiae(x=[10, 50, 90], y=[10, 50, 90], angle=[0.0, 1.0, 2.0])
     >>> found = Minutiae(x=[12, 50, 88], y=[10, 50, 90], angle=[0.1, 4.0, 2.0])
     >>> count_minutiae(found, true, np.array([True, True, False]))
-    MinutiaeCounts(right=1, missed=1, false=1, unseen=1)
+    MinutiaeCounts(true_positives=1, false_negatives=1, false_positives=1, ignored=1)
     """
     pairs = assign_minutiae(found, true, visible, tolerance, with_kind=with_kind)
-    right = int(np.count_nonzero(visible[pairs[:, 1]]))
+    assigned = int(np.count_nonzero(visible[pairs[:, 1]]))
     return MinutiaeCounts(
-        right=right,
-        missed=int(np.count_nonzero(visible)) - right,
-        false=len(found) - len(pairs),
-        unseen=len(pairs) - right,
+        true_positives=assigned,
+        false_negatives=int(np.count_nonzero(visible)) - assigned,
+        false_positives=len(found) - len(pairs),
+        ignored=len(pairs) - assigned,
     )
 
 
@@ -136,16 +120,15 @@ def assign_minutiae(
 ) -> NDArray[np.intp]:
     """Assign extracted minutiae to true ones, one to one.
 
-    Of all assignments within the tolerance, one with the most visible true minutiae, among these
-    with the most invisible ones, and among these with the least sum of squared distances and
-    turns, each in units of its tolerance.
+    The assignment has the most visible true minutiae, then the most invisible ones, then the least
+    sum of squared distances and turns in units of their tolerances.
 
     Parameters
     ----------
     found, true : Minutiae
         Extracted and true minutiae, in one frame.
     visible : ndarray of bool, shape (number of true,)
-        Which of the true ones can be seen.
+        Which of the true ones are visible.
     tolerance : Tolerance
         How far the two of a pair may differ.
     with_kind : bool

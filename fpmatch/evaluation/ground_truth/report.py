@@ -1,4 +1,4 @@
-"""What an evaluation found on prints whose truth is known: their minutiae, and transforms."""
+"""The minutiae and transforms of an evaluation, measured against the ground truth."""
 
 from __future__ import annotations
 
@@ -16,8 +16,12 @@ from fpmatch.evaluation.ground_truth.minutiae_counts import (
     MinutiaeCounts,
     count_minutiae,
 )
-from fpmatch.evaluation.ground_truth.transform_error import TransformError, measure_transforms
-from fpmatch.evaluation.ground_truth.transform_summary import TransformSummary, summarise_transforms
+from fpmatch.evaluation.ground_truth.transform_error import (
+    TransformError,
+    TransformSummary,
+    measure_transforms,
+    summarise_transforms,
+)
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, Template
 
 if TYPE_CHECKING:
@@ -31,14 +35,14 @@ _DIGITS: Final = 4  # of shares, degrees and pixels in JSON
 
 @dataclass(frozen=True, slots=True)
 class MinutiaeResult:
-    """Hold what extraction made of one or more prints; results add up.
+    """Hold the extraction results of one or more prints; results add up.
 
     Parameters
     ----------
     counts, with_kind : tuple of MinutiaeCounts
         One for each of `TOLERANCES`; with any kinds, and with equal ones.
     causes : Counter of Cause
-        The minutiae that are false at `MAIN_TOLERANCE`, with any kinds, by cause.
+        The false positives at `MAIN_TOLERANCE`, with any kinds, by cause.
     """
 
     counts: tuple[MinutiaeCounts, ...] = (MinutiaeCounts(),) * len(TOLERANCES)
@@ -73,13 +77,13 @@ class MinutiaeResult:
                     TOLERANCES, self.counts, self.with_kind, strict=True
                 )
             ],
-            "false_by_cause": _causes_as_json(self.causes),
+            "false_positives_by_cause": _causes_as_json(self.causes),
         }
 
 
 @dataclass(frozen=True, slots=True)
 class MinutiaeSetResult:
-    """Hold what was found on one database, or on several pooled.
+    """Hold the results on one database, or on several pooled.
 
     Parameters
     ----------
@@ -90,7 +94,7 @@ class MinutiaeSetResult:
     genuine : int
         Number of genuine pairs, judged or not.
     errors : tuple of TransformError
-        One a genuine pair that was judged.
+        One a judged genuine pair.
     """
 
     name: str
@@ -105,7 +109,7 @@ class MinutiaeSetResult:
 
     @property
     def transforms(self) -> TransformSummary:
-        """The judged pairs' errors in a few figures."""
+        """A summary of the errors of the judged pairs."""
         return summarise_transforms(self.errors)
 
     def as_json(self) -> dict[str, Any]:
@@ -123,7 +127,7 @@ class MinutiaeSetResult:
 
 @dataclass(frozen=True, slots=True)
 class MinutiaeReport:
-    """Hold what was found on some databases whose truth is known."""
+    """Hold the results on some databases with ground truth."""
 
     sets: tuple[MinutiaeSetResult, ...]
 
@@ -153,17 +157,7 @@ def measure_minutiae(
 ) -> MinutiaeReport:
     """Measure the templates and the transforms of an evaluation against the truth.
 
-    Parameters
-    ----------
-    report : EvaluationReport
-        The evaluation.
-    truths : sequence of sequence of ImpressionTruth
-        The truth about each database's impressions, as `load_truth` returns it.
-
-    Returns
-    -------
-    MinutiaeReport
-        A row a database.
+    `truths` holds the truth about each database's impressions, as `load_truth` returns it.
     """
     rows = zip(report.sets, truths, strict=True)
     return MinutiaeReport(tuple(_measure_set(row, truth, report.matcher) for row, truth in rows))
@@ -185,25 +179,15 @@ def _measure_set(
 
 
 def measure_print(template: Template | None, truth: ImpressionTruth) -> MinutiaeResult:
-    """Measure one template against the truth.
+    """Measure one template against the truth, in pixels of the same image.
 
-    Parameters
-    ----------
-    template : Template or None
-        The template; None, for an image that gave none, misses all there is.
-    truth : ImpressionTruth
-        The truth, in pixels of the same image.
-
-    Returns
-    -------
-    MinutiaeResult
-        Counts, by distances at 500 dpi.
+    Without a template, all true minutiae are false negatives. Tolerances are at 500 dpi.
     """
     if template is None:
-        missed = MinutiaeCounts(missed=int(np.count_nonzero(truth.visible)))
+        missed = MinutiaeCounts(false_negatives=int(np.count_nonzero(truth.visible)))
         return MinutiaeResult((missed,) * len(TOLERANCES), (missed,) * len(TOLERANCES))
-    zoom = STANDARD_DPI / template.dpi
-    found, true = _zoomed(template.minutiae, zoom), _zoomed(truth.minutiae, zoom)
+    factor = STANDARD_DPI / template.dpi
+    found, true = _scaled(template.minutiae, factor), _scaled(truth.minutiae, factor)
     counts, with_kind = (
         tuple(count_minutiae(found, true, truth.visible, t, with_kind=kind) for t in TOLERANCES)
         for kind in (False, True)
@@ -211,13 +195,13 @@ def measure_print(template: Template | None, truth: ImpressionTruth) -> Minutiae
     return MinutiaeResult(counts, with_kind, Counter(false_minutiae(template, truth).values()))
 
 
-def _zoomed(minutiae: Minutiae, zoom: float) -> Minutiae:
-    return replace(minutiae, x=minutiae.x * zoom, y=minutiae.y * zoom)
+def _scaled(minutiae: Minutiae, factor: float) -> Minutiae:
+    return replace(minutiae, x=minutiae.x * factor, y=minutiae.y * factor)
 
 
 def _print_as_json(name: str, result: MinutiaeResult) -> dict[str, Any]:
     counts = _counts_as_json(result.main)
-    return {"name": name, **counts, "false_by_cause": _causes_as_json(result.causes)}
+    return {"name": name, **counts, "false_positives_by_cause": _causes_as_json(result.causes)}
 
 
 def _causes_as_json(causes: Counter[Cause]) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""A report on prints whose truth is known as tables of text, for people."""
+"""A report against ground truth as tables of text."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 _SHARES: Final = ("precision", "recall", "F1")
 _MINUTIAE_HEAD: Final = (
-    *("minutiae", "within", "extracted", "true", "right", *_SHARES),
+    *("minutiae", "within", "extracted", "visible", "TP", *_SHARES),
     *("with kind: precision", *_SHARES[1:]),
 )
-_FALSE_HEAD: Final = (f"false ones within {MAIN_TOLERANCE}", "all", *(c.value for c in Cause))
+_FALSE_HEAD: Final = (f"false positives within {MAIN_TOLERANCE}", "all", *(c.value for c in Cause))
 _TRANSFORM_HEAD: Final = (
     *("transforms", "genuine", "judged", "MATCH", "in place"),
     *("rotation", "95 %", "shift", "95 %", "scale", "95 %", "residual", "at best"),
@@ -29,18 +29,9 @@ _UNDEFINED: Final = "-"
 
 
 def format_minutiae(report: MinutiaeReport) -> str:
-    """Return three tables: of the minutiae, of the false ones by cause, and of the transforms.
+    """Return three tables: of the minutiae, of the false positives by cause, of the transforms.
 
-    Parameters
-    ----------
-    report : MinutiaeReport
-        The report.
-
-    Returns
-    -------
-    str
-        Lines of equal columns; "-" where nothing can be said. Several databases are followed by
-        a row that pools them.
+    Several databases are followed by a row that pools them; undefined cells are "-".
     """
     rows = [*report.sets, *([report.pooled] if len(report.sets) > 1 else [])]
     blocks = [
@@ -55,7 +46,14 @@ def _minutiae_cells(row: MinutiaeSetResult) -> list[Cells]:
     total = row.total
     numbers = (str(total.main.extracted), str(total.main.true))
     return [
-        (row.name, str(tolerance), *numbers, str(c.right), *_shares(c), *_shares(with_kind))
+        (
+            row.name,
+            str(tolerance),
+            *numbers,
+            str(c.true_positives),
+            *_shares(c),
+            *_shares(with_kind),
+        )
         for tolerance, c, with_kind in zip(TOLERANCES, total.counts, total.with_kind, strict=True)
     ]
 

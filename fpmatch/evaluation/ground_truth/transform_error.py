@@ -1,9 +1,9 @@
-"""How far a matcher's transforms of genuine pairs are from the true ones."""
+"""Errors of a matcher's transforms of genuine pairs, and their summary."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -21,15 +21,17 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.report import SetResult
 
 MIN_COMMON: Final = 12
+MAX_ROTATION_DEG: Final = 2.0  # errors of a transform in place; pixels at 500 dpi
+MAX_SHIFT_PX: Final = 4.0
 _NAN: Final = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
 class TransformError:
-    """Hold how far one transform is from the true one; NaN where none was found.
+    """Hold the error of one transform; NaN where none was found.
 
-    True is ``reference.after(probe.inverse())`` of the two prints' own transforms. The overlap is
-    sampled at the true minutiae to be seen in both.
+    The true transform is ``reference.after(probe.inverse())`` of the two prints' own transforms.
+    The overlap is sampled at the true minutiae that are visible in both.
 
     Parameters
     ----------
@@ -38,13 +40,13 @@ class TransformError:
     rotation_deg : float
         Error of the rotation, 0 to 180 degrees.
     shift_px : float
-        How far the middle of the overlap is mapped from where it truly lies.
+        Distance between the mapped and the true middle of the overlap.
     scale : float
-        Found scale by the true one.
+        Ratio of the found scale to the true one.
     residual_px : float
-        Root mean square distance, over the overlap, of what is mapped from where it truly lies.
+        Root mean square distance between mapped and true positions over the overlap.
     least_residual_px : float
-        What the best similarity would leave there, because skin stretches.
+        The same of the best similarity, which is not 0 because skin stretches.
     """
 
     match: bool
@@ -63,23 +65,9 @@ def measure_transform(
     match: bool = True,
     dpi: float = STANDARD_DPI,
 ) -> TransformError:
-    """Measure one transform against the truth.
+    """Measure one transform, from the probe's pixels to the reference's, against the truth.
 
-    Parameters
-    ----------
-    found : Similarity or None
-        The transform found, from the probe's pixels to the reference's.
-    probe, reference : ImpressionTruth
-        The truth about the two; they have at least two minutiae in common.
-    match : bool
-        The decision.
-    dpi : float
-        Resolution of the reference, by which lengths are brought to 500 dpi.
-
-    Returns
-    -------
-    TransformError
-        The error.
+    The two prints have at least two true minutiae in common; `dpi` is that of the reference.
     """
     p, q = common_minutiae(probe, reference)
     px = STANDARD_DPI / dpi
@@ -101,7 +89,7 @@ def measure_transform(
 def common_minutiae(
     probe: ImpressionTruth, reference: ImpressionTruth
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where the minutiae that can be seen in both prints lie in either, (N, 2) each."""
+    """Return the positions in each print of the minutiae visible in both, (N, 2) each."""
     seen = [np.flatnonzero(truth.visible) for truth in (probe, reference)]
     _, i, j = np.intersect1d(
         probe.master[seen[0]], reference.master[seen[1]], assume_unique=True, return_indices=True
@@ -110,35 +98,19 @@ def common_minutiae(
 
 
 def measure_transforms(
-    result: SetResult,
-    truths: Sequence[ImpressionTruth],
-    matcher: str,
-    min_common: int = MIN_COMMON,
+    result: SetResult, truths: Sequence[ImpressionTruth], matcher: str
 ) -> list[TransformError]:
     """Measure the transforms of a database's genuine pairs that have enough in common.
 
-    Parameters
-    ----------
-    result : SetResult
-        The comparisons, as `fpmatch.evaluation.run.evaluate` returns them.
-    truths : sequence of ImpressionTruth
-        The truth about each impression, in the order of the database.
-    matcher : str
-        The matcher's name; one that has no rule of its own and no calibration finds no match.
-    min_common : int
-        Pairs with fewer true minutiae to be seen in both prints are not judged; 2 at least.
-
-    Returns
-    -------
-    list of TransformError
-        One a pair judged.
+    Pairs with fewer than `MIN_COMMON` true minutiae that are visible in both prints are not judged.
+    A matcher without a rule of its own and without calibration finds no match.
     """
     errors = []
     decided = decide(matcher, result.outcomes["similarity"])
     templates = [extraction.template for extraction in result.extracted.extractions]
     for k in np.flatnonzero(result.pairs.genuine):
         i, j = int(result.pairs.probe[k]), int(result.pairs.reference[k])
-        if len(common_minutiae(truths[i], truths[j])[0]) < min_common:
+        if len(common_minutiae(truths[i], truths[j])[0]) < MIN_COMMON:
             continue
         found = _transform_of(result.outcomes[k])
         reference = templates[j]
@@ -161,3 +133,80 @@ def _transform_of(outcome: NDArray[np.void]) -> Similarity | None:
 
 def _residual(transform: Similarity, p: NDArray[np.float64], q: NDArray[np.float64]) -> float:
     return float(np.sqrt(((transform.apply(p) - q) ** 2).sum(axis=1).mean()))
+
+
+@dataclass(frozen=True, slots=True)
+class TransformSummary:
+    """Summarise the errors of some judged pairs; NaN where there are none.
+
+    Parameters
+    ----------
+    judged : int
+        Number of pairs.
+    match : float
+        Share of these that are decided a match.
+    rotation_in_limits, shift_in_limits, in_place : float
+        Shares with the rotation, the shift, and both within `MAX_ROTATION_DEG` and `MAX_SHIFT_PX`;
+        a pair without a transform has neither.
+    rotation_deg, rotation_deg_p95, shift_px, shift_px_p95, scale_percent, scale_percent_p95 : float
+        Median and 95th percentile of each error; lengths at 500 dpi.
+    residual_px, least_residual_px : float
+        Medians of the residuals of the found transform and of the best similarity.
+    """
+
+    judged: int
+    match: float
+    rotation_in_limits: float
+    shift_in_limits: float
+    in_place: float
+    rotation_deg: float
+    rotation_deg_p95: float
+    shift_px: float
+    shift_px_p95: float
+    scale_percent: float
+    scale_percent_p95: float
+    residual_px: float
+    least_residual_px: float
+
+
+def summarise_transforms(errors: Sequence[TransformError]) -> TransformSummary:
+    """Summarise the errors of some pairs.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> near = TransformError(True, 0.5, 1.0, 1.01, 2.0, 1.5)
+    >>> summary = summarise_transforms([near, replace(near, shift_px=9.0)])
+    >>> summary.match, summary.in_place, summary.shift_px
+    (1.0, 0.5, 5.0)
+    """
+    table = np.array([astuple(error) for error in errors], dtype=np.float64)
+    match, rotation, shift, scale, residual, least = table.reshape(
+        len(errors), len(fields(TransformError))
+    ).T
+    turned_well, shifted_well = rotation <= MAX_ROTATION_DEG, shift <= MAX_SHIFT_PX
+    percent = 100 * np.abs(scale - 1)
+    return TransformSummary(
+        judged=len(errors),
+        match=_mean(match),
+        rotation_in_limits=_mean(turned_well),
+        shift_in_limits=_mean(shifted_well),
+        in_place=_mean(turned_well & shifted_well),
+        rotation_deg=_quantile(rotation, 0.5),
+        rotation_deg_p95=_quantile(rotation, 0.95),
+        shift_px=_quantile(shift, 0.5),
+        shift_px_p95=_quantile(shift, 0.95),
+        scale_percent=_quantile(percent, 0.5),
+        scale_percent_p95=_quantile(percent, 0.95),
+        residual_px=_quantile(residual, 0.5),
+        least_residual_px=_quantile(least, 0.5),
+    )
+
+
+def _mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
+    return float(np.mean(values)) if values.size else float("nan")
+
+
+def _quantile(values: NDArray[np.float64], share: float) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.quantile(known, share)) if known.size else float("nan")

@@ -1,4 +1,4 @@
-"""The truth about synthetic prints, as the files in the folder ``truth`` beside them tell it."""
+"""The ground truth of synthetic prints, from the files in the folder ``truth`` beside them."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from fpmatch.errors import DatasetError, FpmatchError
 from fpmatch.minutiae import Minutiae
+from fpmatch.output import reason
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.displacement import DisplacementField
 
@@ -25,23 +26,23 @@ TRUTH_FOLDER: Final = "truth"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImpressionTruth:
-    """Hold what is true of one impression; positions in pixels of its image.
+    """Hold the ground truth of one impression; positions in pixels of its image.
 
     Parameters
     ----------
     transform : Similarity
-        Maps the finger's master print onto the image, as well as a similarity can.
+        Maps the finger's master print onto the image, up to the displacement.
     minutiae : Minutiae
-        The true minutiae listed for the image, N of them.
+        The N true minutiae listed for the image.
     master : ndarray of int64, shape (N,)
-        Which of the finger's minutiae each one is.
+        Index of each in the finger's minutiae.
     visible : ndarray of bool, shape (N,)
-        Whether it can be seen.
+        Whether it is visible.
     hidden_xy : ndarray of float64, shape (K, 2)
-        Where the finger's other minutiae lie, in the image or beyond it: the listed ones that
-        cannot be seen, and those not listed.
+        Positions of the finger's other minutiae, in the image or beyond it: those that are not
+        visible, and those not listed.
     displacement : DisplacementField, optional
-        Where skin of the image would lie had `transform` alone moved it; without one, it lies so.
+        Displacement of the skin from where `transform` alone maps it.
     """
 
     transform: Similarity
@@ -53,35 +54,25 @@ class ImpressionTruth:
 
     @property
     def visible_xy(self) -> NDArray[np.float64]:
-        """Positions of the minutiae that can be seen, shape (M, 2)."""
+        """Positions of the visible minutiae, shape (M, 2)."""
         return self.minutiae.xy[self.visible].astype(np.float64)
 
     def to_master(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Return where on the master print image `points` (N, 2) come from."""
+        """Map image `points` (N, 2) to the master print."""
         relaxed = points if self.displacement is None else self.displacement.relaxed(points)
         return self.transform.inverse().apply(relaxed)
 
     def from_master(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Return where in the image `points` (N, 2) of the master print lie."""
+        """Map `points` (N, 2) of the master print to the image."""
         return _placed(self.transform, self.displacement, points)
 
 
 def corresponding_points(
     probe: ImpressionTruth, reference: ImpressionTruth, points: ArrayLike
 ) -> NDArray[np.float64]:
-    """Map points of one impression to where the same skin lies in another of the same finger.
+    """Map points (N, 2) of one impression to the same skin in another of the same finger.
 
-    Parameters
-    ----------
-    probe, reference : ImpressionTruth
-        The truth about two impressions of one finger.
-    points : array_like of float, shape (N, 2)
-        x and y in pixels of the probe.
-
-    Returns
-    -------
-    ndarray of float64, shape (N, 2)
-        In pixels of the reference, maybe beyond its borders.
+    The result is in pixels of the reference, maybe beyond its borders.
     """
     return reference.from_master(probe.to_master(points))
 
@@ -96,7 +87,7 @@ def load_truth(dataset: Dataset) -> tuple[ImpressionTruth, ...]:
     them can be seen, ``visible``; and, where skin stretched, ``displacement``: ``step``, and the
     rows ``dx`` and ``dy`` of the nodes of a `fpmatch.synthesis.displacement.DisplacementField`,
     such that the point p of the image comes from ``transform.inverse().apply(p + (dx, dy))``.
-    Whatever else it holds is passed over.
+    Other keys are ignored.
 
     Parameters
     ----------
@@ -131,10 +122,9 @@ def _read_object(path: Path) -> dict[str, Any]:
     except (FileNotFoundError, NotADirectoryError) as error:
         raise DatasetError(f"{path}: no such file; true minutiae are read from it") from error
     except OSError as error:
-        raise DatasetError(f"{path}: cannot be read: {error.strerror}") from error
+        raise DatasetError(f"{path}: cannot be read: {reason(error)}") from error
     except (ValueError, RecursionError) as error:
-        reason = str(error).splitlines()[0]
-        raise DatasetError(f"{path}: not a readable JSON file: {reason}") from error
+        raise DatasetError(f"{path}: not a readable JSON file: {_first_line(error)}") from error
     for key in ("minutiae", "impressions"):
         if not (isinstance(document, dict) and isinstance(document.get(key), dict)):
             raise DatasetError(f"{path}: not the truth about a finger: it has no object {key!r}")
@@ -149,8 +139,13 @@ def _impression_truth(path: Path, document: dict[str, Any], name: str) -> Impres
     except KeyError as error:
         raise DatasetError(f"{path}: impression {name} or its finger has no {error}") from error
     except (FpmatchError, TypeError, ValueError, OverflowError) as error:
-        reason = str(error).splitlines()[0]
-        raise DatasetError(f"{path}: impression {name} is malformed: {reason}") from error
+        raise DatasetError(
+            f"{path}: impression {name} is malformed: {_first_line(error)}"
+        ) from error
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).splitlines()[0]
 
 
 def _parse(of_finger: dict[str, Any], impression: dict[str, Any]) -> ImpressionTruth:

@@ -8,7 +8,6 @@ from truth_files import truth_of
 
 from fpmatch.evaluation.ground_truth.false_minutiae import (
     Cause,
-    CauseParameters,
     distance_to_border,
     false_minutiae,
 )
@@ -73,12 +72,6 @@ def test_lengths_are_of_500_dpi() -> None:
     found = template((100, 100, 1.0), (100, 115, 1.0), dpi=1000)
     assert false_minutiae(found, truth_of(TRUE)) == {1: Cause.NEAR_ANOTHER}
     assert false_minutiae(template((120, 100, 1.0), dpi=1000), truth_of(TRUE)) == {}
-
-
-def test_limits_can_be_set() -> None:
-    strict = CauseParameters(border_px=5.0, near_px=2.0)
-    found = template((60, 10, 1.0), (60, 13, 1.0))
-    assert set(false_minutiae(found, truth_of(TRUE), strict).values()) == {Cause.OTHER}
 
 
 def test_distance_to_the_border_without_a_field() -> None:

@@ -46,7 +46,9 @@ def test_the_tolerances_are_the_known_ones() -> None:
 )
 def test_a_pair_lies_within_both_tolerances(dx: float, turn: float, right: int) -> None:
     found = Minutiae(ONE.x + np.float32(dx), ONE.y, ONE.angle + np.float32(turn))
-    expected = MinutiaeCounts(right=right, missed=1 - right, false=1 - right)
+    expected = MinutiaeCounts(
+        true_positives=right, false_negatives=1 - right, false_positives=1 - right
+    )
     assert count_minutiae(found, ONE, SEEN, CLOSE) == expected
 
 
@@ -69,26 +71,26 @@ def test_direction_decides_between_equally_near_ones() -> None:
 
 def test_a_visible_minutia_comes_before_a_nearer_invisible_one() -> None:
     counts = count_minutiae(row(0), row(1, 5), np.array([False, True]), CLOSE)
-    assert counts == MinutiaeCounts(right=1)
+    assert counts == MinutiaeCounts(true_positives=1)
 
 
 def test_who_finds_an_invisible_minutia_is_neither_right_nor_false() -> None:
     counts = count_minutiae(row(0, 100), row(1, 50), np.array([False, False]), CLOSE)
-    assert counts == MinutiaeCounts(false=1, unseen=1)
+    assert counts == MinutiaeCounts(false_positives=1, ignored=1)
     assert (counts.extracted, counts.true) == (2, 0)
 
 
 def test_kinds_count_where_they_are_asked_for() -> None:
     bifurcation = row(0, kind=2)
-    assert count_minutiae(row(1), bifurcation, SEEN, CLOSE).right == 1
-    assert count_minutiae(row(1), bifurcation, SEEN, CLOSE, with_kind=True).right == 0
-    assert count_minutiae(row(1), row(0), SEEN, CLOSE, with_kind=True).right == 1
+    assert count_minutiae(row(1), bifurcation, SEEN, CLOSE).true_positives == 1
+    assert count_minutiae(row(1), bifurcation, SEEN, CLOSE, with_kind=True).true_positives == 0
+    assert count_minutiae(row(1), row(0), SEEN, CLOSE, with_kind=True).true_positives == 1
 
 
 def test_nothing_agrees_with_nothing() -> None:
     nothing = Minutiae.empty()
-    assert count_minutiae(nothing, ONE, SEEN) == MinutiaeCounts(missed=1)
-    assert count_minutiae(ONE, nothing, all_seen(nothing)) == MinutiaeCounts(false=1)
+    assert count_minutiae(nothing, ONE, SEEN) == MinutiaeCounts(false_negatives=1)
+    assert count_minutiae(ONE, nothing, all_seen(nothing)) == MinutiaeCounts(false_positives=1)
     counts = count_minutiae(nothing, nothing, all_seen(nothing))
     assert counts == MinutiaeCounts()
     assert all(map(math.isnan, (counts.precision, counts.recall, counts.f1)))
@@ -134,4 +136,4 @@ def test_what_agrees_with_itself_does_so_wholly(seed: int, count: int) -> None:
     minutiae = some_minutiae(np.random.default_rng(seed), count)
     for tolerance in TOLERANCES:
         counts = count_minutiae(minutiae, minutiae, all_seen(minutiae), tolerance, with_kind=True)
-        assert counts == MinutiaeCounts(right=count)
+        assert counts == MinutiaeCounts(true_positives=count)

@@ -25,22 +25,22 @@ def test_a_print_is_measured_at_all_tolerances_with_and_without_kind() -> None:
     """Of four, one is near, one 10 px off, one of another kind, one 14 px off; one is false."""
     found = Minutiae(x=[60, 110, 140, 154], y=[80] * 4, angle=[0] * 4, kind=[1, 1, 1, 2])
     result = measure_print(Template(found, 200, 160), truth_of(TRUE))
-    assert [c.right for c in result.counts] == [3, 3, 2]
-    assert [c.right for c in result.with_kind] == [3, 2, 1]
-    assert result.main == MinutiaeCounts(right=3, false=1)
+    assert [c.true_positives for c in result.counts] == [3, 3, 2]
+    assert [c.true_positives for c in result.with_kind] == [3, 2, 1]
+    assert result.main == MinutiaeCounts(true_positives=3, false_positives=1)
     assert result.causes == Counter({Cause.OTHER: 1})
 
 
 def test_distances_are_of_500_dpi() -> None:
     off = replace(TRUE, y=TRUE.y + 20)
-    assert measure_print(Template(off, 200, 160), truth_of(TRUE)).main.right == 0
+    assert measure_print(Template(off, 200, 160), truth_of(TRUE)).main.true_positives == 0
     fine = measure_print(Template(off, 200, 160, dpi=1000), truth_of(TRUE))
-    assert [c.right for c in fine.counts] == [3, 3, 0]
+    assert [c.true_positives for c in fine.counts] == [3, 3, 0]
 
 
 def test_a_print_without_a_template_misses_all_there_is() -> None:
     result = measure_print(None, truth_of(TRUE, [True, False, True]))
-    assert set(result.counts) == set(result.with_kind) == {MinutiaeCounts(missed=2)}
+    assert set(result.counts) == set(result.with_kind) == {MinutiaeCounts(false_negatives=2)}
     assert result.causes == Counter()
 
 
@@ -60,9 +60,9 @@ def report(bench, make_database):
 def test_rows_follow_the_databases_and_are_pooled(report: MinutiaeReport) -> None:
     a, b = report.sets
     assert [name for name, _ in b.prints] == ["1_1.tif", "1_2.tif", "2_1.tif", "2_2.tif"]
-    assert a.total.main == MinutiaeCounts(missed=12, false=6)
-    assert b.total.main == MinutiaeCounts(missed=8, false=3)
-    assert report.pooled.total.main == MinutiaeCounts(missed=20, false=9)
+    assert a.total.main == MinutiaeCounts(false_negatives=12, false_positives=6)
+    assert b.total.main == MinutiaeCounts(false_negatives=8, false_positives=3)
+    assert report.pooled.total.main == MinutiaeCounts(false_negatives=20, false_positives=9)
     assert (a.genuine, b.genuine, report.pooled.genuine) == (3, 2, 5)
     assert sum(report.pooled.total.causes.values()) == 9
 
@@ -95,7 +95,7 @@ def test_json_holds_what_was_counted_and_null_for_what_is_undefined(report: Minu
     assert [row["distance_px"] for row in a["agreement"]] == [t.distance_px for t in TOLERANCES]
     assert a["agreement"][1]["turn_deg"] == 22.5
     assert (a["agreement"][1]["f1"], a["agreement"][1]["with_kind"]["recall"]) == (0, 0)
-    assert list(a["false_by_cause"]) == [
+    assert list(a["false_positives_by_cause"]) == [
         "direction",
         "border",
         "no_ridges",
@@ -105,9 +105,15 @@ def test_json_holds_what_was_counted_and_null_for_what_is_undefined(report: Minu
     assert a["transforms"]["genuine"] == 3
     assert a["transforms"]["match"] is None
     assert a["by_print"][0] == {
-        **{"name": "1_1.tif", "right": 0, "missed": 2, "false": 1, "unseen": 0},
+        **{
+            "name": "1_1.tif",
+            "true_positives": 0,
+            "false_negatives": 2,
+            "false_positives": 1,
+            "ignored": 0,
+        },
         **{"precision": 0, "recall": 0, "f1": 0},
-        "false_by_cause": a["by_print"][0]["false_by_cause"],
+        "false_positives_by_cause": a["by_print"][0]["false_positives_by_cause"],
     }
     assert document["pooled"]["true"] == 20
     assert "by_print" not in document["pooled"]

@@ -7,8 +7,7 @@ from dataclasses import astuple
 
 import pytest
 
-from fpmatch.evaluation.ground_truth.transform_error import TransformError
-from fpmatch.evaluation.ground_truth.transform_summary import TransformLimits, summarise_transforms
+from fpmatch.evaluation.ground_truth.transform_error import TransformError, summarise_transforms
 
 NAN = float("nan")
 GOOD = TransformError(True, 1.0, 2.0, 1.02, 2.0, 1.0)
@@ -26,12 +25,6 @@ def test_shares_are_of_all_judged_and_errors_of_those_with_a_transform() -> None
     assert summary.scale_percent == pytest.approx(2)
     assert summary.rotation_deg_p95 == pytest.approx(2.9)
     assert summary.least_residual_px == 1
-
-
-def test_limits_can_be_set() -> None:
-    strict = TransformLimits(rotation_deg=0.5, shift_px=2.0)
-    summary = summarise_transforms([GOOD, TURNED], strict)
-    assert (summary.rotation_in_limits, summary.shift_in_limits) == (0.0, 0.5)
 
 
 def test_no_pairs_and_no_transforms_say_nothing() -> None:

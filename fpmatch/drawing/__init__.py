@@ -1,5 +1,5 @@
-"""Pictures of what was found: the overlay of two prints, and the stages of an extraction.
+"""Pictures of results: overlays of prints, stages of an extraction, plots and the paper's figures.
 
-`overlay` and `stage_sheet` are the doors of the room. An overlay is composed once, as a `scene`
-of inks, shapes and text, and painted twice: into pixels by `raster`, into vectors by `svg`.
+An overlay is composed once, as a `scene` of inks, shapes and texts, and painted into pixels or
+vectors. `stages` uses the same painters; `plots`, `paper_figures` and `case_study` need matplotlib.
 """

@@ -95,7 +95,7 @@ def test_marks_of_a_pair_lie_where_picture_and_transform_say(sides, compared):
     radius = float(reference_rings[0].get("r"))
     above = picture[int(ring_y - radius), int(ring_x)]
     assert tuple(above) == REFERENCE_MARK
-    # Reference lies (1, -2) from the moved probe, at the zoom of 3 that so small a print gets.
+    # The reference is at (1, -2) from the moved probe, at the zoom of 3 that so small a print gets.
     assert (ring_x - x, ring_y - y) == pytest.approx((3.0, -6.0), abs=0.05)
 
 

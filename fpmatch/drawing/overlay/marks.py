@@ -122,7 +122,7 @@ def marks(
     panel: Box,
     titles: dict[int, str] | None = None,
 ) -> list[Path | Circle]:
-    """Draw the minutiae at `index` whose place, under `matrix`, lies in `panel`."""
+    """Draw the minutiae at `index` whose place, under `matrix`, is in `panel`."""
     points = moved(matrix, minutiae.xy)
     drawn: list[Path | Circle] = []
     for i in index:

@@ -1,7 +1,7 @@
 """The items of a page, before they become pixels or vectors.
 
 Page coordinates are continuous: x to the right, y down, the first pixel of the page covers 0 to 1,
-so that its centre lies at 0.5. Lengths are in page pixels. An item's `role` becomes its SVG class,
+so that its centre is at 0.5. Lengths are in page pixels. An item's `role` becomes its SVG class,
 its `title` the text that a viewer shows on hovering.
 """
 
@@ -69,7 +69,7 @@ class Box:
         return float(both.width * both.height)
 
     def contains(self, point: Point) -> bool:
-        """Return whether `point` lies in the box."""
+        """Return whether `point` is in the box."""
         return self.x <= point[0] <= self.right and self.y <= point[1] <= self.bottom
 
 
@@ -142,7 +142,7 @@ class Text:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ink:
-    """Multiply what lies beneath by `colour`, as a printing ink does.
+    """Multiply the page beneath by `colour`, as a printing ink does.
 
     `coverage` (uint8, shape (H, W)) is 0 where the paper stays bare and 255 where the ink is full;
     `matrix` (shape (3, 3)) maps its pixels, counted at their centres, to page coordinates.

@@ -14,7 +14,7 @@ from fpmatch.drawing.scene.items import Box, Path, Pen
 from fpmatch.drawing.scene.placement import zoomed
 from fpmatch.drawing.scene.raster import paint_over
 from fpmatch.errors import ImageError
-from fpmatch.minutiae import Minutiae
+from fpmatch.minutiae import Minutiae, MinutiaKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,7 +34,7 @@ _UNKNOWN: Final = (255, 255, 255)  # where a field is not finite
 _MARK_ZOOM: Final = 2  # magnification of the picture of the minutiae
 _NEEDLE_STEP: Final = 12  # pixels between the needles of an orientation field
 _NEEDLE: Final = Pen((20, 20, 20), width=1.3)
-_NEEDLE_LENGTH: Final = 9.0
+_NEEDLE_HALF: Final = 4.5  # of their length
 _HUES: Final = 180  # OpenCV's full circle of hue
 _PALE: Final = 95  # saturation, of 255, of an orientation's colour
 _ENDING: Final = MarkStyle(REFERENCE_MARK, 7.0, 11.0, 2.4, 1.4, 1.0, False, "ending")
@@ -71,7 +71,9 @@ def stage_picture(name: str, array: NDArray[Any], backdrop: Picture | None = Non
     """
     values = np.asarray(array)
     if name == "minutiae":
-        return _minutiae(_five_columns(values), backdrop)
+        if values.ndim != 2 or values.shape[1] != 5:
+            raise ImageError(f"stage {name}: expected shape (N, 5), not {values.shape}")
+        return _minutiae(Minutiae(*values.T), backdrop)
     if values.ndim == 3 and values.shape[2] == 3 and values.dtype == np.uint8 and values.size:
         return np.ascontiguousarray(values)
     if values.ndim != 2 or values.size == 0 or values.dtype.kind not in "biuf":
@@ -107,28 +109,23 @@ def _grey_to_rgb(grey: Picture) -> Picture:
 
 
 def _faded(backdrop: Picture) -> Picture:
-    """Return a backdrop bleached, so that drawings over it stand out."""
+    """Return a backdrop bleached, so that drawings over it are clear."""
     pale = backdrop + (255 - backdrop.astype(np.float32)) * _FADE
     return _grey_to_rgb(np.rint(pale).astype(np.uint8))
 
 
-def _share(values: NDArray[Any]) -> NDArray[np.float32]:
-    """Return finite values scaled to 0..1 between their outliers; NaN elsewhere."""
-    share = np.full(values.shape, np.nan, dtype=np.float32)
+def _levels(values: NDArray[Any]) -> tuple[Picture, NDArray[np.bool_]]:
+    """Return values scaled to 0..255 between their outliers, and which of them are finite."""
+    levels = np.zeros(values.shape, dtype=np.uint8)
     known = np.isfinite(values)
-    if not known.any():
-        return share
-    finite = values[known].astype(np.float64)
-    finite /= np.abs(finite).max() or 1.0  # so that no difference overflows
-    low, high = np.percentile(finite, [_OUTLIERS, 100 - _OUTLIERS])
-    if high <= low:
-        low, high = finite.min(), finite.max()
-    share[known] = np.clip((finite - low) / ((high - low) or 1.0), 0, 1)
-    return share
-
-
-def _bytes(share: NDArray[np.float32]) -> Picture:
-    return np.rint(255 * np.nan_to_num(share)).astype(np.uint8)
+    if known.any():
+        finite = values[known].astype(np.float64)
+        finite /= np.abs(finite).max() or 1.0  # so that no difference overflows
+        low, high = np.percentile(finite, [_OUTLIERS, 100 - _OUTLIERS])
+        if high <= low:
+            low, high = finite.min(), finite.max()
+        levels[known] = np.rint(255 * np.clip((finite - low) / ((high - low) or 1.0), 0, 1))
+    return levels, known
 
 
 def _as_it_is(values: NDArray[Any], beneath: Picture | None) -> Picture:
@@ -138,24 +135,24 @@ def _as_it_is(values: NDArray[Any], beneath: Picture | None) -> Picture:
 def _stretched(values: NDArray[Any], _: Picture | None) -> Picture:
     if values.dtype == bool:
         return _ridges(values, None)
-    share = _share(values)
-    picture = _grey_to_rgb(_bytes(share))
-    picture[np.isnan(share)] = _UNKNOWN
-    return picture
+    levels, known = _levels(values)
+    return _known(_grey_to_rgb(levels), known)
 
 
 def _darkness(values: NDArray[Any], _: Picture | None) -> Picture:
     """Draw a field that is high on ridges with high values dark, as ridges are."""
-    share = _share(values)
-    return _grey_to_rgb(_bytes(1 - np.where(np.isnan(share), 0, share)))
+    return _grey_to_rgb(255 - _levels(values)[0])
 
 
 def _graded(values: NDArray[Any], _: Picture | None) -> Picture:
     """Draw a field of magnitudes from dark blue over green to yellow."""
-    share = _share(values)
-    coloured = cv2.applyColorMap(_bytes(share), cv2.COLORMAP_VIRIDIS)
-    picture = np.asarray(cv2.cvtColor(coloured, cv2.COLOR_BGR2RGB), dtype=np.uint8)
-    picture[np.isnan(share)] = _UNKNOWN
+    levels, known = _levels(values)
+    coloured = cv2.cvtColor(cv2.applyColorMap(levels, cv2.COLORMAP_VIRIDIS), cv2.COLOR_BGR2RGB)
+    return _known(np.asarray(coloured, dtype=np.uint8), known)
+
+
+def _known(picture: Picture, known: NDArray[np.bool_]) -> Picture:
+    picture[~known] = _UNKNOWN
     return picture
 
 
@@ -186,37 +183,19 @@ def _orientation(values: NDArray[Any], beneath: Picture | None) -> Picture:
     """Draw orientations as hues and as needles, over the print."""
     angle = values.astype(np.float64)
     known = np.isfinite(angle)
-    turn = np.mod(np.nan_to_num(angle), math.pi) / math.pi
-    hsv = np.empty((*angle.shape, 3), dtype=np.uint8)
-    hsv[:, :, 0] = np.minimum(turn * _HUES, _HUES - 1).astype(np.uint8)
-    hsv[:, :, 1] = _PALE
-    hsv[:, :, 2] = 255
-    ground = np.full((*angle.shape, 3), 255, np.uint8) if beneath is None else _faded(beneath)
+    half_turns = np.mod(np.nan_to_num(angle), math.pi) / math.pi
+    hsv = np.full((*angle.shape, 3), (0, _PALE, 255), dtype=np.uint8)
+    hsv[:, :, 0] = np.minimum(half_turns * _HUES, _HUES - 1).astype(np.uint8)
+    picture = np.full((*angle.shape, 3), 255, np.uint8) if beneath is None else _faded(beneath)
     colour = cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB).astype(np.float32) / 255
-    picture = ground.copy()
-    picture[known] = np.rint(ground[known] * colour[known]).astype(np.uint8)
-    return paint_over(picture, tuple(_needles(angle, known)))
-
-
-def _needles(angle: NDArray[np.float64], known: NDArray[np.bool_]) -> list[Item]:
+    picture[known] = np.rint(picture[known] * colour[known]).astype(np.uint8)
+    start = _NEEDLE_STEP // 2
     needles: list[Item] = []
-    half = _NEEDLE_LENGTH / 2
-    for y in range(_NEEDLE_STEP // 2, angle.shape[0], _NEEDLE_STEP):
-        for x in range(_NEEDLE_STEP // 2, angle.shape[1], _NEEDLE_STEP):
-            if known[y, x]:
-                dx, dy = half * math.cos(angle[y, x]), -half * math.sin(angle[y, x])
-                cx, cy = x + 0.5, y + 0.5
-                needles.append(Path(((cx - dx, cy - dy), (cx + dx, cy + dy)), _NEEDLE))
-    return needles
-
-
-def _five_columns(values: NDArray[Any]) -> Minutiae:
-    if values.ndim != 2 or values.shape[1] != 5:
-        raise ImageError(
-            f"stage minutiae: expected rows of x, y, angle, kind, quality, "
-            f"not an array of shape {values.shape}"
-        )
-    return Minutiae(*values.T)
+    for y, x in np.argwhere(known[start::_NEEDLE_STEP, start::_NEEDLE_STEP]) * _NEEDLE_STEP + start:
+        dx, dy = math.cos(angle[y, x]) * _NEEDLE_HALF, -math.sin(angle[y, x]) * _NEEDLE_HALF
+        ends = ((x + 0.5 - dx, y + 0.5 - dy), (x + 0.5 + dx, y + 0.5 + dy))
+        needles.append(Path(ends, _NEEDLE))
+    return paint_over(picture, tuple(needles))
 
 
 def _minutiae(minutiae: Minutiae, backdrop: Picture | None) -> Picture:
@@ -228,7 +207,7 @@ def _minutiae(minutiae: Minutiae, backdrop: Picture | None) -> Picture:
     large = cv2.resize(_faded(backdrop), (width, height), interpolation=cv2.INTER_CUBIC)
     matrix = zoomed(_MARK_ZOOM, (-0.5, -0.5), (0.0, 0.0))
     panel = Box(0, 0, width, height)
-    forked = minutiae.kind == 2
+    forked = minutiae.kind == MinutiaKind.BIFURCATION
     drawn = (
         *marks(minutiae, np.flatnonzero(~forked).tolist(), matrix, _ENDING, panel),
         *marks(minutiae, np.flatnonzero(forked).tolist(), matrix, _BIFURCATION, panel),

@@ -1,54 +1,39 @@
 #!/usr/bin/env python3
 """Measure the default matcher on minutiae alone, of other extractors or of the package's own.
 
-    .venv/bin/python benchmarks/foreign_minutiae.py DIR... [--dpi DPI]... [--json FILE]
-    .venv/bin/python benchmarks/foreign_minutiae.py --templates DIR... [--format iso2005]
-
-Each DIR holds files FFF_M.csv (finger FFF, impression M) with the columns x, y, theta, type and
-quality: x and y in pixels of the image from its top left corner, y down; theta in degrees,
-counter-clockwise on screen from +x, the direction of ISO/IEC 19794-2; type E for a ridge ending, B
-for a bifurcation, any other for other; quality from 0 to 100. A quality of 0 in all minutiae of a
-file means that none is given. The files contain no image size: it is taken to be what the minutiae
-span, as the package's readers do.
-
-The resolution is that of ``--dpi``, given once for all folders or once for each of them in their
-order; without it, that of a ``dataset.toml`` in the folder, else 500 dpi. FVC2002 DB2 has 569 dpi.
-
-With ``--templates``, each DIR is an FVC-style database of images: its templates are extracted, and
-encoded and decoded in memory in the format named, by default ISO/IEC 19794-2:2005, which contains
-minutiae alone.
-
-Printed are EER, FMR100, FMR1000 and ZeroFMR in percent by the extended protocol: all pairs of
-impressions of one finger are genuine, all pairs of impressions of different fingers of a folder are
-impostor pairs.
+.venv/bin/python benchmarks/foreign_minutiae.py DIR... [--dpi DPI]... [--json FILE]
+.venv/bin/python benchmarks/foreign_minutiae.py --templates DIR... [--format iso2005]
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import re
-import sys
 from dataclasses import asdict, dataclass, fields
-from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
+import click
 import numpy as np
+import repository  # noqa: F401
 
-from fpmatch.errors import DatasetError, FpmatchError, TemplateError
+from fpmatch.errors import DatasetError, TemplateError
 from fpmatch.evaluation.comparison import compare_all_pairs
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.rates import Rates, error_rates
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.evaluation.tables import RATE_TITLES, percent
-from fpmatch.formats.files import decode_record
+from fpmatch.formats.files import decode_record, load_record
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_name, written_formats
 from fpmatch.image.io.dataset_folder import read_dataset_info
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.minutiae import STANDARD_DPI, Template
-from fpmatch.output import atomic_write_bytes, check_writable
+from fpmatch.output import check_writable
 from fpmatch.text_table import text_table
+from research.commands import Command, folders, json_file, workers, write_json
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
 
 PRINT_NAME: Final = re.compile(r"(\d+)_(\d+)", re.ASCII)
 SHOWN: Final = ("eer", "fmr100", "fmr1000", "zero_fmr")
@@ -93,12 +78,8 @@ class SetScores:
 
 def read_minutiae(path: Path, dpi: float) -> Template:
     """Return the template of one CSV file."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise TemplateError(f"{path}: cannot be read: {error}") from error
     how = ReadingOptions(dpi=dpi)
-    return decode_record(data, str(path), file_format="minutiae-csv", how=how).single().template
+    return load_record(path, file_format="minutiae-csv", how=how).single().template
 
 
 def read_folder(folder: Path, dpi: float | None) -> PrintSet:
@@ -125,7 +106,7 @@ def converted(template: Template, file_format: str) -> Template:
     return decode_record(encoded.data, "template", file_format=file_format).single().template
 
 
-def own_templates(folders: list[Path], file_format: str, workers: int | None) -> list[PrintSet]:
+def own_templates(folders: Sequence[Path], file_format: str, workers: int | None) -> list[PrintSet]:
     """Return the templates of databases of images, converted to a format."""
     sets = extract_datasets(load_datasets(folders), workers=workers)
     found = []
@@ -156,68 +137,76 @@ def mean_of(rates: list[Rates]) -> Rates:
     return Rates(*(None if None in column else float(np.mean(column)) for column in columns))
 
 
-def resolutions(given: list[float], folders: int) -> list[float | None]:
+def resolutions(given: Sequence[float], folders: int) -> list[float | None]:
     """Return the resolution of each folder from those given: none, one, or one for each."""
     if len(given) not in (0, 1, folders):
         raise DatasetError(f"--dpi is given {len(given)} times for {folders} folders")
     return [*given] if len(given) == folders else [given[0] if given else None] * folders
 
 
-def main() -> int:
-    """Run the script; return its exit status."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+@click.command(cls=Command)
+@folders
+@click.option("--dpi", type=float, multiple=True, help="Once for all folders, or once for each.")
+@click.option("--templates", is_flag=True, help="The folders contain images; extract them.")
+@click.option(
+    "--format",
+    "file_format",
+    type=click.Choice(written_formats()),
+    default="iso2005",
+    show_default=True,
+    help="Of the templates of --templates; json keeps the ridges.",
+)
+@json_file
+@workers
+def main(
+    folders: tuple[Path, ...],
+    dpi: tuple[float, ...],
+    templates: bool,
+    file_format: str,
+    json_file: Path | None,
+    workers: int | None,
+) -> None:
+    """Measure the default matcher on minutiae alone, of other extractors or of the package's own.
+
+    Each DIR holds files FFF_M.csv (finger FFF, impression M) in the format minutiae-csv of the
+    package, with the columns x, y, theta, type and quality. A quality of 0 in all minutiae of a
+    file means that none is given. The files contain no image size: it is the extent of the
+    minutiae. The resolution is that of --dpi; without it, that of a dataset.toml in the folder,
+    else 500 dpi. FVC2002 DB2 has 569 dpi.
+
+    With --templates, each DIR is an FVC-style database of images: its templates are extracted, and
+    encoded and decoded in memory in the given format, by default ISO/IEC 19794-2:2005, which
+    contains minutiae alone.
+
+    Printed are EER, FMR100, FMR1000 and ZeroFMR in percent by the extended protocol: all pairs of
+    impressions of one finger are genuine, all pairs of impressions of different fingers of a folder
+    are impostor pairs. --json writes them as fractions.
+    """
+    if json_file:
+        check_writable(json_file)
+    if templates and dpi:
+        raise DatasetError("--dpi has no use with --templates: see dataset.toml")
+    if templates:
+        sets = own_templates(folders, file_format, workers)
+    else:
+        resolved = resolutions(dpi, len(folders))
+        sets = [read_folder(*row) for row in zip(folders, resolved, strict=True)]
+    scores = [compared(prints, workers) for prints in sets]
+    mean = mean_of([one.rates() for one in scores])
+    pooled = error_rates(
+        np.concatenate([one.similarity[one.genuine] for one in scores]),
+        np.concatenate([one.similarity[~one.genuine] for one in scores]),
     )
-    parser.add_argument("folders", metavar="DIR", nargs="+", type=Path, help="a folder of prints")
-    parser.add_argument(
-        "--dpi",
-        type=float,
-        action="append",
-        default=[],
-        help="resolution, once for all folders or once for each (default: that of the folder's "
-        "dataset.toml, else 500; FVC2002 DB2 has 569)",
-    )
-    parser.add_argument(
-        "--templates", action="store_true", help="the folders contain images; extract them"
-    )
-    parser.add_argument(
-        "--format",
-        choices=written_formats(),
-        default="iso2005",
-        help="of the templates of --templates; json keeps the ridges (default: %(default)s)",
-    )
-    parser.add_argument("--json", type=Path, help="write the rates to this file, as fractions")
-    parser.add_argument("--workers", type=int, help="processes to use (default: one a core)")
-    options = parser.parse_args()
-    try:
-        if options.json:
-            check_writable(options.json)
-        if options.templates and options.dpi:
-            raise DatasetError("--dpi has no use with --templates: see dataset.toml")
-        if options.templates:
-            sets = own_templates(options.folders, options.format, options.workers)
-        else:
-            dpi = resolutions(options.dpi, len(options.folders))
-            sets = [read_folder(*row) for row in zip(options.folders, dpi, strict=True)]
-        scores = [compared(prints, options.workers) for prints in sets]
-        mean = mean_of([one.rates() for one in scores])
-        pooled = error_rates(
-            np.concatenate([one.similarity[one.genuine] for one in scores]),
-            np.concatenate([one.similarity[~one.genuine] for one in scores]),
-        )
-        rows = [one.as_json() for one in scores]
-        if options.json:
-            document = {
-                "matcher": DEFAULT_MATCHER,
-                "format": options.format if options.templates else "csv",
-                "sets": rows,
-                "mean": asdict(mean),
-                "pooled": asdict(pooled),
-            }
-            atomic_write_bytes(options.json, f"{json.dumps(document, indent=1)}\n".encode())
-    except FpmatchError as error:
-        print(f"foreign_minutiae: {error}", file=sys.stderr)
-        return 2
+    rows = [one.as_json() for one in scores]
+    if json_file:
+        document = {
+            "matcher": DEFAULT_MATCHER,
+            "format": file_format if templates else "csv",
+            "sets": rows,
+            "mean": asdict(mean),
+            "pooled": asdict(pooled),
+        }
+        write_json(json_file, document)
     counts = ("dpi", "prints", "failures", "minutiae", "genuine", "impostor")
     cells = [("folder", *counts, *(RATE_TITLES[name] for name in SHOWN))]
     for row in rows:
@@ -227,9 +216,8 @@ def main() -> int:
         for name, rates in (("mean", mean), ("pooled", pooled)):
             shown = (percent(getattr(rates, rate)) for rate in SHOWN)
             cells.append((name, *("" for _ in counts), *shown))
-    print(text_table(cells))
-    return 0
+    click.echo(text_table(cells))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

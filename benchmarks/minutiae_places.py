@@ -1,39 +1,29 @@
 #!/usr/bin/env python3
-"""Measure where in prints minutiae are found, missed and made up.
+"""Measure where in prints minutiae are found, missed and spurious.
 
-    .venv/bin/python benchmarks/minutiae_places.py --synthetic [--against IMAGES MINUTIAE NAME]...
-
-With ``--synthetic`` eight synthetic databases are made, from which nothing was learned, and the
-true minutiae are the known ones. With ``--against`` those of the extractor NAME are: IMAGES is an
-FVC-style database, MINUTIAE a folder of files FFF_M.csv with the columns x, y, theta, type and
-quality. Printed are, for the border, the core, faint, smeared and other places and for all
-together, how many minutiae are known, the share of them that is found (recall), and the share of
-the extracted ones that is known (precision), within 12 px and 22.5 degrees. Which places are which,
-`research.experiments.minutiae_places` says; cores are known of synthetic prints alone.
-
-``--json`` writes what `python -m research tables accuracy --places` reads.
+.venv/bin/python benchmarks/minutiae_places.py --synthetic [--against IMAGES MINUTIAE NAME]...
 """
 
 from __future__ import annotations
 
-import argparse
 import json
-import sys
 from collections import defaultdict
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
 import numpy as np
 import repository  # noqa: F401
 
-from fpmatch.errors import DatasetError, FpmatchError
+from fpmatch.errors import DatasetError
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.ground_truth.truth import TRUTH_FOLDER, load_truth
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.formats.files import load_record
 from fpmatch.image.io.read import read_image
-from fpmatch.output import atomic_write_bytes, check_writable
+from fpmatch.output import check_writable
+from research.commands import Command, json_file, synthetic_folder, workers, write_json
 from research.experiments.minutiae_places import (
     PLACES,
     PlaceCounts,
@@ -107,55 +97,58 @@ def _synthetic(kept_in: Path | None, workers: int | None) -> list[Counts]:
         return [counted(extracted, true_minutiae(extracted)) for extracted in sets]
 
 
-def measure(options: argparse.Namespace) -> dict[str, dict[str, dict[str, int]]]:
-    """Return the counts of each source of known minutiae."""
+@click.command(cls=Command)
+@click.option("--synthetic", is_flag=True, help="Make synthetic prints; their truth is known.")
+@synthetic_folder
+@click.option(
+    "--against",
+    nargs=3,
+    multiple=True,
+    metavar="IMAGES MINUTIAE NAME",
+    help="A database, another extractor's minutiae, and its name (repeatable).",
+)
+@json_file
+@workers
+def main(
+    synthetic: bool,
+    prints: Path | None,
+    against: tuple[tuple[str, str, str], ...],
+    json_file: Path | None,
+    workers: int | None,
+) -> None:
+    """Measure where in prints minutiae are found, missed and spurious.
+
+    With --synthetic eight synthetic databases are made, which nothing was trained on, and their
+    true minutiae are the known ones. With --against those of the extractor NAME are: IMAGES is an
+    FVC-style database, MINUTIAE a folder of files FFF_M.csv with the columns x, y, theta, type and
+    quality. Printed are, for the border, the core, faint, smeared and other places and for all
+    together, the number of known minutiae, the share of them that is found (recall), and the share
+    of the extracted ones that is known (precision), within 12 px and 22.5 degrees.
+    `research.experiments.minutiae_places` defines the places; cores are known of synthetic prints
+    alone.
+
+    --json writes what ``python -m research tables accuracy --places`` reads.
+    """
+    if not synthetic and not against:
+        raise click.UsageError("nothing to measure: give --synthetic or --against")
+    if json_file:
+        check_writable(json_file)
     rows = {}
-    if options.synthetic:
+    if synthetic:
         total: Counts = defaultdict(PlaceCounts)
-        for found in _synthetic(options.prints, options.workers):
+        for found in _synthetic(prints, workers):
             for place, counts in found.items():
                 total[place] += counts
         rows["synthetic prints"] = as_json(total)
-    for images, minutiae, name in options.against:
-        (extracted,) = extract_datasets(load_datasets([Path(images)]), workers=options.workers)
+    for images, minutiae, name in against:
+        (extracted,) = extract_datasets(load_datasets([Path(images)]), workers=workers)
         rows[f"{extracted.dataset.name}, {name}"] = as_json(
             counted(extracted, minutiae_of(Path(minutiae), extracted))
         )
-    return rows
-
-
-def main() -> int:
-    """Run the script; return its exit status."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--synthetic", action="store_true", help="make prints, take their truth")
-    parser.add_argument("--prints", type=Path, help="keep the synthetic prints in this folder")
-    parser.add_argument(
-        "--against",
-        nargs=3,
-        action="append",
-        default=[],
-        metavar=("IMAGES", "MINUTIAE", "NAME"),
-        help="a database, what another extractor found in it, and its name (repeatable)",
-    )
-    parser.add_argument("--json", type=Path, help="write the figures to this file")
-    parser.add_argument("--workers", type=int, help="processes to use (default: one a core)")
-    options = parser.parse_args()
-    if not options.synthetic and not options.against:
-        parser.error("nothing to measure: give --synthetic or --against")
-    try:
-        if options.json:
-            check_writable(options.json)
-        rows = measure(options)
-        print(format_places(rows))
-        if options.json:
-            atomic_write_bytes(options.json, f"{json.dumps({'rows': rows}, indent=1)}\n".encode())
-    except FpmatchError as error:
-        print(f"minutiae_places: {error}", file=sys.stderr)
-        return 2
-    return 0
+    click.echo(format_places(rows))
+    if json_file:
+        write_json(json_file, {"rows": rows})
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Measure what the paper leaves open: rho and the area tolerance, on prints and on point sets.
+"""Measure choices that the paper leaves open: rho and the area tolerance, on prints and point sets.
 
     .venv/bin/python benchmarks/paper_choices.py DIR... --json choices.json
-    .venv/bin/python python -m research tables points --choices choices.json
+    .venv/bin/python -m research tables points --choices choices.json
 
 DIR are FVC-style databases of prints, compared as by `fpmatch evaluate --protocol extended`. On
 random point sets, those of `fpmatch points bench` up to 200 points, it measures the area tolerance,
@@ -11,9 +11,7 @@ the rule of decision, and an early exit of the default matcher. Times are proces
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -24,20 +22,23 @@ from fpmatch.evaluation.dataset import with_unique_names
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import evaluate_templates, load_datasets
 from fpmatch.matching.matchers.paper import matcher_with
-from fpmatch.output import atomic_write_bytes
+from research.commands import PATH, Command, folders, write_json
 from research.experiments.point_choices import AREA_TOLERANCES, measure_points
 from research.tables.points import count_accepted
 
+if TYPE_CHECKING:
+    from pathlib import Path
 
-@click.command(help=__doc__.splitlines()[0])
-@click.argument("folders", metavar="DIR...", nargs=-1, required=True, type=Path)
-@click.option("--json", "output", metavar="FILE", required=True, type=Path, help="Results.")
+
+@click.command(cls=Command, help=__doc__.splitlines()[0])
+@folders
+@click.option("--json", "json_file", metavar="FILE", required=True, type=PATH, help="Results.")
 @click.option("--trials", default=40, show_default=True, help="Pairs of point sets a place.")
-def main(folders: tuple[Path, ...], output: Path, trials: int) -> None:
+def main(folders: tuple[Path, ...], json_file: Path, trials: int) -> None:
     """Run the measurements and write them."""
     results: dict[str, Any] = {"prints": _prints(folders)}
     results |= measure_points(trials, lambda name: click.echo(name, err=True))
-    atomic_write_bytes(output, f"{json.dumps(results, indent=1, allow_nan=False)}\n".encode())
+    write_json(json_file, results)
 
 
 def _prints(folders: tuple[Path, ...]) -> list[dict[str, Any]]:

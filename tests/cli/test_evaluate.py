@@ -73,20 +73,6 @@ def test_json_is_one_object_with_fractions(fpmatch, database):
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_protocol_chooses_the_impostors(fpmatch, database):
-    document = json.loads(fpmatch(database, "--json", "--protocol", "fvc").stdout)
-    assert (document["sets"][0]["genuine"], document["sets"][0]["impostor"]) == (30, 10)
-
-
-@pytest.mark.usefixtures("known_answers")
-def test_scores_file_holds_every_comparison(fpmatch, database, tmp_path):
-    path = tmp_path / "scores.csv"
-    assert fpmatch(database, "--scores", path, "--workers", 1).exit_code == 1
-    with path.open(newline="") as stream:
-        assert sum(1 for _ in csv.DictReader(stream)) == 190
-
-
-@pytest.mark.usefixtures("known_answers")
 def test_squares_are_compared_with_whole_prints(fpmatch, database, monkeypatch):
     sides = []
 
@@ -285,11 +271,6 @@ def test_help_names_what_there_is(fpmatch):
 
 
 @pytest.mark.usefixtures("known_answers")
-def test_no_bar_where_stderr_is_no_terminal(fpmatch, database):
-    assert "extracting" not in fpmatch(database, "--workers", 1).stderr
-
-
-@pytest.mark.usefixtures("known_answers")
 @pytest.mark.parametrize("workers", [1, 2])
 def test_what_was_noticed_on_reading_is_said_once(fpmatch, database, monkeypatch, workers):
     fake_bench = importlib.import_module("fake_bench")
@@ -349,6 +330,14 @@ def test_minutiae_adds_tables_and_json(fpmatch, database):
     ]
     assert document["ground_truth"]["pooled"]["extracted"] == 19
     assert document["ground_truth"]["pooled"]["true"] == 20
+
+
+@pytest.mark.usefixtures("known_answers", "truth")
+def test_the_option_names_of_0_1_0_still_work(fpmatch, database):
+    old = fpmatch(database, "--minutiae", "--resamples", 9, "--json", "--workers", 1)
+    document = json.loads(old.stdout)
+    assert document["intervals"]["bootstrap"] == 9
+    assert "ground_truth" in document
 
 
 def test_minutiae_need_a_truth_and_say_so_before_any_work(fpmatch, database):

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from fpmatch.errors import DatasetError
-from fpmatch.evaluation.dataset import load_dataset
+from fpmatch.evaluation.dataset import load_dataset, with_unique_names
 
 
 def touch(folder, *names):
@@ -97,3 +97,12 @@ def test_missing_folder_and_file_instead_of_folder(tmp_path):
         load_dataset(tmp_path / "nowhere")
     with pytest.raises(DatasetError, match=r"1_1\.tif: not a folder"):
         load_dataset(tmp_path / "1_1.tif")
+
+
+def test_databases_of_one_name_are_called_by_their_folders(make_database):
+    text = 'name = "synthetic"\n'
+    folders = [make_database("a", toml=text), make_database("b", toml=text), make_database("c")]
+    loaded = [load_dataset(folder) for folder in folders]
+    assert [d.name for d in with_unique_names(loaded)] == ["a", "b", "c"]
+    assert [d.name for d in with_unique_names(loaded[1:])] == ["synthetic", "c"]
+    assert [d.impressions for d in with_unique_names(loaded)] == [d.impressions for d in loaded]

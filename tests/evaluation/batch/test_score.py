@@ -16,6 +16,7 @@ from fpmatch.errors import EngineError, MatcherError, OutputError, ScoringError
 from fpmatch.evaluation.batch.plan import AllPairs
 from fpmatch.evaluation.batch.score import score
 from fpmatch.evaluation.batch.store import Store
+from fpmatch.evaluation.scores import read_scores
 from fpmatch.matching.calibration import Calibration
 
 FOLDER = Path(__file__).parent
@@ -321,3 +322,15 @@ def test_an_engine_that_breaks_down_leaves_what_is_done(output):
     with pytest.raises(EngineError):
         go_on(output, engine=Breaking(), save_every_s=1000)
     assert go_on(output).resumed == 4
+
+
+def test_a_file_of_scores_is_read_as_that_of_an_evaluation(tmp_path, output):
+    side = Line([1.0, 2.0, 30.0, None], "db")
+    side.names = [f"{f}_{n}.png" for f in (1, 2) for n in (1, 2)]
+    side.fingers = ["1", "1", "2", "2"]
+    score(side, side, output, matcher=Near())
+    assert [row["genuine"] for row in rows(output)][:4] == ["1", "1", "0", "0"]
+    (found,) = read_scores(output)
+    assert (found.matcher, found.name, found.trials.fingers) == ("near", "db", 2)
+    assert found.trials.genuine.tolist() == [True, False, False, False, False, True]
+    assert found.impostors.similarity.tolist() == [1 / 30, 1 / 29]

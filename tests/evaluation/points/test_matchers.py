@@ -86,9 +86,7 @@ def test_only_the_default_has_to_run_all_trials() -> None:
 
 
 def test_an_unknown_matcher() -> None:
-    with pytest.raises(
-        MatcherError, match="unknown matcher 'his': expected one of tri"
-    ):
+    with pytest.raises(MatcherError, match="unknown matcher 'his': expected one of tri"):
         matcher_named("his")
 
 

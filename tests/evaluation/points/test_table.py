@@ -109,7 +109,9 @@ def test_markdown_has_the_same_cells() -> None:
     tables = [line for line in text.splitlines() if line.startswith("|")]
     assert len(tables) == 2 * 4 * 2 * (13 + 2)
     assert {line.count("|") for line in tables} == {17, 14, 11}
-    assert "### triangles, patch model: times in ms, beside the paper's Table 2\n\n| m | rho |" in text
+    assert (
+        "### triangles, patch model: times in ms, beside the paper's Table 2\n\n| m | rho |" in text
+    )
     assert "| n = 2m: median | n = 2m: mean | n = 2m: paper | n = 2m: indep. |" in text
     assert "| n = 2m: TP | n = 2m: FP |" in text
     for line in summarise(everything()):

@@ -112,9 +112,10 @@ def find_scale(verification: Verification) -> ScaleMeasurement | None:
     """Find the scale between the prints of a verification, whether they match or not.
 
     Where they match, it is that of their pairs. Where they do not, the probe is compared at the
-    other scales that are possible; one at which the prints match is a reason for the no (never a yes). Where a share of
-    pairs decided, which no scale changes, none is tried. A scale that differs is measured again
-    with the resolutions corrected: otherwise pairs far from the middle are lost.
+    other scales that are possible; one at which the prints match is a reason for the no (never a
+    yes). Where a share of pairs decided, which no scale changes, none is tried. A scale that
+    differs is measured again with the resolutions corrected: otherwise pairs far from the middle
+    are lost.
 
     Parameters
     ----------

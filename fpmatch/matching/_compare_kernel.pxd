@@ -1,7 +1,7 @@
 # Types of the kernel.
 cimport cython
 from fpmatch.matching._align_kernel cimport Aligner
-from fpmatch.matching._bit_descriptor_kernel cimport Prefilter
+from fpmatch.matching._prefilter_kernel cimport Prefilter
 from fpmatch.matching._evidence_kernel cimport EvidenceScorer
 from fpmatch.matching._local_kernel cimport NeighbourIndex
 from fpmatch.matching._template_view_kernel cimport PackedView, TemplateView

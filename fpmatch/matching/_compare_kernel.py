@@ -147,12 +147,13 @@ def fit_pairs(
 ):
     """Fit the transform of the pairs in pixels, y pointing down; return the number of pairs.
 
-    `a` and `b` are the minutiae (4, N) of two prints at 500 dpi, to which their pixels are scaled by
-    `to_500dpi_a` and `to_500dpi_b`; `index_a` and `index_b` are their numbers in the templates. ``partner[i]`` is what minutia i of A is paired with, or
-    -1. The least-squares transform of the weighted pairs is taken where there are `fewest` at least
-    and its scale is that of the resolutions but for a factor of `most_stretch`; else that scale and
-    the rotation `turn` stand. To ``fitted[:4]`` go scale, rotation and shift, to ``fitted[4]`` the
-    root of the mean square distance; from B to A where `swapped`. `pairs` are then sorted so, too.
+    `a` and `b` are the minutiae (4, N) of two prints at 500 dpi, to which their pixels are scaled
+    by `to_500dpi_a` and `to_500dpi_b`; `index_a` and `index_b` are their numbers in the templates.
+    ``partner[i]`` is the minutia of B that minutia i of A is paired with, or -1. The least-squares
+    transform of the weighted pairs is taken if there are `fewest` at least and its scale is that of
+    the resolutions up to a factor of `most_stretch`; else that scale and the rotation `turn` are.
+    ``fitted[:4]`` become scale, rotation and shift, ``fitted[4]`` the root of the mean square
+    distance; from B to A where `swapped`, and `pairs` are sorted accordingly.
     """
     n = 0
     mass = 0.0

@@ -1,10 +1,10 @@
-"""BitDescriptors: what the neighbourhoods of two prints have in common, told in passing.
+"""Bit descriptors: a fast, coarse comparison of two prints, for the prefilter.
 
-The neighbourhood of every minutia is coded once: in which cell of position and direction each
-neighbour lies, in the minutia's own frame and in two grids, and how the ridges run at places neighbour_bits
-it. Two minutiae are compared by counting the codes that they share, and two prints by the pairs of
-minutiae that share enough and lie on one another under one rotation and shift. That takes a few
-hundredths of the time of a whole comparison, and tells most prints of different fingers.
+The neighbourhood of every minutia is encoded once: in which cell of position and direction each
+neighbour lies, in the minutia's own frame and in two grids, and the ridge orientation at places
+around it. Two minutiae are compared by counting the words that they share; two prints by the pairs
+of minutiae that share enough and agree in one rotation and shift. That takes a few hundredths of
+the time of a whole comparison, and rejects most impostor pairs.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.matching import _bit_descriptor_kernel as kernel
+from fpmatch.matching._encode_kernel import encode_neighbours, encode_orientations
+from fpmatch.matching._prefilter_kernel import Prefilter
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,37 +27,35 @@ NEIGHBOUR_WORDS: Final = 12
 """Words of a minutia for its neighbours."""
 
 ORIENTATION_WORDS: Final = 12
-"""Words of a minutia for the ridge orientation at places neighbour_bits it."""
+"""Words of a minutia for the ridge orientation at places around it."""
 
 UNKNOWN_BIN: Final = 31
-"""The greatest of those for orientations: that of an unknown one."""
+"""The greatest word of an orientation: that of an unknown one."""
 
 MAX_ENCODED: Final = 64
-"""Minutiae of a print that are coded; of more, those of best quality."""
+"""Minutiae of a print that are encoded; of more, those of best quality."""
 
-APART: Final = (
-    0.25  # of a direction_bin: neighbours are rarely at right angles, where the sectors end
-)
-TURNS: Final = 256  # directions of a minutia told apart in a direction_bin
+APART: Final = 0.25  # of a turn: neighbours are rarely at right angles, where the sectors end
+TURNS: Final = 256  # steps of a minutia's direction in a turn
 
 
 @dataclass(frozen=True, slots=True)
 class BitDescriptorParameters:
-    """Set how prints are coded and compared by their codes; lengths in pixels at 500 dpi.
+    """Set how prints are encoded and compared; lengths in pixels at 500 dpi.
 
     Parameters
     ----------
     cell_px : float
         Side of the cells in which neighbours lie.
     flow_rings : tuple of (int, float, float)
-        Places of ridge orientation: how many, how far from the minutia, at what angle the first.
+        Places of ridge orientation: number, distance from the minutia, angle of the first.
     most_pairs : int
-        Pairs of minutiae that are laid on one another, those most alike.
+        Most pairs of minutiae that are compared with each other, those that share most words.
     near_px, spread : float
-        How far two pairs may lie off: so much, and so much a pixel between them; the root of the
-        sum of both squares.
+        Tolerance of the distance between two pairs: the base, and the growth with the distance;
+        the root of the sum of both squares.
     pair_turn_deg : float
-        How far their rotations may differ.
+        Tolerance of their rotations.
     """
 
     cell_px: float = 16.0
@@ -81,18 +80,18 @@ _PLACES: Final = _USUAL.places
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BitDescriptors:
-    """Hold the codes of a print of N minutiae.
+    """Hold the bit descriptors of a print of N minutiae.
 
     Parameters
     ----------
     xy : ndarray of float32, shape (N, 2)
         Positions in pixels at 500 dpi, y pointing up.
     direction_bin : ndarray of uint8, shape (N,)
-        Directions, in 256ths of a direction_bin.
+        Directions, in 256ths of a turn.
     neighbour_bits : ndarray of uint16, shape (N, 12)
-        Words of the neighbours, see `_bit_descriptor_kernel`; 0x8800 where there is none.
+        Words of the neighbours, see `_encode_kernel`; 0x8800 where there is none.
     orientation_bins : ndarray of uint8, shape (N, 12)
-        Bins of the ridge orientations neighbour_bits; 31 where it is not known.
+        Bins of the ridge orientation around; 31 where it is not known.
     has_flow : bool
         Whether any orientation is known at all.
     """
@@ -110,18 +109,18 @@ def encode(
     neighbours: Neighbourhoods,
     region: PrintArea,
 ) -> BitDescriptors:
-    """Code the minutiae of a print.
+    """Encode the minutiae of a print.
 
     Parameters
     ----------
     points : ndarray of float64, shape (4, N)
         x and y in pixels at 500 dpi, y pointing up, and the unit vector of the direction.
     quality : ndarray of float64, shape (N,)
-        Of more than 64 minutiae, those with the greatest are coded; of equals, the first.
+        Of more than 64 minutiae, those with the greatest are encoded; of equals, the first.
     neighbours : Neighbourhoods
-        Theirs.
+        Of these minutiae.
     region : PrintArea
-        Where the print is, and how its ridges run there.
+        Where the print is, and the ridge orientation there.
 
     Returns
     -------
@@ -132,43 +131,43 @@ def encode(
     coded = np.ones(n, np.uint8)
     if n > MAX_ENCODED:
         coded[np.argsort(-quality, kind="stable")[MAX_ENCODED:]] = 0
-    direction_bin = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(
-        np.int64
-    )
-    direction_bin = (direction_bin % TURNS).astype(np.uint8)
+    turn = np.rint(np.arctan2(points[3], points[2]) * (TURNS / (2 * np.pi))).astype(np.int64)
+    direction_bin = (turn % TURNS).astype(np.uint8)
     share = np.arctan2(neighbours.frame[:, 3], neighbours.frame[:, 2]).astype(np.float64)
     share = (share / (2 * np.pi) + APART) % 1.0
-    neighbour_bits, orientation_bins = (
-        np.empty((n, NEIGHBOUR_WORDS), np.uint16),
-        np.empty((n, ORIENTATION_WORDS), np.uint8),
-    )
-    kernel.encode_neighbours(
+    neighbour_bits = np.empty((n, NEIGHBOUR_WORDS), np.uint16)
+    orientation_bins = np.empty((n, ORIENTATION_WORDS), np.uint8)
+    encode_neighbours(
         neighbours.count, neighbours.frame, share, coded, 1.0 / _USUAL.cell_px, neighbour_bits
     )
     code = region.code if region.has_flow else np.empty((0, 0), np.uint8)
     place = (region.first_row, region.first_column, region.step)
-    kernel.encode_orientations(points, direction_bin, code, *place, _PLACES, orientation_bins)
+    encode_orientations(points, direction_bin, code, *place, _PLACES, orientation_bins)
     xy = np.ascontiguousarray(points[:2].T, np.float32)
     return BitDescriptors(xy, direction_bin, neighbour_bits, orientation_bins, region.has_flow)
 
 
-def prefilter() -> kernel.Prefilter:
-    """Return the tables that a print is put into and others are compared with, for one thread."""
+def prefilter() -> Prefilter:
+    """Return an empty prefilter, for one thread."""
     p = _USUAL
     most_turn = round(p.pair_turn_deg * TURNS / 360)
-    return kernel.Prefilter(p.most_pairs, p.near_px, p.spread, most_turn)
+    return Prefilter(p.most_pairs, p.near_px, p.spread, most_turn)
 
 
-def prefilter_of(codes: BitDescriptors) -> kernel.Prefilter:
-    """Return tables with a print in them."""
+def prefilter_of(descriptors: BitDescriptors) -> Prefilter:
+    """Return a prefilter with a print in its tables."""
     made = prefilter()
     made.load(
-        codes.xy, codes.direction_bin, codes.neighbour_bits, codes.orientation_bins, codes.has_flow
+        descriptors.xy,
+        descriptors.direction_bin,
+        descriptors.neighbour_bits,
+        descriptors.orientation_bins,
+        descriptors.has_flow,
     )
     return made
 
 
-def score_descriptors(tables: kernel.Prefilter, b: BitDescriptors) -> int:
+def score_descriptors(tables: Prefilter, b: BitDescriptors) -> int:
     """Return how much print B has in common with the print in the tables, which comes first."""
     n = len(b.xy)
     arrays = b.xy, b.direction_bin, b.neighbour_bits, b.orientation_bins, b.has_flow

@@ -1,9 +1,10 @@
-"""What a matcher's raw similarity is worth: the score ``-10 * log10(FMR)``.
+"""Calibration: from a matcher's raw similarity to the score ``-10 * log10(FMR)``.
 
-A calibration is a curve. *Where impostors reach*, knots measured on impostor comparisons, and
-straight lines between them. *Beyond*, a generalised Pareto tail: with excess e = (x - last knot) /
-scale and shape ξ ≥ 0, the FMR falls as (1 + ξ·e)^(-1/ξ), or as exp(-e) where ξ is 0.
-`fpmatch.evaluation.calibrate` fits one; those of the package come from ``python -m research calibrate``.
+A calibration is a curve. Up to the largest measured score it consists of knots, measured on
+impostor comparisons, and straight lines between them. Beyond, it is a generalised Pareto tail: with
+excess e = (x - last knot) / scale and shape ξ ≥ 0, the FMR falls as (1 + ξ·e)^(-1/ξ), or as exp(-e)
+where ξ is 0. `fpmatch.evaluation.calibrate` fits one; those of the package come from
+``python -m research calibrate``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""A candidate_list of many prints: those that may be of one print's finger, told from their codes.
-
-See `fpmatch.matching.bit_descriptors`: what the codes of two prints have in common takes a few hundredths of
-the time of a whole comparison to tell, so that this is needed for a small part of the prints alone.
-"""
+"""Candidate list: the prints that are likeliest to match a probe, by their bit descriptors."""
 
 from __future__ import annotations
 
@@ -19,13 +15,13 @@ if TYPE_CHECKING:
     from fpmatch.matching.prepare import PreparedTemplate
 
 SIZE_OFFSET: Final = 5
-"""Added to the minutiae of the smaller print, by which what the codes say is divided."""
+"""Added to the minutiae of the smaller print, by which its score is divided."""
 
 
 def prefilter_scores(
     probe: PreparedTemplate, prints: PackedTemplates, first: int = 0, last: int | None = None
 ) -> NDArray[np.int32]:
-    """Say how much the codes of each print have in common with those of the probe.
+    """Return how much the bit descriptors of each print have in common with the probe's.
 
     Parameters
     ----------
@@ -60,7 +56,7 @@ def prefilter_scores(
 def normalized_prefilter_scores(
     probe: PreparedTemplate, prints: PackedTemplates
 ) -> NDArray[np.float64]:
-    """Say how much the codes of each print have in common with the probe's, for its minutiae.
+    """Return the prefilter's scores, normalized by the size of the smaller print.
 
     Parameters
     ----------
@@ -72,7 +68,7 @@ def normalized_prefilter_scores(
     Returns
     -------
     ndarray of float64, shape (N,)
-        By this they are ranked: the greater, the likelier of one finger.
+        The greater, the likelier is a match.
     """
     smaller = np.minimum(np.diff(prints.minutiae_start), len(probe))
     found: NDArray[np.float64] = prefilter_scores(probe, prints) / (smaller + SIZE_OFFSET)
@@ -82,7 +78,7 @@ def normalized_prefilter_scores(
 def candidate_list(
     probe: PreparedTemplate, prints: PackedTemplates, count: int
 ) -> NDArray[np.intp]:
-    """Return the prints whose codes say the most, for as many minutiae as there are.
+    """Return the prints of the greatest normalized prefilter scores.
 
     Parameters
     ----------

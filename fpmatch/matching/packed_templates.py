@@ -64,10 +64,11 @@ class PackedTemplates:
     neighbour, root_weight : ndarray of uint8, shape (M, size)
         The neighbours, numbered from the print's first minutia, and the square roots of their
         weights in hundredths.
-    direction_bin, neighbour_bits, orientation_bins : ndarray of uint8 (M,), uint16 (M, 12) and uint8 (M, 12)
-        See `fpmatch.matching.bit_descriptors.BitDescriptors`.
+    direction_bin, neighbour_bits, orientation_bins
+        ndarrays of uint8 (M,), uint16 (M, 12) and uint8 (M, 12); see
+        `fpmatch.matching.bit_descriptors.BitDescriptors`.
     cell : ndarray of uint8, shape (C,)
-        BitDescriptors of the cells of the regions, row by row.
+        Orientation codes of the cells of the print areas, row by row.
     ridges : ndarray of uint64, shape (C,)
         Pictures of the ridges in these cells; 0 where they are not known.
     shape : ndarray of int32, shape (T, 4)

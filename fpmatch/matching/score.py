@@ -1,8 +1,8 @@
 """Score: the evidence for and against one finger, and the similarity it amounts to.
 
 The similarity is a likelihood ratio, learned by logistic regression on synthetic prints by
-``python -m research train score``. With m pairs, of local similarity L in all, and U the unpaired minutiae,
-its features are
+``python -m research train score``. With m pairs, of local similarity L in all, and U the unpaired
+minutiae, its features are
 
 - of the relaxed local matches: the logarithm of the sum over the pairs;
 - of the mesh of pairs (see `fpmatch.matching.pair_mesh`), per pair: how well the places on the unit
@@ -256,9 +256,9 @@ class ScoreModel:
     bias : float
         What is added to the sum.
     prefilter : tuple of float
-        The least score of the bit descriptors of two prints, see `fpmatch.matching.bit_descriptors`, from
-        which they are aligned: a base, its growth with the minutiae of the smaller print, and its
-        limit.
+        The least score of the bit descriptors of two prints from which they are aligned, see
+        `fpmatch.matching.bit_descriptors`: a base, its growth with the minutiae of the smaller
+        print, and its limit.
     relaxation_threshold : float
         Strength of the relaxed local matches from which more than one hypothesis is tried.
     refine_threshold : float

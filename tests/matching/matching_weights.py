@@ -117,6 +117,13 @@ def print_for(module: ModuleType, print_: PreparedTemplate) -> Any:
     return found
 
 
+def interpreted_prefilter(interpreted: Callable[[str], ModuleType]) -> ModuleType:
+    """Return the kernel of the prefilter as ordinary Python, and the pairs that it uses."""
+    found = interpreted("_prefilter_kernel")
+    found.PairSet = interpreted("_consistency_kernel").PairSet
+    return found
+
+
 def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNamespace:
     """Return the kernels of matching as ordinary Python, each of which uses the others."""
     with pytest.MonkeyPatch.context() as patch:
@@ -127,7 +134,7 @@ def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNames
     names = ("local", "relaxation", "align", "ridge", "ridge_search", "evidence")
     found = SimpleNamespace(**{name: interpreted(f"_{name}_kernel") for name in names})
     found.print = interpreted("_template_view_kernel")
-    found.code = interpreted("_bit_descriptor_kernel")
+    found.prefilter = interpreted_prefilter(interpreted)
     found.compare = interpreted("_compare_kernel")
     found.align.Relaxation = found.relaxation.Relaxation
     found.align.PairMesh = mesh.PairMesh
@@ -152,7 +159,7 @@ def interpreted_comparer(
     scorer = plain.evidence.EvidenceScorer(
         ScoreParameters(), weights, capacity, RidgeSearchParameters()
     )
-    tables = plain.code.Prefilter(16, 12.0, 0.1, 11)
+    tables = plain.prefilter.Prefilter(16, 12.0, 0.1, 11)
     comparer = plain.compare.Comparer(capacity, tables, before, after, scorer, local)
     comparer.load(print_for(plain.print, probe))
     n = probe.neighbourhoods

@@ -1,4 +1,4 @@
-"""BitDescriptors: what the kernel weighs is what a plain form of it weighs, whichever print comes first."""
+"""Bit descriptors: the kernels agree with a plain form of them, whichever print comes first."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ from matching_prints import (
     template_of,
     templates,
 )
+from matching_weights import interpreted_prefilter
 
-from fpmatch.matching import bit_descriptors
+from fpmatch.matching import _prefilter_kernel, bit_descriptors
 from fpmatch.matching.bit_descriptors import (
     APART,
     MAX_ENCODED,
@@ -169,7 +170,7 @@ def impressions(seed: int) -> list[PreparedTemplate]:
 def weighed(
     a: BitDescriptors,
     b: BitDescriptors,
-    module: Any = bit_descriptors.kernel,
+    module: Any = _prefilter_kernel,
     *,
     b_in_tables: bool = False,
 ) -> int:
@@ -237,12 +238,13 @@ def test_crowds_are_weighed_by_their_best(n: int) -> None:
 def test_compiled_and_interpreted_agree(
     interpreted: Callable[[str], ModuleType], seed: int, k: int
 ) -> None:
-    module, prints = interpreted("_bit_descriptor_kernel"), impressions(seed)
+    module, prints = interpreted_prefilter(interpreted), impressions(seed)
     assert weighed(
         prints[0].bit_descriptors, prints[k].bit_descriptors, module
     ) == descriptor_similarity(prints[0].bit_descriptors, prints[k].bit_descriptors)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bit_descriptors, "kernel", module)
+        for name in ("encode_neighbours", "encode_orientations"):
+            patch.setattr(bit_descriptors, name, getattr(interpreted("_encode_kernel"), name))
         one = prints[k]
         slow = encode(one.points, one.quality, one.neighbourhoods, one.region)
     for name in ("xy", "direction_bin", "neighbour_bits", "orientation_bins"):

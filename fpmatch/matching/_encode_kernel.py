@@ -1,0 +1,104 @@
+"""Kernel: bit descriptors of a print's minutiae.
+
+Each minutia has a word for each of its neighbours: the cell of position and direction, in the
+minutia's own frame, in which the neighbour lies in each of two grids. Twelve more words are the
+bins of the ridge orientation at places around it. Interpreted, the functions run as they stand.
+"""
+
+import cython
+
+COMPILED = cython.compiled
+
+NEIGHBOUR_WORDS = cython.declare(cython.int, 12)
+ORIENTATION_WORDS = cython.declare(cython.int, 12)
+SIDE = cython.declare(cython.int, 16)  # cells along a grid, with the minutia in its middle
+SECTORS = cython.declare(cython.int, 8)  # of relative direction, in a turn
+# A word of a neighbour: its cell in the first grid; a bit that is set where this cell does not
+# count; three bits for the step from there to the cell of the second grid; a bit that is set where
+# that cell does not count.
+CELL = cython.declare(cython.int, 0x07FF)
+NOT_FIRST = cython.declare(cython.int, 0x0800)
+NOT_SECOND = cython.declare(cython.int, 0x8000)
+NOWHERE = cython.declare(cython.int, 0x8800)
+STEPS = cython.declare(cython.int, 12)  # bits to the right of the step
+SECOND = cython.declare(cython.int, 4096)  # where the second grid begins in the tables
+BINS = cython.declare(cython.int, 24)  # of relative orientation, in half a turn
+UNKNOWN = cython.declare(cython.int, 31)  # the word of no bin
+ORIENTATIONS = cython.declare(cython.int, 255)  # codes of a cell's orientation, from 1 on
+
+
+def second(word):
+    """Return the place in the tables of the cell of the second grid that a word contains.
+
+    Half a cell on in direction, the last sector runs into the first one of the next column; so it
+    is with every print.
+    """
+    place = SECOND + (word & CELL)
+    place += (word >> STEPS & 1) + SECTORS * (word >> (STEPS + 1) & 1)
+    return place + SECTORS * SIDE * (word >> (STEPS + 2) & 1)
+
+
+def encode_neighbours(count, frame, share, coded, per_px, word):
+    """Fill `word` for the minutiae of a print that are `coded`; the others have none.
+
+    ``frame[i, :, k]`` begins with the position of neighbour k of minutia i in its frame, and
+    ``share[i, k]`` is its direction there as a share of a turn, 0 to 1. The cells are squares of
+    ``1 / per_px`` pixels times sectors of direction; those of the second grid are shifted by half a
+    cell in all three. Of the neighbours of a minutia in one cell, the first counts.
+    """
+    for i in range(count.shape[0]):
+        for k in range(NEIGHBOUR_WORDS):
+            word[i, k] = NOWHERE
+        if not coded[i]:
+            continue
+        for k in range(count[i] if count[i] < NEIGHBOUR_WORDS else NEIGHBOUR_WORDS):
+            u = cython.cast(cython.double, frame[i, 0, k]) * per_px + SIDE // 2
+            v = cython.cast(cython.double, frame[i, 1, k]) * per_px + SIDE // 2
+            if not (0.0 <= u < SIDE and 0.0 <= v < SIDE):
+                continue
+            t = share[i, k] * SECTORS
+            column = cython.cast(cython.int, u)
+            row = cython.cast(cython.int, v)
+            sector = cython.cast(cython.int, t)
+            sector = sector if sector < SECTORS else SECTORS - 1
+            on_column = u - column >= 0.5
+            on_row = v - row >= 0.5
+            found = (row * SIDE + column) * SECTORS + sector
+            found += ((4 * on_row + 2 * on_column) + (t - sector >= 0.5)) << STEPS
+            if row + on_row == SIDE or column + on_column == SIDE:
+                found |= NOT_SECOND
+            for m in range(k):
+                if not word[i, m] & NOT_FIRST and (word[i, m] ^ found) & CELL == 0:
+                    found |= NOT_FIRST
+                if not word[i, m] & NOT_SECOND and second(word[i, m]) == second(found):
+                    found |= NOT_SECOND
+            word[i, k] = cython.cast(cython.ushort, found)
+    return 0
+
+
+def encode_orientations(points, direction_bin, cell, first_row, first_column, step, places, word):
+    """Fill `word` with the bin of the ridge orientation at `places`, in each minutia's own frame.
+
+    `direction_bin` is a minutia's direction in 256ths of a turn, `cell` are the orientation codes
+    of the print area's cells, 0 outside.
+    """
+    for i in range(points.shape[1]):
+        c = points[2, i]
+        s = points[3, i]
+        for k in range(ORIENTATION_WORDS):
+            word[i, k] = cython.cast(cython.uchar, UNKNOWN)
+            x = (points[0, i] + c * places[0, k] - s * places[1, k]) / step - first_column
+            y = -(points[1, i] + s * places[0, k] + c * places[1, k]) / step - first_row
+            if not (0.0 <= x < cell.shape[1] and 0.0 <= y < cell.shape[0]):
+                continue
+            code = cell[cython.cast(cython.Py_ssize_t, y), cython.cast(cython.Py_ssize_t, x)]
+            if code > 0:
+                # in bins: a turn has 256 steps of direction, half a turn 255 of orientation
+                relative = (code - 1.0) * BINS / ORIENTATIONS - direction_bin[i] * (
+                    2.0 * BINS / 256.0
+                )
+                while relative < 0.0:
+                    relative += BINS
+                code = cython.cast(cython.int, relative)
+                word[i, k] = cython.cast(cython.uchar, code if code < BINS else BINS - 1)
+    return 0

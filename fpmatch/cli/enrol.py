@@ -27,7 +27,8 @@ FAILURES_SHOWN: Final = 20
 _WORKERS_NEED: Final = (
     "cv2",
     "threadpoolctl",
-    "fpmatch.gallery.enrol",
+    "fpmatch.engine.workers",
+    "fpmatch.gallery.entry",
     "fpmatch.gallery.prints",
     "fpmatch.image.io.registry",
     "fpmatch.image.quality.folder_polarity",

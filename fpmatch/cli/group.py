@@ -19,7 +19,7 @@ SUMMARIES: Final = {
     "overlay": "Draw one print, moved, over another.",
     "extract": "Write the templates of images as files.",
     "convert": "Write a template in another format: ISO, ANSI, NIST, JSON, CSV.",
-    "inspect": "Show what files contain: image or template, size, minutiae, quality.",
+    "inspect": "Show what files contain: format, size, minutiae, quality.",
     "stages": "Write every stage of an extraction as a picture.",
     "enrol": "Enrol prints in a gallery, a database of templates.",
     "identify": "Rank the fingers of a gallery by how well they match a probe.",

@@ -1,4 +1,4 @@
-"""Templates in few bytes, as galleries keep them: about 2,500 with a picture of the ridges.
+"""Packed templates, as galleries keep them: about 2,500 bytes with the ridges.
 
 All numbers are little-endian; bits are packed from the highest of a byte on, each column of
 numbers beginning with a byte of its own::
@@ -12,9 +12,9 @@ numbers beginning with a byte of its own::
     bit first
     CRC-32 of all before
 
-Positions are kept in whole pixels at 500 dpi, which is exactly where `fpmatch.image.extract` finds
-minutiae; angles in 256ths of a turn; ridge orientations in 16ths of a half turn; kinds, qualities,
-the mask and the pictures of the ridges as they are.
+Positions are whole pixels at 500 dpi, which is exactly where `fpmatch.image.extract` finds
+minutiae; angles are 256ths of a turn, ridge orientations 16ths of a half turn. Kinds, qualities,
+mask and ridges are exact.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 VERSION: Final = 2
 FIELD, RIDGES = 1, 2  # what there is beside the minutiae
-KNOWN: Final = {1: FIELD, VERSION: RIDGES}  # version 1 could not hold the ridges, and is the same
+KNOWN: Final = {1: FIELD, VERSION: RIDGES}  # version 1 is the same without ridges
 ANGLE_BITS: Final = 8
 KIND_BITS: Final = 2
 QUALITY_BITS: Final = 7
@@ -62,12 +62,12 @@ def pack_template(template: Template) -> bytes:
     Returns
     -------
     bytes
-        What `unpack_template` reads; the same for ``unpack_template(pack_template(template))``.
+        The packed template; packing an unpacked template gives the same bytes.
 
     Raises
     ------
     TemplateError
-        If a number does not fit into the form.
+        If a number is too large for the format.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def pack_template(template: Template) -> bytes:
 
 
 def unpack_template(data: bytes) -> Template:
-    """Return the template that `pack_template` kept.
+    """Return the template that `pack_template` packed.
 
     Parameters
     ----------
@@ -131,11 +131,12 @@ def unpack_template(data: bytes) -> Template:
 
 
 def unpack_entry(data: bytes, number: int, gallery: str) -> Template:
-    """Unpack the template of an entry; what is wrong with it is a GalleryError that names both."""
+    """Unpack the template of an entry; a damaged one is a GalleryError that names both."""
     try:
         return unpack_template(data)
     except TemplateError as error:
-        raise GalleryError(f"{gallery}: damaged: entry {number}: {error}") from error
+        why = f"damaged: entry {number}: {error}"
+        raise GalleryError(why, path=gallery, code="damaged") from error
 
 
 class _Reader:
@@ -161,14 +162,14 @@ class _Reader:
 
     def finish(self) -> None:
         if self._at != len(self._data):
-            raise TemplateError("it has bytes too many")
+            raise TemplateError("it has too many bytes")
 
 
 def _unpack(reader: _Reader) -> Template:
     head = reader.numbers(_HEAD)
     _, version, content, dpi_units, width, height, count, least_x, least_y, bits_x, bits_y = head
     if content > KNOWN[version]:
-        raise TemplateError("it holds something unknown beside its minutiae")
+        raise TemplateError("it contains unknown data")
     dpi = dpi_units / _DPI_UNITS
     zoom = STANDARD_DPI / dpi if dpi else 1.0
     x, y = reader.column(count, bits_x) + least_x, reader.column(count, bits_y) + least_y

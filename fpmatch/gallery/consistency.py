@@ -1,4 +1,4 @@
-"""Check that the impressions of each enrolled finger match each other."""
+"""Consistency of fingers: whether the enrolled impressions of each match each other."""
 
 from __future__ import annotations
 
@@ -31,15 +31,7 @@ HIGHEST_LINK_SCORE: Final = 55.0
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """Hold the most similar pair of two groups of impressions that do not match.
-
-    Parameters
-    ----------
-    one, other : Entry
-        The two, `one` of the larger group.
-    score : float
-        The score of their comparison.
-    """
+    """Hold the best-scoring pair of two groups that do not match, `one` of the larger group."""
 
     one: Entry
     other: Entry
@@ -54,15 +46,15 @@ class Disagreement:
 
 @dataclass(frozen=True, slots=True)
 class FingerCheck:
-    """Hold how the impressions of one finger hang together.
+    """Hold the groups of impressions of one finger that match each other.
 
     Parameters
     ----------
     groups : tuple of tuple of Entry
         Impressions of which each matches another of its group, and none of any other group; the
-        largest first.
+        largest group first.
     disagreements : tuple of Disagreement
-        Of each further group and the first: the pair that comes nearest to a match.
+        The best-scoring pair of each further group and the first.
     """
 
     groups: tuple[tuple[Entry, ...], ...]
@@ -75,7 +67,7 @@ class FingerCheck:
 
     @property
     def consistent(self) -> bool:
-        """Whether all of them hang together."""
+        """Whether there is one group only."""
         return len(self.groups) == 1
 
     def as_dict(self) -> dict[str, Any]:
@@ -103,28 +95,27 @@ def check_fingers(
 ) -> Iterator[FingerCheck]:
     """Compare the impressions of each finger with each other.
 
-    Impressions of one finger that show no common skin, as touches of a small sensor may, do not
-    match either: that two groups do not match is a reason to look, not a proof. Two impressions
-    match from a score of 30, and more where there are many pairs of them, 55 at most. Of a finger
-    with more than 64 impressions, all are compared with 64 that are spread over them.
+    Small touches of one finger that share no skin do not match either: two groups are a reason to
+    inspect them, no proof. Two impressions match from a score of 30, or of more, up to 55, where
+    they form many pairs. Of more than 64 impressions, all are compared with 64 spread over them.
 
     Parameters
     ----------
     gallery : Gallery
         An open gallery.
     subjects : collection of str, optional
-        Whose fingers are checked (default: all).
+        Subjects whose fingers are checked (default: all).
     matcher : str or Matcher
         The matcher, or its name.
     calibration : Calibration, optional
         Turns its similarities into scores (default: that of the package).
     progress : callable
-        Told of stage "check", in impressions.
+        Called with stage "check" and numbers of impressions.
 
     Yields
     ------
     FingerCheck
-        Of each finger with two impressions or more, in the order of their first entries.
+        For each finger with at least two impressions, in the order of their first entries.
 
     Raises
     ------
@@ -149,10 +140,10 @@ def check_fingers(
 
 
 def refuse_disagreeing(gallery: Gallery, new: Collection[Label]) -> list[Failure]:
-    """Take out of a gallery those new impressions that do not match the others of their finger.
+    """Remove those new impressions from a gallery that do not match the others of their finger.
 
-    Kept is the largest group of impressions of which one was enrolled before, or the largest. What
-    is refused is removed, and kept as failures.
+    Of each finger, the largest group with an impression that was enrolled before is kept, or else
+    the largest. What is removed becomes failures.
 
     Parameters
     ----------
@@ -164,7 +155,7 @@ def refuse_disagreeing(gallery: Gallery, new: Collection[Label]) -> list[Failure
     Returns
     -------
     list of Failure
-        What was refused, and why.
+        What was removed, and why.
     """
     fresh = set(new)
     failures: list[Failure] = []
@@ -208,9 +199,9 @@ def _check(
 
 
 def _link_score(count: int) -> float:
-    """Return the score from which two of so many impressions match.
+    """Return the score from which two of `count` impressions match.
 
-    One false match would join two fingers: the more pairs there are, the more a match must score.
+    One false match would join two fingers, so the score grows with the number of pairs.
     """
     pairs = count * (count - 1) / 2
     return min(LINK_SCORE + 10.0 * math.log10(pairs), HIGHEST_LINK_SCORE)

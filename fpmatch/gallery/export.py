@@ -1,4 +1,4 @@
-"""Templates of a gallery as files."""
+"""Export of the templates of a gallery as files."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ def export_templates(
     gallery : Gallery
         An open gallery.
     folder : path-like
-        Where to write; made if missing.
+        The folder; made if missing.
     suffixes : sequence of str
-        Formats to write, by the suffixes that `save_template` knows.
+        Suffixes of the formats to write, as of `save_template`.
     subject : str, optional
-        Only those of this subject.
+        Subject whose templates are written (default: all).
     progress : callable
-        Told of stage "export", in templates.
+        Called with stage "export" and numbers of templates.
     noted : callable
-        Told of a file and of what its format could not hold, for each such note.
+        Called with a file and what its format cannot hold, for each such note.
 
     Returns
     -------
     int
-        How many templates.
+        Number of templates.
 
     Raises
     ------

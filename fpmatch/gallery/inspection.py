@@ -1,4 +1,4 @@
-"""What a file holds, in words and as data: an image, a template, or both."""
+"""Content of a file as text and data: an image, a template, or both."""
 
 from __future__ import annotations
 
@@ -20,26 +20,14 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
 
-    from fpmatch.formats.record import ReadingOptions, View
+    from fpmatch.formats.record import View
     from fpmatch.image.io.read import GreyImage
     from fpmatch.image.quality.print_quality import PrintQuality
 
 
 @dataclass(frozen=True, slots=True)
 class InspectedImage:
-    """Hold what is known of an image.
-
-    Parameters
-    ----------
-    width, height : int
-        Size in pixels.
-    dpi : float or None
-        Resolution; None where the file does not tell.
-    notes : tuple of str
-        What was noticed on reading it.
-    quality : PrintQuality or None
-        How good a print it is; None where it cannot be one.
-    """
+    """Hold properties of an image; `dpi` is None if unknown, `quality` if it can be no print."""
 
     width: int
     height: int
@@ -50,30 +38,30 @@ class InspectedImage:
 
 @dataclass(frozen=True, slots=True)
 class InspectedPrint:
-    """Hold what a template file says of one print.
+    """Hold properties of one print of a template file.
 
     Parameters
     ----------
     width, height : int
-        Size in pixels; where the file does not tell, what the minutiae span.
+        Size in pixels; of the box around the minutiae where the file does not contain it.
     size_known : bool
-        Whether the file tells it.
+        Whether the file contains it.
     dpi : float or None
-        Resolution; None where the file does not tell.
+        Resolution; None where it is unknown.
     minutiae, endings, bifurcations : int
-        How many, and of which kinds.
+        Number of minutiae, of endings and of bifurcations.
     finger, impression : str
-        In words.
+        Names of finger position and impression type.
     quality : int or None
-        Of the whole print, 0 to 100; None where the file does not tell.
+        Quality of the print, 0 to 100; None where it is unknown.
     minutia_quality : float or None
-        Mean of the minutiae's; None where the file tells none.
+        Mean quality of the minutiae; None where it is unknown.
     ridge_field : bool
         Whether there is a ridge orientation field.
     extended : tuple of str
-        What extended data there are.
+        Kinds of extended data.
     fields : dict of str
-        What else the file says.
+        Other data in the file.
     """
 
     width: int
@@ -94,22 +82,20 @@ class InspectedPrint:
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
-    """Hold what a file is found to hold.
+    """Hold the content of a file.
 
     Parameters
     ----------
     path : str
         The file.
-    format : str
-        Short name of its format.
-    title : str
-        Full name of its format.
+    format, title : str
+        Short and full name of its format.
     image : InspectedImage or None
         Its image, if it has one.
     prints : tuple of InspectedPrint
         Its templates.
     notes : tuple of str
-        What is odd in it, or was passed over.
+        Anomalies, and data that were skipped.
     """
 
     path: str
@@ -125,7 +111,7 @@ class Inspection:
 
     def as_text(self) -> str:
         """Return all of it on one line."""
-        parts = [self.title, *_prints_in_words(self.prints)]
+        parts = [self.title, *_prints_as_text(self.prints)]
         if self.image is not None:
             prefix = "image of " if self.prints else ""
             parts += [f"{prefix}{_size(self.image)}", _dpi(self.image.dpi)]
@@ -136,26 +122,16 @@ class Inspection:
 
 
 def inspect_file(
-    path: str | os.PathLike[str],
-    *,
-    how: ReadingOptions | None = None,
-    image_reader: Callable[[Path], GreyImage] = read_image,
+    path: str | os.PathLike[str], *, image_reader: Callable[[Path], GreyImage] = read_image
 ) -> Inspection:
-    """Find out what a file holds.
+    """Find out what a file contains, by its content, whatever its name.
 
     Parameters
     ----------
     path : path-like
-        An image or a template, of any format that is known; by its content, whatever its name.
-    how : ReadingOptions, optional
-        How templates are read.
+        An image or a template of any known format.
     image_reader : callable
         Reads images (default: `read_image`).
-
-    Returns
-    -------
-    Inspection
-        What it holds.
 
     Raises
     ------
@@ -165,7 +141,7 @@ def inspect_file(
     if not is_template_file(path):
         image = image_reader(Path(path))
         return Inspection(str(path), image.format, f"{image.format} image", _image(image))
-    record = load_record(path, how=how)
+    record = load_record(path)
     picture, notes = None, record.notes
     if not holds_minutiae_only(path):
         try:
@@ -216,8 +192,8 @@ def _print(view: View) -> InspectedPrint:
     )
 
 
-def _prints_in_words(prints: tuple[InspectedPrint, ...]) -> list[str]:
-    """Return what there is to say of prints: first what all have alike, then each between bars."""
+def _prints_as_text(prints: tuple[InspectedPrint, ...]) -> list[str]:
+    """Return what all prints have in common, then what differs, separated by bars."""
     rows = list(zip(*(_print_parts(print_) for print_ in prints), strict=True))
     shared = [row[0] for row in rows if len(set(row)) == 1 and row[0]]
     if len(prints) < 2:
@@ -228,7 +204,7 @@ def _prints_in_words(prints: tuple[InspectedPrint, ...]) -> list[str]:
 
 
 def _print_parts(print_: InspectedPrint) -> Iterator[str]:
-    """Yield what there is to say of a print, always as many parts, "" for nothing."""
+    """Yield the parts of the text about a print, always as many, "" for nothing."""
     yield _size(print_) if print_.size_known else "size unknown"
     yield _dpi(print_.dpi)
     yield "" if print_.finger == FINGERS[0] else print_.finger
@@ -242,15 +218,15 @@ def _print_parts(print_: InspectedPrint) -> Iterator[str]:
 
 
 def _minutiae(print_: InspectedPrint) -> str:
-    """Return how many minutiae there are, and of which kinds where any is told."""
+    """Return the number of minutiae, and of each kind where any is known."""
     other = print_.minutiae - print_.endings - print_.bifurcations
     kinds = [
         _count(print_.endings, "ending", "endings"),
         _count(print_.bifurcations, "bifurcation", "bifurcations"),
         _count(other, "other", "other"),
     ]
-    told = f" ({', '.join(filter(None, kinds))})" if other < print_.minutiae else ""
-    return (_count(print_.minutiae, "minutia", "minutiae") or "no minutiae") + told
+    by_kind = f" ({', '.join(filter(None, kinds))})" if other < print_.minutiae else ""
+    return (_count(print_.minutiae, "minutia", "minutiae") or "no minutiae") + by_kind
 
 
 def _count(number: int, one: str, many: str) -> str:

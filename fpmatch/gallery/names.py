@@ -1,4 +1,4 @@
-"""Read subject, finger and impression from the names of files."""
+"""Labels in the names of files."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _GROUPS: Final = ("subject", "finger", "impression")
 
 @dataclass(frozen=True, slots=True)
 class NamePattern:
-    """Read labels from paths by a regular expression.
+    """Find labels in paths by a regular expression.
 
     It must match the end of the path, without the extension, from the beginning of a name in it
-    on: one that has a ``/`` reads folders, too.
+    on: one with a ``/`` matches folders, too.
 
     Parameters
     ----------
     text : str
-        The expression, with a group named ``subject`` and, where names tell it, ``finger`` and
-        ``impression``. Default: FVC's names, ``101_3.tif``.
+        The expression, with a group named ``subject`` and, where names contain them, ``finger``
+        and ``impression``. Default: FVC's names, ``101_3.tif``.
 
     Raises
     ------
@@ -63,7 +63,7 @@ class NamePattern:
             )
 
     def label(self, path: Path) -> Label | None:
-        """Return what the path tells, None where the pattern does not match."""
+        """Return the label in a path, None where the pattern does not match."""
         text = as_text(path.absolute().with_suffix(""), separator="/")
         expression = re.compile(self.text)
         start = len(text)
@@ -77,6 +77,6 @@ class NamePattern:
 
 
 def as_text(path: Path, separator: str = os.sep) -> str:
-    """Return a path as text that any database takes, whatever bytes are in its names."""
+    """Return a path as text that any database accepts, whatever bytes are in its names."""
     name = os.fsencode(path).decode("utf-8", "backslashreplace")
     return name.replace(os.sep, separator)

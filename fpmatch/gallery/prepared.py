@@ -1,9 +1,8 @@
-"""The prints of a gallery prepared once, and kept in flat files that later searches map.
+"""Prepared prints of a gallery, kept in flat files that later searches map into memory.
 
-They lie beside the gallery, ``prints.db.prepared/``, or in the user's cache folder where that
-cannot be, as for PostgreSQL. What they hold can always be made again from the gallery: they may be
-deleted at any time, and are made anew when the gallery or the matcher has changed; prints that are
-in the old ones are taken from there.
+The files are beside the gallery, in ``prints.db.prepared/``, or in the user's cache folder where
+that is impossible, as for PostgreSQL. They may be deleted at any time. They are recomputed when the
+gallery or the matcher has changed; prints that are in the old files are copied.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from fpmatch.engine.engine import processes
 from fpmatch.errors import MatcherError, OutputError
 from fpmatch.gallery.compact import unpack_entry
 from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.output import atomic_write
+from fpmatch.output import atomic_write, make_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -45,10 +44,9 @@ class Prepared:
     Parameters
     ----------
     entries : ndarray of (number, finger, digest), shape (N,)
-        Number of each entry, lowest number of the entries of its finger, and a digest of its
-        template.
+        Number of each entry, lowest number of an entry of its finger, and a digest of its template.
     prints : PackedTemplates
-        Their prints, in the same order.
+        The prints, in the same order.
     """
 
     entries: NDArray[np.void]
@@ -58,18 +56,18 @@ class Prepared:
 def prepare_gallery(
     gallery: Gallery, matcher: Matcher, *, engine: Engine | None, progress: Progress
 ) -> Prepared:
-    """Return the prepared prints of a gallery, the kept ones where it has not changed.
+    """Return the prepared prints of a gallery, from files where it has not changed.
 
     Parameters
     ----------
     gallery : Gallery
         An open gallery.
     matcher : Matcher
-        One whose prepared prints can be packed.
+        A matcher whose prepared prints can be packed.
     engine : Engine or None
         Where prints are prepared (default: all cores).
     progress : callable
-        Told of stage "prepare", in prints that are not kept.
+        Called with stage "prepare" and numbers of prints that are in no file.
 
     Returns
     -------
@@ -83,17 +81,16 @@ def prepare_gallery(
     EngineError
         If the engine broke down.
     """
-    fingerprint = gallery.content_hash()
+    content = gallery.content_hash()
     folders = _folders(gallery)
     form = f"{matcher.name}-{__version__}"
     for folder in folders:
-        kept = _load(folder / f"{form}-{fingerprint}")
+        kept = _load(folder / f"{form}-{content}")
         if kept is not None:
             return kept
     prepared = _renew(gallery, matcher, _newest(folders, form), engine or processes(), progress)
-    # What was enrolled meanwhile may be among them: under no name that stands for a content then.
-    unchanged = gallery.content_hash() == fingerprint
-    name = fingerprint if unchanged else secrets.token_hex(16)
+    # Entries that were enrolled meanwhile may be among them: then no content has this name.
+    name = content if gallery.content_hash() == content else secrets.token_hex(16)
     for folder in folders:
         with suppress(OutputError):
             _save(folder / f"{form}-{name}", prepared)
@@ -103,7 +100,7 @@ def prepare_gallery(
 
 
 def _folders(gallery: Gallery) -> list[Path]:
-    """Return where prepared prints may lie, the best place first."""
+    """Return the folders for prepared prints, the preferred one first."""
     from platformdirs import user_cache_path  # noqa: PLC0415
 
     file = gallery.database.file
@@ -114,7 +111,7 @@ def _folders(gallery: Gallery) -> list[Path]:
 
 
 def _load(stem: Path) -> Prepared | None:
-    """Return what is kept in the two files of `stem`, None where they cannot be used."""
+    """Return the content of the two files of `stem`, None where they cannot be used."""
     try:
         entries = np.load(f"{stem}.entries.npy", mmap_mode="r", allow_pickle=False)
         prints = PackedTemplates.load(f"{stem}.prints")
@@ -126,17 +123,14 @@ def _load(stem: Path) -> Prepared | None:
 
 
 def _save(stem: Path, prepared: Prepared) -> None:
-    try:
-        stem.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{stem.parent}: cannot be made") from error
+    make_folder(stem.parent)
     with atomic_write(f"{stem}.entries.npy") as stream:
         np.save(stream, prepared.entries, allow_pickle=False)
     prepared.prints.save(f"{stem}.prints")
 
 
 def _newest(folders: Sequence[Path], form: str) -> Prepared | None:
-    """Return the prints that were kept last, of whatever content."""
+    """Return the prints that were saved last, of whatever content."""
     found: list[tuple[float, Path]] = []
     for folder in folders:
         for path in folder.glob(f"{form}-*.prints"):
@@ -150,7 +144,7 @@ def _newest(folders: Sequence[Path], form: str) -> Prepared | None:
 
 
 def _remove_others(folder: Path, matcher: Matcher, name: str) -> None:
-    """Remove what was kept before, by other versions, too; who has it mapped keeps it."""
+    """Remove all other files, of other versions too; a process that has mapped one keeps it."""
     for path in folder.glob(f"{matcher.name}-[0-9]*"):
         if not path.name.startswith(f"{name}."):
             with suppress(OSError):
@@ -160,7 +154,7 @@ def _remove_others(folder: Path, matcher: Matcher, name: str) -> None:
 def _renew(
     gallery: Gallery, matcher: Matcher, old: Prepared | None, engine: Engine, progress: Progress
 ) -> Prepared:
-    """Return the prints of a gallery, as many as can be from the old ones."""
+    """Return the prints of a gallery, copied from the old ones where they are there."""
     numbers, digests = [], []
     fingers = gallery.fingers()
     missing: list[tuple[int, bytes]] = []
@@ -171,8 +165,7 @@ def _renew(
         digests.append(digest)
         if digest not in place:
             missing.append((number, data))
-    # an entry that was enrolled after its finger was asked for stands for itself until the next
-    # time, when the gallery is found to have changed
+    # an entry enrolled since `fingers` was read is a finger of its own until the next preparation
     shown = [fingers.get(number, number) for number in numbers]
     entries = np.array(list(zip(numbers, shown, digests, strict=True)), _ENTRY)
     new = _prepare_all(gallery.name, matcher, missing, engine, progress)

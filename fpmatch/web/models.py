@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field
 
 
 class Error(BaseModel):
-    """What goes wrong, in one sentence."""
+    """An error, in one sentence."""
 
     error: str
 
@@ -21,7 +21,7 @@ class Transform(BaseModel):
 
 
 class Scale(BaseModel):
-    """How much larger the reference is than the probe, at the resolutions that they claim."""
+    """Ratio of the scales of reference and probe at their resolutions."""
 
     ratio: float
     error: float
@@ -29,21 +29,21 @@ class Scale(BaseModel):
 
 
 class QualityReason(BaseModel):
-    """What is wrong with a picture, and what to do about it."""
+    """A fault of an image, and what to do about it."""
 
     code: str
     message: str
 
 
 class Quality(BaseModel):
-    """How good a picture is, 0 to 100, and what is wrong with it."""
+    """Quality of an image, 0 to 100, and its faults."""
 
     score: int
     reasons: list[QualityReason]
 
 
 class Compared(BaseModel):
-    """How much of two prints was compared."""
+    """Amount of two prints that was compared."""
 
     minutiae: int = Field(description="Minutiae of both prints in the common region")
     area_mm2: float = Field(description="Area of the common region")
@@ -86,7 +86,7 @@ class Verified(BaseModel):
 
 
 class Row(BaseModel):
-    """One piece of the evidence, in words."""
+    """One row of the evidence."""
 
     label: str
     words: str
@@ -112,7 +112,7 @@ class ShownPrint(BaseModel):
 
 
 class Shown(BaseModel):
-    """A decision with all that the page shows of it."""
+    """A decision with all that the web interface shows of it."""
 
     result: Verified
     odds: str
@@ -140,7 +140,7 @@ class Stages(BaseModel):
 
 
 class About(BaseModel):
-    """What this server is and takes."""
+    """Version and limits of this server."""
 
     version: str
     gallery: str | None
@@ -150,14 +150,14 @@ class About(BaseModel):
 
 
 class Resolution(BaseModel):
-    """How many impressions have a resolution."""
+    """Number of impressions of a resolution."""
 
     dpi: float
     impressions: int
 
 
 class GalleryInfo(BaseModel):
-    """A gallery in figures, as `fpmatch gallery info --json` prints it."""
+    """Counts and sizes of a gallery, as `fpmatch gallery info --json` prints them."""
 
     gallery: str
     version: int
@@ -170,7 +170,7 @@ class GalleryInfo(BaseModel):
 
 
 class FoundCandidate(BaseModel):
-    """An enrolled print that may be of the probe's finger."""
+    """An enrolled finger that may be the probe's."""
 
     rank: int
     id: int
@@ -188,12 +188,12 @@ class FoundCandidate(BaseModel):
 
 
 class Identified(BaseModel):
-    """The enrolled prints that are most like a probe, best first."""
+    """The enrolled fingers that match a probe best, best first."""
 
     gallery: str
     matcher: str
     enrolled: int = Field(description="prints that were searched")
-    compared: int = Field(description="prints compared: fewer where a shortlist was made")
+    compared: int = Field(description="prints compared: fewer with a candidate list")
     probe: str
     notes: list[str]
     seconds: float
@@ -201,7 +201,7 @@ class Identified(BaseModel):
 
 
 class Enrolled(BaseModel):
-    """What became of a print that was to be enrolled."""
+    """The outcome of an enrolment."""
 
     enrolled: bool = Field(description="false where the same file was enrolled before")
     name: str

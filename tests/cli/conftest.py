@@ -26,6 +26,14 @@ def run() -> Run:
     return run_words
 
 
+def assert_refused(result: Result, reason: str) -> None:
+    """Check that a command has failed with status 2 and one line on stderr, with a reason."""
+    assert (result.exit_code, result.stdout) == (2, "")
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("fpmatch: error: ")
+    assert reason in line
+
+
 @pytest.fixture(scope="session")
 def prints(tmp_path_factory: pytest.TempPathFactory, fingers: list[NDArray[np.uint8]]) -> Path:
     """Return a folder with prints of two fingers, of no finger, and files that are no images."""

@@ -54,7 +54,9 @@ def test_the_file_is_a_calibration_and_the_reach_is_told(
     assert any(line.startswith("  Measured    up to score 17.5, ") for line in lines)
     assert any("extrapolated" in line for line in lines)
     as_json = run("calibrate", database, "-o", output, "--matcher", "fake", "--json")
-    assert json.loads(as_json.stdout)["largest_measured_score"] == pytest.approx(calibration.largest_measured_score)
+    assert json.loads(as_json.stdout)["largest_measured_score"] == pytest.approx(
+        calibration.largest_measured_score
+    )
 
 
 def test_too_few_comparisons_leave_no_file(run: Any, tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.image.quality.polarity import INVERTED
 from fpmatch.reading import ASSUMED_DPI
 
+from .conftest import assert_refused
+
 
 @pytest.fixture
 def folder(tmp_path, prints):
@@ -132,18 +134,7 @@ def test_bad_input_is_one_line_and_status_2(run, tmp_path, prints, words, reason
     (tmp_path / "text").write_text("something else entirely\n")
     names = {"db": tmp_path / "g.db", "root": tmp_path, "print": prints / "1_1.png"}
     result = run("enrol", *(word.format(**names) for word in words))
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    (line,) = result.stderr.splitlines()
-    assert line.startswith("fpmatch: error: ")
-    assert reason in line
-
-
-def test_help_shows_examples_and_status(run):
-    text = run("enrol", "--help").stdout
-    assert "  fpmatch enrol prints.db prints\n" in text
-    assert r"(?P<subject>\d+)_(?P<impression>\d+)" in text
-    assert "Exit status: 0 when all are enrolled, 1 when" in text
+    assert_refused(result, reason)
 
 
 def test_strict_refuses_what_does_not_match_its_finger(run, prints, tmp_path):

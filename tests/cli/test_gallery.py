@@ -9,6 +9,8 @@ from fpmatch.gallery.entry import Failure, Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.minutiae import Minutiae, Template
 
+from .conftest import assert_refused
+
 
 @pytest.fixture
 def place(tmp_path):
@@ -132,11 +134,7 @@ def test_export_does_not_mix_up_names(run, place, tmp_path):
 )
 def test_bad_input_is_one_line_and_status_2(run, place, tmp_path, words, reason):
     result = run("gallery", *(word.format(root=tmp_path, db=place) for word in words))
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    (line,) = result.stderr.splitlines()
-    assert line.startswith("fpmatch: error: ")
-    assert reason in line
+    assert_refused(result, reason)
     with open_gallery(place) as gallery:
         assert len(gallery) == 3
 

@@ -11,6 +11,8 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.prints import find_prints
 from fpmatch.reading import ASSUMED_DPI
 
+from .conftest import assert_refused
+
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory, prints):
@@ -121,14 +123,4 @@ def test_bad_input_is_one_line_and_status_2(run, place, prints, words, reason):
     result = run(
         "identify", *(word.format(db=place, prints=prints) for word in words), "--workers", 1
     )
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    (line,) = result.stderr.splitlines()
-    assert line.startswith("fpmatch: error: ")
-    assert reason in line
-
-
-def test_help_shows_columns_and_examples(run):
-    text = run("identify", "--help").stdout
-    assert "  fpmatch identify prints.db probe.tif\n" in text
-    assert "by chance  number" in text
+    assert_refused(result, reason)

@@ -75,7 +75,7 @@ def test_what_was_noticed_on_reading_is_said_once(
     Image.fromarray(pressed[0]).save(tmp_path / "plain" / "c.png", dpi=(500, 500))
     result = run("extract", tmp_path / "a.png", tmp_path / "b.png", "-o", tmp_path / "out")
     assert result.exit_code == 0
-    assert result.stderr == f"fpmatch: note: {tmp_path / 'a.png'}: {INVERTED}\n"
+    assert result.stderr == f"fpmatch: note: {tmp_path / 'a.png'} and 1 other: {INVERTED}\n"
     run("extract", tmp_path / "plain" / "c.png", "-o", tmp_path / "out")
     turned, plain = (load_template(tmp_path / "out" / f"{name}.json") for name in ("a", "c"))
     assert turned.minutiae == plain.minutiae

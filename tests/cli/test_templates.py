@@ -14,6 +14,7 @@ from PIL import Image
 from fpmatch import extract, load_template, save_template
 from fpmatch.formats.files import save_record
 from fpmatch.formats.record import TemplateRecord, View
+from fpmatch.reading import ASSUMED_DPI
 
 
 @pytest.fixture(scope="session")
@@ -45,7 +46,7 @@ def test_what_a_template_does_not_tell_is_said(run: Any, templates: Path) -> Non
     assert result.exit_code == 0
     assert result.stderr.splitlines() == [
         f"fpmatch: note: {path}: angles taken for NIST: y up, degrees",
-        f"fpmatch: note: {path} does not tell its resolution; 500 dpi assumed (--dpi sets it)",
+        f"fpmatch: note: {path}: {ASSUMED_DPI} (--dpi sets it)",
     ]
     told = run("verify", path, templates / "2_2.csv", "--probe-dpi", 500)
     assert "assumed" not in told.stderr
@@ -59,7 +60,7 @@ def test_of_several_prints_the_first_is_taken_and_said(
     save_record(path, TemplateRecord("", views))
     result = run("verify", path, prints / "1_1.png")
     assert result.exit_code == 0
-    assert result.stderr == f"fpmatch: note: {path}: the first of its 2 prints is taken\n"
+    assert result.stderr == f"fpmatch: note: {path}: the first of its 2 prints is used\n"
     enrolled = run("enrol", tmp_path / "x.db", path, "--pattern", "(?P<subject>two)")
     assert enrolled.exit_code == 1
     assert "holds 2 prints, and one is expected" in enrolled.stderr

@@ -26,9 +26,13 @@ main(prog_name="fpmatch")
 
 
 @pytest.mark.parametrize("name", ["enrol", "evaluate"])
-def test_what_workers_are_to_import_is_there(name):
-    for module in import_module(f"fpmatch.cli.{name}")._WORKERS_NEED:
-        import_module(module)
+def test_workers_import_what_they_need_and_no_database(name):
+    needed = import_module(f"fpmatch.cli.{name}")._WORKERS_NEED
+    code = f"import sys, {', '.join(needed)}; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert set(needed) <= loaded
+    assert "sqlalchemy" not in loaded
 
 
 @pytest.fixture

@@ -63,7 +63,7 @@ def test_of_several_prints_the_first_is_taken_and_said(
     assert result.stderr == f"fpmatch: note: {path}: the first of its 2 prints is used\n"
     enrolled = run("enrol", tmp_path / "x.db", path, "--pattern", "(?P<subject>two)")
     assert enrolled.exit_code == 1
-    assert "holds 2 prints, and one is expected" in enrolled.stderr
+    assert "contains 2 prints, and one is expected" in enrolled.stderr
 
 
 @pytest.mark.parametrize("words", [("verify", "--overlay"), ("overlay", "-o")])

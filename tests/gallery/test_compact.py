@@ -132,7 +132,7 @@ def test_content_that_a_version_does_not_know_is_damage(version, content):
     ridges = np.ones((2, 3), np.uint64)
     data = bytearray(pack_template(small_template(ridges))[:-4])
     data[2:4] = version, content
-    with pytest.raises(TemplateError, match="damaged: it holds something unknown"):
+    with pytest.raises(TemplateError, match="damaged: it contains unknown data"):
         unpack_template(resealed(bytes(data)))
 
 

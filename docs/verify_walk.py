@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import sys
 from collections import Counter
 from dataclasses import dataclass
@@ -71,7 +72,14 @@ def trace(work: Callable[[], None]) -> list[Call]:
             return
         name, file = frame.f_code.co_qualname, path.relative_to(PACKAGE).as_posix()
         hidden = any(part.startswith(("_", "<")) for part in name.split("."))
-        if hidden or file in UNSHOWN or file.endswith("_kernel.py") or is_property(frame):
+        generator = frame.f_code.co_flags & inspect.CO_GENERATOR  # resumed, not called again
+        if (
+            hidden
+            or generator
+            or file in UNSHOWN
+            or file.endswith("_kernel.py")
+            or is_property(frame)
+        ):
             return
         place = (*(stack[-1][1] if stack else ()), f"{file}:{name}")
         stack.append((frame, place))
@@ -106,8 +114,11 @@ def is_property(frame: FrameType) -> bool:
 
 
 def kernels_of(frame: FrameType) -> tuple[str, ...]:
-    """Return the compiled modules that a function names."""
-    used = (frame.f_globals.get(name) for name in frame.f_code.co_names)
+    """Return the compiled modules that a function names, also as attributes of its object."""
+    attributes = getattr(frame.f_locals.get("self"), "__dict__", {})
+    names = frame.f_code.co_names
+    used = [frame.f_globals.get(name) for name in names]
+    used += [type(attributes[name]) for name in names if name in attributes]
     modules = (
         getattr(value, "__module__", None) or getattr(value, "__name__", "") for value in used
     )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import io
 import re
-from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Final
 
+from fpmatch.drawing.plots.style import plain_style
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from contextlib import AbstractContextManager
 
     from matplotlib.figure import Figure
 
@@ -35,7 +35,7 @@ _FIRST_SERIES: Final = 0x10
 _COLOUR: Final = re.compile(r"#0000([0-9a-f]{2})")
 _IDENTIFIER: Final = re.compile(r'(\bid="|url\(#|href="#)')
 _SETTINGS: Final = {
-    "svg.fonttype": "none",
+    "text.parse_math": True,
     "font.family": "sans-serif",
     "font.size": 11.0,
     "axes.spines.top": False,
@@ -76,15 +76,9 @@ def series_dashes(index: int) -> str:
     return ("-", "--", "-.", ":")[index // 2 % 4]
 
 
-@contextmanager
-def settings() -> Iterator[None]:
+def settings() -> AbstractContextManager[None]:
     """Draw with matplotlib's defaults and `_SETTINGS`, independent of the user's."""
-    import matplotlib as mpl  # noqa: PLC0415
-
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(cast("Any", _SETTINGS))
-        yield
+    return plain_style(_SETTINGS)
 
 
 def inline_svg(figure: Figure, name: str, label: str) -> str:

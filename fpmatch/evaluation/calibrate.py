@@ -1,6 +1,6 @@
 """Calibration of a matcher's similarities: the FMR at each, measured on impostor comparisons.
 
-- Up to the similarity that `CalibrationParameters.min_above` impostors reach, the FMR at a
+- Up to the similarity that `MIN_ABOVE` impostors reach, the FMR at a
   similarity x is the share of impostors at x or above it. Knots, at most half a unit of score apart
   unless the curve jumps, represent this curve.
 - Beyond, the excesses over a high similarity are modelled by a generalised Pareto distribution,
@@ -18,7 +18,7 @@ Technometrics 29 (1987), for the fit by probability-weighted moments.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -38,33 +38,13 @@ _TINY: Final = 1e-290  # below, numbers lose digits
 _DIGITS: Final = 9  # significant digits kept, so that files do not differ by rounding
 
 
-@dataclass(frozen=True, slots=True)
-class CalibrationParameters:
-    """Set how `fit_calibration` fits.
-
-    Parameters
-    ----------
-    min_impostors : int
-        Fewer impostor comparisons than this are refused.
-    min_above : int
-        The empirical curve ends where fewer impostors than this lie at or above.
-    tail_share : float
-        Share of the impostors, the highest, to which the tail is fitted.
-    min_tail : int
-        The tail is fitted to at least this many impostors.
-    min_shape, max_shape : float
-        Limits of the tail's shape; at 0.5 the variance becomes infinite.
-    knot_step : float
-        Greatest distance between knots in score.
-    """
-
-    min_impostors: int = 1000
-    min_above: int = 20
-    tail_share: float = 0.01
-    min_tail: int = 100
-    min_shape: float = 0.2
-    max_shape: float = 0.5
-    knot_step: float = 0.5
+MIN_IMPOSTORS: Final = 1000
+MIN_ABOVE: Final = 20  # the empirical curve ends where fewer impostors than this are at or above
+TAIL_SHARE: Final = 0.01  # of the impostors, the highest, to which the tail is fitted
+MIN_TAIL: Final = 100  # impostors to which the tail is fitted, at least
+MIN_SHAPE: Final = 0.2
+MAX_SHAPE: Final = 0.5  # where the variance becomes infinite
+KNOT_STEP: Final = 0.5  # greatest distance between knots in score
 
 
 def calibrate_on(
@@ -119,8 +99,6 @@ def calibrate_on(
 def fit_calibration(
     impostor_similarities: ArrayLike,
     weights: ArrayLike | None = None,
-    *,
-    parameters: CalibrationParameters = CalibrationParameters(),
 ) -> Calibration:
     """Fit a calibration to the similarities of impostor comparisons.
 
@@ -130,8 +108,6 @@ def fit_calibration(
         Similarities of comparisons of different fingers.
     weights : array_like of float, shape (N,), optional
         Weight of each (default: the same).
-    parameters : CalibrationParameters
-        How to fit.
 
     Returns
     -------
@@ -157,30 +133,30 @@ def fit_calibration(
     if not np.isfinite(s).all():
         raise MatcherError("calibration: impostor similarities must be finite numbers")
     s[np.abs(s) < _TINY] = 0.0
-    if s.size < parameters.min_impostors:
+    if s.size < MIN_IMPOSTORS:
         raise MatcherError(
             f"calibration: {s.size} impostor comparisons are too few; "
-            f"at least {parameters.min_impostors} are needed"
+            f"at least {MIN_IMPOSTORS} are needed"
         )
-    knots = _empirical_knots(s, w, parameters)
-    scale, shape = _tail_at(knots[-1][0], s, w, parameters)
+    knots = _empirical_knots(s, w)
+    scale, shape = _tail_at(knots[-1][0], s, w)
     return Calibration(knots, _rounded(scale), _rounded(shape))
 
 
 def _empirical_knots(
-    s: NDArray[np.float64], w: NDArray[np.float64], parameters: CalibrationParameters
+    s: NDArray[np.float64], w: NDArray[np.float64]
 ) -> tuple[tuple[float, float], ...]:
     """Return knots of the curve x -> -10 log10(share of impostors at or above x); s is sorted."""
     x, first = np.unique(s, return_index=True)
     above = s.size - first
-    kept = above >= min(parameters.min_above, s.size)
+    kept = above >= min(MIN_ABOVE, s.size)
     weight_above = np.cumsum(w[::-1])[::-1]
     share = weight_above[first[kept]] / weight_above[0]
     x, score = x[kept], -10.0 * np.log10(np.minimum(share, 1.0)) + 0.0
-    steps = np.arange(0.0, score[-1], parameters.knot_step)
+    steps = np.arange(0.0, score[-1], KNOT_STEP)
     chosen = np.searchsorted(score, steps)
     # Two knots represent a jump, which would else become a slope from the knot before.
-    jumps = 1 + np.flatnonzero(np.diff(score) > parameters.knot_step)
+    jumps = 1 + np.flatnonzero(np.diff(score) > KNOT_STEP)
     index = np.unique(np.concatenate([chosen, jumps - 1, jumps, [score.size - 1]]))
     knots = [(_rounded(x[index[0]]), _rounded(score[index[0]]))]
     for k in index[1:]:
@@ -190,32 +166,25 @@ def _empirical_knots(
     return tuple(knots)
 
 
-def _tail_at(
-    last: float,
-    s: NDArray[np.float64],
-    w: NDArray[np.float64],
-    parameters: CalibrationParameters,
-) -> tuple[float, float]:
+def _tail_at(last: float, s: NDArray[np.float64], w: NDArray[np.float64]) -> tuple[float, float]:
     """Return scale and shape of the generalised Pareto tail above the similarity `last`.
 
     Excesses over a higher threshold keep the shape, and the scale grows by shape times the rise.
     """
     above = np.cumsum(w[::-1])
-    count = round(float(np.searchsorted(above, parameters.tail_share * above[-1])))
-    start = s[-min(max(parameters.min_tail, count) + 1, s.size)]
+    count = round(float(np.searchsorted(above, TAIL_SHARE * above[-1])))
+    start = s[-min(max(MIN_TAIL, count) + 1, s.size)]
     tail = s > start
     excess = s[tail] - start
     if not excess.size:
         raise MatcherError(
             "calibration: the highest impostor similarities are all the same; no tail can be fitted"
         )
-    scale, shape = _fit_pareto(excess, w[tail], parameters)
+    scale, shape = _fit_pareto(excess, w[tail])
     return scale + shape * max(last - start, 0.0), shape
 
 
-def _fit_pareto(
-    excess: NDArray[np.float64], w: NDArray[np.float64], parameters: CalibrationParameters
-) -> tuple[float, float]:
+def _fit_pareto(excess: NDArray[np.float64], w: NDArray[np.float64]) -> tuple[float, float]:
     """Fit scale and shape (in Hosking and Wallis's sign, -k) to sorted positive excesses.
 
     With α0 the mean and α1 the mean of x·(1 - F(x)), the moments give k = α0/(α0 - 2α1) - 2 and
@@ -228,7 +197,7 @@ def _fit_pareto(
     weighted = float(w @ (excess * above)) / total
     spread = mean - 2.0 * weighted
     shape = 2.0 - mean / spread if spread > 0 else 0.0
-    shape = min(max(shape, parameters.min_shape), parameters.max_shape)
+    shape = min(max(shape, MIN_SHAPE), MAX_SHAPE)
     return mean * (1.0 - shape), shape
 
 

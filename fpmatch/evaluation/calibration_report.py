@@ -9,7 +9,7 @@ import numpy as np
 
 from fpmatch.drawing.words import odds
 from fpmatch.evaluation.bootstrap import DEFAULT_BOOTSTRAP, bootstrap_fmr
-from fpmatch.evaluation.calibrate import CalibrationParameters
+from fpmatch.evaluation.calibrate import MIN_ABOVE
 from fpmatch.evaluation.intervals import Interval, interval_of
 from fpmatch.matching.calibration import (
     Calibration,
@@ -97,7 +97,7 @@ class CalibrationReport:
         rows.append(("Beyond", "scores are extrapolated, and verify notes it"))
         if self.largest_measured_score < DEFAULT_THRESHOLD:
             threshold_fmr = score_to_fmr(DEFAULT_THRESHOLD)
-            needed = round(CalibrationParameters().min_above / threshold_fmr)
+            needed = round(MIN_ABOVE / threshold_fmr)
             rows += [
                 ("", f"so is the default threshold, {DEFAULT_THRESHOLD:g}: to measure it takes"),
                 ("", f"some {needed:,} impostor comparisons"),

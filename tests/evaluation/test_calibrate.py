@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import fpmatch
 from fpmatch.errors import MatcherError
-from fpmatch.evaluation.calibrate import CalibrationParameters, calibrate_on, fit_calibration
+from fpmatch.evaluation import calibrate
+from fpmatch.evaluation.calibrate import calibrate_on, fit_calibration
 from fpmatch.evaluation.impostors import impostors_of_report
 from fpmatch.evaluation.run import evaluate
 from fpmatch.matching.calibration import score_to_fmr
@@ -106,12 +107,12 @@ def test_empirical_part_ends_where_impostors_get_few():
     assert score == pytest.approx(-10 * math.log10(20 / 5000))
 
 
-def test_exponential_tail_is_recovered_where_it_may_be():
+def test_exponential_tail_is_recovered_where_it_may_be(monkeypatch):
     s = np.random.default_rng(3).exponential(0.1, 100_000)
     x = 0.1 * math.log(1e6)
-    exponential = fit_calibration(s, parameters=CalibrationParameters(min_shape=0.0))
-    assert exponential.score(x) == pytest.approx(60.0, abs=6.0)
     assert 45.0 < fit_calibration(s).score(x) < 55.0
+    monkeypatch.setattr(calibrate, "MIN_SHAPE", 0.0)
+    assert fit_calibration(s).score(x) == pytest.approx(60.0, abs=6.0)
 
 
 def test_weighted_comparisons_count_by_their_weight():
@@ -136,7 +137,7 @@ def test_heavy_tail_is_recovered():
 
 
 def test_short_tail_is_held_at_the_least_shape():
-    assert fit_calibration(impostors("bounded")).tail_shape == CalibrationParameters().min_shape
+    assert fit_calibration(impostors("bounded")).tail_shape == calibrate.MIN_SHAPE
 
 
 def test_jump_of_the_curve_stays_a_jump():
@@ -155,15 +156,21 @@ def test_similarities_closer_than_the_digits_kept():
 
 @given(st.lists(st.floats(0, 1e6), min_size=30, max_size=80), st.randoms())
 def test_any_similarities_give_a_calibration_or_a_clear_refusal(similarities, random):
-    parameters = CalibrationParameters(min_impostors=30, min_above=3, min_tail=10)
+    with pytest.MonkeyPatch.context() as patch:
+        for name, number in (("MIN_IMPOSTORS", 30), ("MIN_ABOVE", 3), ("MIN_TAIL", 10)):
+            patch.setattr(calibrate, name, number)
+        check_fit(similarities, random)
+
+
+def check_fit(similarities, random):
     similarities = [s if s >= 1e-290 else 0.0 for s in similarities]  # below, digits are lost
     if sum(s > sorted(similarities)[-11] for s in similarities) == 0:
         with pytest.raises(MatcherError, match="all the same"):
-            fit_calibration(similarities, parameters=parameters)
+            fit_calibration(similarities)
         return
-    calibration = fit_calibration(similarities, parameters=parameters)
+    calibration = fit_calibration(similarities)
     random.shuffle(similarities)
-    assert fit_calibration(similarities, parameters=parameters) == calibration
+    assert fit_calibration(similarities) == calibration
     ordered = calibration.scores(np.sort([*similarities, 1e9]))
     assert (np.diff(ordered) >= 0).all()
     assert ((ordered >= 0) & (ordered <= 100)).all()

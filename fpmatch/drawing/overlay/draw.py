@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch.drawing.files import png_bytes
 from fpmatch.drawing.overlay.page import Print
-from fpmatch.drawing.overlay.side_by_side import side_by_side as side_by_side_page
-from fpmatch.drawing.overlay.superposed import superposed
+from fpmatch.drawing.overlay.side_by_side import side_by_side_page
+from fpmatch.drawing.overlay.superposed import superposed_page
 from fpmatch.drawing.scene.raster import paint
 from fpmatch.drawing.scene.svg import svg_text
 from fpmatch.errors import OutputError
@@ -125,4 +125,4 @@ def _scene(probe: Any, reference: Any, verification: Verification, beside: bool)
     theirs = Print.of("reference image", reference, verification.reference)
     if beside or verification.transform is None:
         return side_by_side_page(ours, theirs, verification)
-    return superposed(ours, theirs, verification, verification.transform)
+    return superposed_page(ours, theirs, verification, verification.transform)

@@ -63,7 +63,7 @@ class _Side:
         return zoomed(own, ((t.width - 1) / 2, (t.height - 1) / 2), middle)
 
 
-def side_by_side(probe: Print, reference: Print, verification: Verification) -> Scene:
+def side_by_side_page(probe: Print, reference: Print, verification: Verification) -> Scene:
     """Compose the page; the pairs of `verification` are numbered in their order, from 1."""
     pairs = verification.pairs.reshape(-1, 2)
     i, j = pairs.T.tolist()

@@ -36,7 +36,7 @@ _COMFORTABLE_SIDE: Final = 1000.0  # page pixels
 _BORDER_PX: Final = 6.0  # reference pixels of paper around what is shown
 
 
-def superposed(
+def superposed_page(
     probe: Print, reference: Print, verification: Verification, transform: Similarity
 ) -> Scene:
     """Compose the page; `transform` maps the probe's pixels to the reference's."""

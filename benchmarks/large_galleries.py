@@ -1,48 +1,37 @@
 #!/usr/bin/env python3
-"""Search large galleries by a shortlist: time, memory, and how many prints it loses.
+"""Measure searches of large galleries by a candidate list: time, memory, pre-selection errors.
 
-    .venv/bin/python benchmarks/large_galleries.py [--most 1000000] [--json FILE] [DIR...]
-
-The gallery's prints are recombined from mirrored ones: the minutiae of one on one side of a line
-and of another on the other, moved and turned a little; so none is a mate of what is looked for.
-For 10,000, 100,000 and 1,000,000 of them (or as many as `--most` allows): processor time a print
-of making the codes, of weighing them, and of the whole search with its comparisons, against that
-of comparing all, and of laying all in full, whatever their codes say, measured in turn; bytes a
-print. Of these, 5,000 are different, and stand for all of a larger gallery.
-
-Then what shortlists lose, in disturbed copies of the sample prints and in each FVC-style database
-DIR: each print is looked for in a gallery of one mate, all prints of other fingers, and recombined
-ones, for each of its mates that comparing all finds at rank 1. The exit status is 1 where a search
-of 100,000 prints takes more than a tenth of laying all, or 99 % are not in the shortlist.
+.venv/bin/python benchmarks/large_galleries.py [--most 1000000] [--json FILE] [DIR...]
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 import time
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
 import numpy as np
+import repository  # noqa: F401
 from disturbed_prints import sample_templates
 from one_to_many import MOVE_PX, SHARE_KEPT, TURN_RAD, without_prefilter
 
 from fpmatch.evaluation.extraction import extract_datasets
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.gallery.identify import PENETRATION_RATE
-from fpmatch.gallery.search import Search
-from fpmatch.matching.bit_descriptors import BitDescriptors, code
+from fpmatch.matching.bit_descriptors import BitDescriptors, encode
 from fpmatch.matching.candidate_list import normalized_prefilter_scores
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.output import check_writable
+from research.commands import PATH, Command, json_file, write_json
+from research.tables.searching import format_searching
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
 
     from fpmatch.matching.prepare import PreparedTemplate
 
@@ -59,7 +48,7 @@ MIN_RECALL = 0.99
 
 @dataclass(frozen=True)
 class Kind:
-    """Hold prints of one kind: templates, and whose they are."""
+    """Hold the templates of one kind of print, and their fingers."""
 
     name: str
     templates: Sequence[Template]
@@ -77,7 +66,7 @@ def moved(template: Template, rng: np.random.Generator, share: float = 1.0) -> M
 
 
 def mirrored(template: Template) -> Template:
-    """Return a print as the mirror shows it: of another finger."""
+    """Return the mirror image of a print, which is of another finger."""
     field = template.field
     assert field is not None
     width = field.step * field.mask.shape[1]
@@ -98,7 +87,7 @@ def mirrored(template: Template) -> Template:
 
 
 def recombined(templates: Sequence[Template], rng: np.random.Generator) -> Template:
-    """Return a print of parts of two: what lies on either side of a line."""
+    """Return a print that is combined from the parts of two prints on either side of a line."""
     one, other = (templates[k] for k in rng.integers(0, len(templates), 2))
     parts = []
     angle, middle = rng.uniform(0, 2 * np.pi), (one.width / 2, one.height / 2)
@@ -118,16 +107,16 @@ def seconds(function: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
-def coded(print_: PreparedTemplate) -> BitDescriptors:
-    """Return the codes of a print, made anew."""
-    return code(print_.points, print_.quality, print_.neighbourhoods, print_.region)
+def encoded(print_: PreparedTemplate) -> BitDescriptors:
+    """Return the bit descriptors of a print, encoded again."""
+    return encode(print_.points, print_.quality, print_.neighbourhoods, print_.region)
 
 
 def times(few: PackedTemplates, count: int) -> dict[str, float]:
     """Return processor time, in microseconds a print, of a search of so many prints."""
-    coding = seconds(lambda: [coded(few[k]) for k in range(COMPARED)])
-    coding = (coding - seconds(lambda: [few[k] for k in range(COMPARED)])) / COMPARED
-    weighing, comparing, aligning, searching = [], [], [], []
+    encoding = seconds(lambda: [encoded(few[k]) for k in range(COMPARED)])
+    encoding = (encoding - seconds(lambda: [few[k] for k in range(COMPARED)])) / COMPARED
+    prefiltering, comparing, aligning, searching = [], [], [], []
     share = max(1, round(PENETRATION_RATE * count))
     probes = [few[k * len(few) // PROBES] for k in range(PROBES)]
     for k, probe in enumerate(probes):
@@ -136,54 +125,54 @@ def times(few: PackedTemplates, count: int) -> dict[str, float]:
         comparing.append(seconds(part) / COMPARED)
         with without_prefilter():
             aligning.append(seconds(part) / COMPARED)
-        standing = np.zeros(count)
+        score = np.zeros(count)
         spent = 0.0
         for begin in range(0, count, len(few)):  # the same prints stand for all
             start = time.process_time()
-            standing[begin : begin + len(few)] = normalized_prefilter_scores(probe, few)
+            score[begin : begin + len(few)] = normalized_prefilter_scores(probe, few)
             spent += time.process_time() - start
-        weighing.append(spent / count)
+        prefiltering.append(spent / count)
         start = time.process_time()
-        chosen = np.sort(np.argsort(-standing, kind="stable")[:share]) % len(few)
+        chosen = np.sort(np.argsort(-score, kind="stable")[:share]) % len(few)
         for at in range(0, share, COMPARED):
             MATCHER.similarities(probe, few.take(chosen[at : at + COMPARED]))
         searching.append((spent + time.process_time() - start) / count)
     micro = 1e6
+    descriptors = (few.direction_bin, few.neighbour_bits, few.orientation_bins)
     return {
         "prints": count,
-        "coding_us": micro * coding,
-        "weighing_us": micro * float(np.median(weighing)),
+        "encoding_us": micro * encoding,
+        "prefilter_us": micro * float(np.median(prefiltering)),
         "search_us": micro * float(np.median(searching)),
         "comparing_all_us": micro * float(np.median(comparing)),
-        "laying_all_us": micro * float(np.median(aligning)),
+        "aligning_all_us": micro * float(np.median(aligning)),
         "share_of_time": float(np.median(searching) / np.median(aligning)),
-        "code_bytes": (few.turn.nbytes + few.around.nbytes + few.along.nbytes) / len(few),
+        "descriptor_bytes": sum(array.nbytes for array in descriptors) / len(few),
         "print_bytes": few.nbytes / len(few),
     }
 
 
 def found(kind: Kind, more: PackedTemplates) -> dict[str, float | str]:
-    """Return how many of the mates that comparing all finds are in the shortlist."""
+    """Return the share of the mates found by comparing all that candidate lists contain."""
     own = PackedTemplates.pack(MATCHER.prepare(template) for template in kind.templates)
     many = PackedTemplates.concatenate([own, more])
-    search = Search(MATCHER, np.arange(len(many)), many)
     finger = np.array([hash(f) for f in kind.finger])
     right, ranks = 0, []
     for k in range(len(own)):
         probe = own[k]
-        standing = normalized_prefilter_scores(probe, many)
+        score = normalized_prefilter_scores(probe, many)
         others = np.flatnonzero(np.concatenate([finger != finger[k], np.ones(len(more), bool)]))
         mates = np.flatnonzero(finger == finger[k])
         mates = mates[mates != k]
-        similarity = search.similarities(probe)
+        similarity = MATCHER.similarities(probe, many)
         for mate in mates[similarity[mates] > similarity[others].max()].tolist():
             right += 1
-            ranks.append((standing[others] >= standing[mate]).mean())
+            ranks.append((score[others] >= score[mate]).mean())
     shares = np.array(ranks or [1.0])
     return {
         "prints": kind.name,
         "gallery": len(many),
-        "right": right,
+        "mates": right,
         "recall": float((shares <= PENETRATION_RATE).mean()),
         "recall_2_percent": float((shares <= 0.02).mean()),
         "share_for_99_percent": float(np.quantile(shares, 0.99, method="higher")),
@@ -191,7 +180,7 @@ def found(kind: Kind, more: PackedTemplates) -> dict[str, float | str]:
 
 
 def kinds(folders: Sequence[Path]) -> list[Kind]:
-    """Return the prints that are looked for."""
+    """Return the probes by kind."""
     rng = np.random.default_rng(7)
     samples = sample_templates()[::IMPRESSIONS]
     copies = [(k, t) for k, t in enumerate(samples) for _ in range(COPIES)]
@@ -204,53 +193,51 @@ def kinds(folders: Sequence[Path]) -> list[Kind]:
     return made
 
 
-def main() -> int:
-    """Run the script; return its exit status."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--most", type=int, default=COUNTS[-1], help="prints, at most")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to this file")
-    parser.add_argument("folders", nargs="*", type=Path, metavar="DIR", help="FVC-style databases")
-    options = parser.parse_args()
+@click.command(cls=Command)
+@click.argument("folders", metavar="[DIR]...", nargs=-1, type=PATH)
+@click.option("--most", default=COUNTS[-1], show_default=True, help="Largest number of prints.")
+@json_file
+@click.pass_context
+def main(
+    context: click.Context, folders: tuple[Path, ...], most: int, json_file: Path | None
+) -> None:
+    """Measure searches of large galleries by a candidate list: time, memory, pre-selection errors.
+
+    The gallery's prints are recombined from mirrored ones: the minutiae of one print on one side of
+    a line and of another on the other, slightly moved and turned, so that none is a mate of a
+    probe. For 10,000, 100,000 and 1,000,000 of them (or fewer, by --most) are printed: processor
+    time a print of encoding the bit descriptors, of the prefilter, and of the whole search with its
+    comparisons, against that of comparing all, and of aligning all whatever their descriptors,
+    measured in turn; bytes a print. 5,000 of the prints are different and are repeated in a larger
+    gallery.
+
+    Then the pre-selection error is measured on disturbed copies of the sample prints and on each
+    FVC-style database DIR: each print is searched in a gallery of one mate, all prints of other
+    fingers, and recombined ones, for each of its mates that comparing all finds at rank 1. The exit
+    status is 1 where a search of 100,000 prints takes more than a tenth of the time of aligning
+    all, or less than 99 % of the mates are in the candidate list.
+    """
+    if json_file:
+        check_writable(json_file)
     rng = np.random.default_rng(40)
-    given = kinds(options.folders)
+    given = kinds(folders)
     templates = [mirrored(t) for kind in given for t in kind.templates]
     few = PackedTemplates.pack(
         MATCHER.prepare(recombined(templates, rng)) for _ in range(DIFFERENT)
     )
-    print(
-        f"{'prints':>9}{'code us':>9}{'weigh us':>10}{'search us':>11}{'all us':>8}{'laid us':>9}"
-        f"{'share':>8}{'code bytes':>12}{'print bytes':>13}"
-    )
-    speed = []
-    for count in [c for c in COUNTS if c <= options.most]:
-        t = times(few, count)
-        speed.append(t)
-        print(
-            f"{count:9}{t['coding_us']:9.2f}{t['weighing_us']:10.2f}{t['search_us']:11.2f}"
-            f"{t['comparing_all_us']:8.1f}{t['laying_all_us']:9.1f}{t['share_of_time']:8.3f}"
-            f"{t['code_bytes']:12.0f}{t['print_bytes']:13.0f}",
-            flush=True,
-        )
-    print(f"\n{'looked for':<30}{'gallery':>9}{'right':>7}{'in shortlist':>14}{'of 2 %':>8}")
-    lost = []
-    for kind in given:
-        f = found(kind, few.take(np.arange(RECOMBINED)))
-        lost.append(f)
-        print(
-            f"{f['prints']:<30}{f['gallery']:>9}{f['right']:>7}{f['recall']:>14.4f}"
-            f"{f['recall_2_percent']:>8.4f}",
-            flush=True,
-        )
-    right = max(1, sum(f["right"] for f in lost))
-    recall = sum(f["right"] * f["recall"] for f in lost) / right
-    print(f"in a shortlist of {PENETRATION_RATE:.0%}: {recall:.4f} (at least {MIN_RECALL})")
+    speed = [times(few, count) for count in COUNTS if count <= most]
+    recall = [found(kind, few.take(np.arange(RECOMBINED))) for kind in given]
+    results = {"penetration_rate": PENETRATION_RATE, "speed": speed, "recall": recall}
+    click.echo(format_searching(results))
+    mates = sum(int(row["mates"]) for row in recall)
+    share = sum(int(row["mates"]) * float(row["recall"]) for row in recall) / max(1, mates)
+    click.echo(f"\nin the candidate list: {share:.4f} of all mates (at least {MIN_RECALL})")
+    if json_file:
+        write_json(json_file, results)
     largest = [t["share_of_time"] for t in speed if t["prints"] >= 100_000]
-    if options.json:
-        figures = {"shortlist_share": PENETRATION_RATE, "speed": speed, "recall": lost}
-        options.json.write_text(f"{json.dumps(figures, indent=1)}\n", encoding="utf-8")
     slow = bool(largest) and max(largest) > MAX_SHARE_OF_TIME
-    return int(slow or recall < MIN_RECALL)
+    context.exit(int(slow or share < MIN_RECALL))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -59,8 +59,8 @@ MAX_GROWTH = 4 / 3
 def without_prefilter() -> Iterator[None]:
     """Align all prints, whatever the score of their bit descriptors."""
     usual = score.load_weights
-    with_ridges, alone = (replace(model, prefilter=score.NO_PREFILTER) for model in usual().models)
-    every = replace(usual(), models=(with_ridges, alone))
+    models = tuple(replace(model, prefilter=score.NO_PREFILTER) for model in usual().models)
+    every = replace(usual(), models=models)
     score.load_weights = lambda: every
     try:
         yield

@@ -1,4 +1,4 @@
-"""`scripts/bench`: what the benchmarks measured becomes figures with a target each."""
+"""`scripts/bench`: results of the benchmarks become ratios and numbers with a target each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SPEED = ROOT / "benchmarks" / "speed"
 sys.path.append(str(SPEED))
 
-from figures import FIGURES, TIMES_AS_FAST, in_words, measured_figures  # noqa: E402
+from measures import MEASURES, TIMES_AS_FAST, in_words, measured  # noqa: E402
 
 
 def timed(group: str, side: str, *seconds: float, calls: int = 1) -> dict[str, object]:
@@ -29,30 +29,30 @@ def timed(group: str, side: str, *seconds: float, calls: int = 1) -> dict[str, o
 
 def test_how_many_times_as_fast_is_a_ratio_of_medians() -> None:
     ours = [timed("extraction", "ours", 0.02, 9.0, 0.02), timed("extraction", "ours", 0.02)]
-    (figure,) = measured_figures([*ours, timed("extraction", "yardstick", 0.2, 0.2, 0.1)])
-    assert figure["value"] == pytest.approx(10)
-    assert figure["ok"] is False
-    assert figure["target"] == ">= 12"
-    assert (figure["ours"], figure["yardstick"].rpartition(": ")[2]) == ("20 ms", "200 ms")
+    (measure,) = measured([*ours, timed("extraction", "yardstick", 0.2, 0.2, 0.1)])
+    assert measure["value"] == pytest.approx(10)
+    assert measure["ok"] is False
+    assert measure["target"] == ">= 12"
+    assert (measure["ours"], measure["yardstick"].rpartition(": ")[2]) == ("20 ms", "200 ms")
 
 
 def test_the_time_of_a_call_is_a_share_of_the_yardsticks() -> None:
     ours = timed("preparation", "ours", 0.01, calls=50)
-    (figure,) = measured_figures([ours, timed("preparation", "yardstick", 0.005, calls=50)])
-    assert figure["value"] == pytest.approx(2)
-    assert figure["ok"] is True
+    (measure,) = measured([ours, timed("preparation", "yardstick", 0.005, calls=50)])
+    assert measure["value"] == pytest.approx(2)
+    assert measure["ok"] is True
 
 
 def test_a_call_may_do_the_work_of_several() -> None:
     name = "extraction of four times the foreground"
-    (figure,) = measured_figures([timed(name, "ours", 0.5), timed(name, "yardstick", 0.1)])
-    assert figure["value"] == pytest.approx(1.25)
+    (measure,) = measured([timed(name, "ours", 0.5), timed(name, "yardstick", 0.1)])
+    assert measure["value"] == pytest.approx(1.25)
 
 
 def test_a_number_stands_as_it_is() -> None:
     extra = {"value": 88.0, "yardstick": 44.0}
-    (figure,) = measured_figures([{"group": "extraction, peak memory", "extra_info": extra}])
-    assert (figure["value"], figure["ours"], figure["ok"]) == (88.0, "88 MB", True)
+    (measure,) = measured([{"group": "extraction, peak memory", "extra_info": extra}])
+    assert (measure["value"], measure["ours"], measure["ok"]) == (88.0, "88 MB", True)
 
 
 def test_what_the_machine_gains_by_two_processes_stands_beside() -> None:
@@ -60,9 +60,9 @@ def test_what_the_machine_gains_by_two_processes_stands_beside() -> None:
     group = [timed(name, "ours", 5.0), timed(name, "yardstick", 8.0)]
     for benchmark, gain in zip(group, (1.9, 2.1), strict=True):
         benchmark["extra_info"] = {"two processes": gain}
-    (figure,) = measured_figures(group)
-    assert figure["value"] == pytest.approx(1.6)
-    assert figure["yardstick"] == (
+    (measure,) = measured(group)
+    assert measure["value"] == pytest.approx(1.6)
+    assert measure["yardstick"] == (
         "one core: 8 s (two processes of plain arithmetic: 2 times as fast; 80%)"
     )
 
@@ -71,14 +71,14 @@ def test_every_figure_has_its_benchmark_and_every_benchmark_its_figure() -> None
     sources = "\n".join(path.read_text(encoding="utf-8") for path in SPEED.glob("bench_*.py"))
     marks = r'^@(?:cpu|cpu_of_processes|wall)\("([^"]+)"\)'
     groups = re.findall(marks, sources, flags=re.MULTILINE)
-    assert sorted(groups) == sorted(figure.name for figure in FIGURES)
+    assert sorted(groups) == sorted(measure.name for measure in MEASURES)
 
 
 def test_the_figures_shown_are_those_of_today() -> None:
     shown = json.loads((ROOT / "docs" / "data" / "performance.json").read_text(encoding="utf-8"))
     relation = {True: ">=", False: "<="}
-    targets = {f.name: f"{relation[f.unit == TIMES_AS_FAST]} {f.target:g}" for f in FIGURES}
-    assert {figure["name"]: figure["target"] for figure in shown["figures"]} == targets
+    targets = {f.name: f"{relation[f.unit == TIMES_AS_FAST]} {f.target:g}" for f in MEASURES}
+    assert {measure["name"]: measure["target"] for measure in shown["figures"]} == targets
 
 
 def test_a_time_has_a_unit_that_suits_it() -> None:

@@ -1,4 +1,4 @@
-"""Run the benchmarks and show every figure beside its target; see ``scripts/bench``."""
+"""Run the benchmarks and compare every result with its target; see ``scripts/bench``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from figures import measured_figures
+from measures import measured
 
 HERE = Path(__file__).resolve().parent
 PYTEST = (
@@ -20,9 +20,9 @@ PYTEST = (
 
 
 def main() -> int:
-    """Run the script; return its exit status: 1 where a figure misses its target."""
+    """Run the script; return its exit status: 1 where a measure misses its target."""
     parser = argparse.ArgumentParser(prog="bench", description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to this file")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the results to this file")
     parser.add_argument("-k", metavar="WORDS", help="those benchmarks alone, as pytest takes it")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -32,17 +32,17 @@ def main() -> int:
         done = subprocess.run(words, check=False, stdout=sys.stderr)
         if done.returncode or not raw.exists():
             return 2
-        figures = measured_figures(json.loads(raw.read_text(encoding="utf-8"))["benchmarks"])
-    for figure in figures:
+        measures = measured(json.loads(raw.read_text(encoding="utf-8"))["benchmarks"])
+    for measure in measures:
         print(
-            f"{'ok    ' if figure['ok'] else 'MISSED'}  {figure['name']:<40}"
-            f"{figure['value']:>8.3g} {figure['unit']:<15}{figure['target']:<8}"
-            f"{figure['ours']:>9} beside {figure['yardstick']}"
+            f"{'ok    ' if measure['ok'] else 'MISSED'}  {measure['name']:<40}"
+            f"{measure['value']:>8.3g} {measure['unit']:<15}{measure['target']:<8}"
+            f"{measure['ours']:>9} beside {measure['yardstick']}"
         )
     if options.json:
-        text = json.dumps({"figures": figures}, indent=1, ensure_ascii=False)
+        text = json.dumps({"figures": measures}, indent=1, ensure_ascii=False)
         options.json.write_text(f"{text}\n", encoding="utf-8")
-    return 0 if all(figure["ok"] for figure in figures) else 1
+    return 0 if all(measure["ok"] for measure in measures) else 1
 
 
 if __name__ == "__main__":

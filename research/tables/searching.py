@@ -23,14 +23,14 @@ def format_searching(results: Mapping[str, Any]) -> str:
     speed += [
         [
             f"{t['prints']:,}",
-            *(f"{t[key]:.2f} µs" for key in ("coding_us", "weighing_us", "search_us")),
-            *(f"{t[key]:.1f} µs" for key in ("comparing_all_us", "laying_all_us")),
+            *(f"{t[key]:.2f} µs" for key in ("encoding_us", "prefilter_us", "search_us")),
+            *(f"{t[key]:.1f} µs" for key in ("comparing_all_us", "aligning_all_us")),
             f"{t['share_of_time']:.3f}",
-            *(f"{t[key]:.0f}" for key in ("code_bytes", "print_bytes")),
+            *(f"{t[key]:.0f}" for key in ("descriptor_bytes", "print_bytes")),
         ]
         for t in results["speed"]
     ]
-    share = results["shortlist_share"]
+    share = results["penetration_rate"]
     recall = [
         [
             *("prints", "found by comparing all", f"found at a penetration rate of {share:.0%}"),
@@ -39,7 +39,7 @@ def format_searching(results: Mapping[str, Any]) -> str:
     ]
     recall += [
         [
-            *(str(r["prints"]), str(r["right"])),
+            *(str(r["prints"]), str(r["mates"])),
             *(percent(r[key]) for key in ("recall", "recall_2_percent", "share_for_99_percent")),
         ]
         for r in results["recall"]

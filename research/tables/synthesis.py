@@ -15,7 +15,7 @@ _EXTREMES: Final = (0, 2, 4)  # of the quantiles: 5, 50 and 95 %
 
 
 def preset_rows(evaluation: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return what the page shows of ``fpmatch evaluate --ground-truth --json``, a row a database."""
+    """Return the rows of the page from ``fpmatch evaluate --ground-truth --json``."""
     rows = []
     for row, measured in zip(evaluation["sets"], evaluation["ground_truth"]["sets"], strict=True):
         agreement = next(a for a in measured["agreement"] if a["distance_px"] == MAIN_DISTANCE_PX)

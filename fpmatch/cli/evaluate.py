@@ -122,7 +122,7 @@ not (a note on stderr names each), 2 when the run could not be done.
     "--baseline",
     metavar="SCORES.csv",
     type=click.Path(path_type=Path),
-    help="Compare with an earlier run, pair by pair: the file of its --scores, or of fpmatch score.",
+    help="Compare pair by pair with an earlier run: the file of its --scores, or of fpmatch score.",
 )
 @click.option(
     "--bootstrap",

@@ -4,8 +4,8 @@
   similarity x is the share of impostors at x or above it. Knots, at most half a unit of score apart
   unless the curve jumps, represent this curve.
 - Beyond, the excesses over a high similarity are modelled by a generalised Pareto distribution,
-  the limit that the tails of nearly all distributions approach (Pickands 1975). Its shape is kept at
-  0.2 or above, a heavy tail. A bounded tail would give unlimited scores just above the highest
+  the limit that the tails of nearly all distributions approach (Pickands 1975). Its shape is kept
+  at 0.2 or above, a heavy tail. A bounded tail would give unlimited scores just above the highest
   impostor, and an exponential one an FMR of 1 in 10 billion to most genuine comparisons, which a
   few hundred fingers of unrelated persons cannot support.
 
@@ -63,17 +63,10 @@ def calibrate_on(
     ----------
     sets : sequence of ImpostorSet
         The databases.
-    matcher : str
-        The matcher that compared.
-    command : str
-        The command that runs it, for the calibration's provenance.
+    matcher, command : str
+        The matcher that compared, and the command that runs, for the calibration's provenance.
     shares : sequence of float, optional
         Weight of each database (default: every comparison has the same weight).
-
-    Returns
-    -------
-    Calibration
-        The calibration, with its provenance.
 
     Raises
     ------

@@ -20,18 +20,6 @@ def decide(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
 
     A matcher that neither decides by itself nor is calibrated finds no match.
 
-    Parameters
-    ----------
-    matcher : str
-        Name of the matcher.
-    similarities : array_like of float
-        Its similarities, of any shape.
-
-    Returns
-    -------
-    ndarray of bool
-        The decisions, in the same shape.
-
     Examples
     --------
     >>> decide("paper", [0.6, 0.61]).tolist()

@@ -169,22 +169,9 @@ def attempt_each_image(
     engine: Engine | None = None,
     progress: Progress = no_progress,
 ) -> list[list[Attempt[Result]]]:
-    """Work on every image of some databases; see `fpmatch.engine.workers.attempt_all`.
+    """Return the attempts at all images of each database; see `attempt_all`.
 
-    Parameters
-    ----------
-    datasets : sequence of Dataset
-        The databases.
-    work : callable
-        A function at the top of a module, or a `functools.partial` of one, called with a path and
-        a resolution (None: the file's own).
-    stage, workers, engine, progress
-        As for `fpmatch.engine.workers.attempt_all`.
-
-    Returns
-    -------
-    list of list of Attempt
-        For each database, the attempts at its impressions in their order.
+    `work` is called with a path and a resolution (None: the file's own).
     """
     images = [(i.path, dataset.dpi) for dataset in datasets for i in dataset.impressions]
     attempts = iter(

@@ -35,10 +35,9 @@ class Identification:
     ----------
     fingers : int
         Number of fingers searched, the probe's own included.
-    rank : ndarray of intp, shape (P,)
-        Rank of each probe's own finger, from 1 to `fingers`; in the impressions' order.
-    finger : ndarray of intp, shape (P,)
-        Each probe's finger, as an index into the database's fingers in increasing order.
+    rank, finger : ndarray of intp, shape (P,)
+        Rank of each probe's own finger, from 1 to `fingers`, and that finger as an index into the
+        database's fingers; in the impressions' order.
     """
 
     fingers: int

@@ -71,7 +71,7 @@ def window(template: Template, side_px: float, rng: np.random.Generator) -> Temp
     >>> from fpmatch.minutiae import Minutiae, Template
     >>> whole = Template(Minutiae(x=[10, 20, 90], y=[10, 10, 90], angle=[0, 1, 2]), 100, 100)
     >>> len(window(whole, 40, np.random.default_rng(1)).minutiae)
-    1
+    2
     """
     px = template.dpi / STANDARD_DPI
     m, field = template.minutiae, template.field

@@ -149,20 +149,9 @@ def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
 
 
 def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
-    """Return the score above which the share of impostors is at most `fmr`.
+    """Return the highest impostor score that must not match for an FMR of at most `fmr`, under 1.
 
-    Parameters
-    ----------
-    impostor : array_like of float, shape (I,)
-        Impostor scores.
-    fmr : float
-        A false match rate under 1.
-
-    Returns
-    -------
-    float or None
-        The highest impostor score that must not match; the lowest threshold lies just above. None
-        where `fmr` is less than one of the scores.
+    The lowest threshold is just above it. None where `fmr` is less than one of the scores.
 
     Raises
     ------

@@ -86,7 +86,7 @@ def scores_of(report: EvaluationReport) -> list[ScoresSet]:
 
 
 def read_scores(path: str | os.PathLike[str]) -> list[ScoresSet]:
-    """Read a file of scores; see `fpmatch.evaluation.score_file`.
+    r"""Read a file of scores; see `fpmatch.evaluation.score_file`.
 
     Prints are named after their fingers: FFF_M. Comparisons of a print with itself are left out,
     and pairs that come in both orders count once. Without the column ``set`` the database is named
@@ -107,7 +107,7 @@ def read_scores(path: str | os.PathLike[str]) -> list[ScoresSet]:
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "mine.csv")
-    ...     _ = file.write_text("probe,reference,similarity\\n1_1,2_1,0.5\\n1_1,1_2,7\\n")
+    ...     _ = file.write_text("probe,reference,similarity\n1_1,2_1,0.5\n1_1,1_2,7\n")
     ...     (found,) = read_scores(file)
     >>> found.name, found.prints, found.trials.genuine.tolist()
     ('mine', ('1_1', '2_1', '1_2'), [False, True])

@@ -57,7 +57,9 @@ def write_fingers(
     *,
     same: bool = False,
 ) -> int:
-    """Write the scores of fingers of a file of scores.
+    """Write the scores of fingers, and return the number of rows.
+
+    There is a row for each probe and finger of which a pair has a score, in the order of the sides.
 
     Parameters
     ----------
@@ -65,18 +67,10 @@ def write_fingers(
         The file of scores, written without a threshold.
     target : Path
         The CSV file to write or replace; its columns are `FINGER_COLUMNS`.
-    probes, references : sequence of str
-        Names of the prints of the two sides.
-    fingers : sequence of str
-        The finger of each reference.
+    probes, references, fingers : sequence of str
+        Names of the prints of the two sides, and the finger of each reference.
     same : bool
         Whether both sides are the same prints: a print is then not compared with itself.
-
-    Returns
-    -------
-    int
-        Number of rows: one for each probe and finger of which a pair has a score, in the order of
-        the sides.
 
     Raises
     ------

@@ -37,22 +37,9 @@ def collect(
     engine: Engine,
     progress: Progress,
 ) -> None:
-    """Store the templates of a side that are not stored yet.
+    """Store the templates of some prints of a side, ascending, that are not stored yet.
 
-    Parameters
-    ----------
-    store : Store
-        Where to store them.
-    key : str
-        Name of the side in the store, and of the stage for `progress`.
-    side : PrintSource
-        The side.
-    numbers : sequence of int
-        The prints that are needed, ascending.
-    engine : Engine
-        Where templates are extracted.
-    progress : callable
-        Called with numbers of prints.
+    `key` names the side in the store, and the stage for `progress`.
     """
     start = store.count_items(key)
     missing = numbers[start:]

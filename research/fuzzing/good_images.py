@@ -1,7 +1,7 @@
-"""Small pictures in every format of images, for ``python -m research fuzz`` to damage.
+"""Small images in every format, for ``python -m research fuzz`` to damage.
 
-A reader of damaged files is the faster the smaller they are, so these are of a few rings; they
-differ in depth, colour, compression and order, for each has code of its own in the decoders.
+They are small so that reading is fast, and differ in depth, colour, compression and order, each of
+which has its own code in the decoders.
 """
 
 from __future__ import annotations

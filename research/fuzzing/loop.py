@@ -33,7 +33,7 @@ PEAK_MB = 2000  # that a process may really use
 HANG_SECONDS = 60.0  # of work on one input, of which none should take more than one
 SLEEP_TIMES = 10  # so much longer it may take where it does not work
 START_SECONDS = 600.0  # for a process, on a machine that is busy
-STARTING, READING, BETWEEN = 0, 1, 2  # what a process is at
+STARTING, READING, BETWEEN = 0, 1, 2  # stages of a process
 STDERR = 2
 MOST_FAILURES = 10  # of one target, after which it is left
 MOST_WORDS = 500  # of a reason: a pipe takes them without a reader
@@ -42,15 +42,15 @@ WORDS = (b"0", b"-1", b"99999", b"nan", b"1e308", b"", b"4294967296", b"\xff\xfe
 PNG = b"\x89PNG\r\n\x1a\n"
 KIB_PER_MB = 1000**2 / 1024
 
-# What a process tells of itself, in the array that it shares: files read, those of them that were
-# damaged before, and those refused; bytes of the present one, and what it is at; milliseconds so
-# far, and of the slowest file; memory at most.
+# The state of a process in the array that it shares: files read, those of them that were damaged,
+# and those refused; bytes of the current one, and the stage; milliseconds so far, and of the
+# slowest file; peak memory.
 FILES, DAMAGED, REFUSED, LENGTH, STAGE, PASSED_MS, SLOWEST_MS, MEMORY_MB = FIELDS = range(8)
 
 
 @dataclass
 class Count:
-    """Count what became of the files of one target.
+    """Count the outcomes of the files of one target.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def damaged(rng: random.Random, corpus: list[bytes]) -> bytes:
 
 
 def with_right_sums(png: bytearray) -> bytearray:
-    """Return a PNG whose chunks have right checksums: else hardly a damage gets past them."""
+    """Return a PNG with right checksums, which otherwise stop nearly all damage."""
     at = len(PNG)
     while at + 12 <= len(png):
         end = at + 8 + struct.unpack_from(">L", png, at)[0]
@@ -121,7 +121,7 @@ def with_right_sums(png: bytearray) -> bytearray:
 
 
 def inputs(seed: int, corpus: list[bytes]) -> Iterator[tuple[bytes, bool]]:
-    """Yield the corpus as it is, and then damaged, without end; and whether it is."""
+    """Yield the corpus, then endless damaged files; and whether each is damaged."""
     yield from ((data, False) for data in corpus)
     rng = random.Random(seed)
     while True:
@@ -140,7 +140,7 @@ def run(
     hang_seconds: float = HANG_SECONDS,
     most_failures: int = MOST_FAILURES,
 ) -> Count:
-    """Feed the target `name` for some seconds or files, and save each input that it fails on.
+    """Feed the target `name` for some seconds or files, and save each failing input.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def run(
     Returns
     -------
     Count
-        What became of the inputs.
+        The outcomes of the inputs.
     """
     count = Count()
     context = multiprocessing.get_context("spawn")
@@ -222,7 +222,7 @@ def _watch(process: Any, state: Any, hang_seconds: float) -> str:
 
 
 def _cpu_seconds(pid: int) -> float:
-    """Return the CPU time of a process; 0 where it has ended or the system does not tell."""
+    """Return the CPU time of a process; 0 where it has ended or is unknown."""
     try:
         return time.clock_gettime((~pid << 3) | 2)  # as clock_getcpuclockid makes it
     except OSError:
@@ -241,7 +241,7 @@ def _work(
     failures: Any,
 ) -> None:
     """Read inputs until enough are read; a failure ends the process, as it may have left harm."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), STDERR)  # C libraries tell of each damaged file
+    os.dup2(os.open(os.devnull, os.O_WRONLY), STDERR)  # C libraries report each damaged file
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     warnings.simplefilter("error")
     target = next(target for target in targets() if target.name == name)
@@ -273,7 +273,7 @@ def _failure_of(target: Any, data: bytes, state: Any) -> str:
         state[REFUSED] += 1
         if "\n" in str(error) or not str(error):
             return f"an error that is not one line: {error!r}"
-    except BaseException as error:  # noqa: BLE001 - whatever it is, it is what we look for
+    except BaseException as error:  # noqa: BLE001 - any other error is a bug
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
         return f"{type(error).__name__} in {where}: {error}"

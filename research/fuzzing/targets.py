@@ -1,7 +1,7 @@
-"""What ``python -m research fuzz`` feeds with bytes: every reader of templates and of images.
+"""Targets of ``python -m research fuzz``: every reader of templates and of images.
 
-A target is a name, good files to begin from, and a function that reads bytes. It may refuse them by
-an error of the family FpmatchError; whatever else it raises is a bug. A new reader is a line in
+A target is a name, good files, and a function that reads bytes. It may refuse them by an error of
+the family FpmatchError; any other error is a bug. A new reader is a line in
 `all_targets`, or needs none where a registry lists it.
 """
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Read = Callable[[bytes], None]
 
-# Smaller than what commands take: a fuzzer gains nothing from a picture of 64 megapixels.
+# Smaller than those of the commands: large images would only be slow.
 IMAGE_LIMITS = ImageLimits(max_side_px=4000, max_megapixels=4.0)
 WRITTEN_ONE_IN = 8  # of the templates that are read: writing takes longer
 AN2_BLOCKS = {
@@ -46,7 +46,7 @@ AN2_BLOCKS = {
 
 @dataclass(frozen=True)
 class Target:
-    """Hold a name, good files, and what reads bytes and raises nothing but FpmatchError."""
+    """Hold a name, good files, and a reader that raises nothing but FpmatchError."""
 
     name: str
     corpus: list[bytes]

@@ -1,4 +1,4 @@
-"""The wolves that are searched for, and how they are changed: templates, and composed images."""
+"""Candidates of the search for wolves: templates and composed images, and their changes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ CELLS: Final = round(FRAME_PX / CELL_PX)
 
 @dataclass(frozen=True, eq=False)
 class TemplateCandidate:
-    """Hold a template in the frame of `wolf_templates`, and the finger that it began as part of."""
+    """Hold a template in the frame of `research.wolves.templates`, and the finger of its part."""
 
     made: Template
     fingers: tuple[int, ...] = ()
@@ -58,7 +58,7 @@ class TemplateCandidate:
 
 
 def search_spaces(prints: Prints) -> Iterator[SearchSpace]:
-    """Yield what is searched for, given the prints that may be searched on."""
+    """Yield the spaces to search, given the prints that may be searched on."""
     for form in FORMS:
         for size in TEMPLATE_SIZES:
             start = partial(_start, prints=prints, size=size, ridges=form == FORMS[0])
@@ -147,7 +147,7 @@ def _changed_minutiae(template: Template, rng: np.random.Generator, most: int) -
 
 
 def _changed_field(template: Template, rng: np.random.Generator) -> RidgeField:
-    """Return a ridge field of which a disc of cells is drawn anew, added, or cut away."""
+    """Return a ridge field in which a disc of cells is redrawn, added or removed."""
     field = template.field
     assert field is not None
     m = template.minutiae
@@ -189,7 +189,7 @@ class Patch:
 
 @dataclass(frozen=True, eq=False)
 class ImageCandidate:
-    """Hold an image as patches, the later on the earlier, the first of which fills it."""
+    """Hold an image as patches, later ones over earlier ones; the first fills it."""
 
     side: int
     patches: tuple[Patch, ...]
@@ -203,7 +203,7 @@ class ImageCandidate:
 
     @property
     def fingers(self) -> tuple[int, ...]:
-        """The fingers that patches show."""
+        """The fingers in the patches."""
         return tuple(int(self.prints.finger[p.print_]) for p in self.patches if p.print_ >= 0)
 
     def pixels(self) -> NDArray[np.uint8]:
@@ -241,7 +241,7 @@ def _pixels_of(
 
 
 def random_patch(rng: np.random.Generator, prints: Prints, side: int) -> Patch:
-    """Return a patch of drawn ridges, or of a print, as often the one as the other."""
+    """Return a patch of drawn ridges or of a print, with equal chance."""
     x, y = rng.uniform(0, side, 2).tolist()
     patch = Patch(x, y, float(rng.uniform(10.0, 0.7 * side)), Wave.random(rng, (6.0, 14.0)))
     if rng.random() < 0.5:
@@ -258,7 +258,7 @@ def random_patch(rng: np.random.Generator, prints: Prints, side: int) -> Patch:
 
 
 def changed_image(candidate: Any, rng: np.random.Generator) -> ImageCandidate:
-    """Return an image of which a patch is added, taken away, replaced or changed."""
+    """Return an image with one patch added, removed, replaced or changed."""
     image: ImageCandidate = candidate
     patches = list(image.patches)
     k = int(rng.integers(len(patches)))

@@ -1,4 +1,4 @@
-"""The templates of the benchmark that are not searched for: prints, parts of them, random ones."""
+"""Templates that are not searched for: prints, parts of prints, and random minutiae."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FRAGMENT_SIZES: Final = (2, 3, 4, 5, 6, 8, 10, 12)
 CROP_SIDES_PX: Final = (48, 64, 96, 128, 160, 200)
 FEW_SIZES: Final = (2, 3, 5, 8, 12)
 MANY_SIZES: Final = (100, 150, 250)
-MOST_TRIALS: Final = 20  # crops of a print until one has minutiae enough to be compared
+MOST_TRIALS: Final = 20  # crops of a print until one has enough minutiae
 
 
 @dataclass(frozen=True)

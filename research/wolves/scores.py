@@ -1,4 +1,4 @@
-"""Scores of templates against whole prints of other fingers, and what they amount to."""
+"""Scores of templates against whole prints of other fingers, and the rows of the benchmark."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
 FORMS: Final = ("with ridges", "minutiae alone")
-AT: Final = 40.0  # the score from which on a print counts as matched: the default threshold
-NO_FINGER: Final = -1  # whose a template is that is no finger's
+AT: Final = 40.0  # the default threshold: prints that reach it count as matched
+NO_FINGER: Final = -1  # of a template that is not of a finger
 
 
 @dataclass(frozen=True, eq=False)
 class Prints:
-    """Hold whole prints, and whose they are; fingers of different databases are different ones."""
+    """Hold whole prints and their fingers; databases have no finger in common."""
 
     templates: list[Template]
     finger: NDArray[np.intp]
@@ -39,7 +39,7 @@ class Prints:
 
     @classmethod
     def of(cls, sets: Sequence[ExtractedSet]) -> Prints:
-        """Return all prints of some databases that gave a template."""
+        """Return all prints of some databases that have a template."""
         rows = [
             (found.template, (number, impression.finger), impression, one.dataset.dpi)
             for number, one in enumerate(sets)
@@ -62,7 +62,7 @@ class Prints:
 
     @property
     def searched(self) -> NDArray[np.bool_]:
-        """Which prints wolves are searched on: those of every other finger."""
+        """The prints that wolves are searched on: those of every other finger."""
         return np.asarray(self.finger % 2 == 0)
 
 
@@ -83,16 +83,16 @@ class References:
 
 @dataclass(frozen=True, eq=False)
 class Probe:
-    """Hold a template that is to match nothing.
+    """Hold a template that should match nothing.
 
     Parameters
     ----------
     template : Template
         The template.
     finger : int
-        The finger that it is of; `NO_FINGER` for none.
+        Its finger; `NO_FINGER` for none.
     pixels : ndarray of uint8 or None
-        The image that it was extracted from, where that was composed.
+        The composed image that it was extracted from.
     """
 
     template: Template
@@ -102,26 +102,26 @@ class Probe:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Hold what templates of one kind and size came to against references of one form.
+    """Hold the scores of templates of one kind and size against references of one form.
 
     Parameters
     ----------
     kind, size : str, int
-        What they are; the size is in minutiae, of crops and composed images in pixels.
+        Of the templates; the size is in minutiae, of crops and composed images in pixels.
     probes, references : str
         Whether they have ridges, one of `FORMS`.
     templates : int
-        How many were compared.
+        Their number.
     check : CalibrationCheck
         The comparisons that reach each score.
     highest : float
         The highest score.
     worst : Probe or None
-        Of the templates, that which matches the most prints that were searched on.
+        The template that matches the most of the prints that were searched on.
     worst_share : float
         The share of the other prints that it matches.
     adversarial : bool
-        Whether the templates were searched for, so that the rates of scores mean nothing.
+        Whether the templates were searched for, so that the stated rates do not apply.
     """
 
     kind: str
@@ -161,11 +161,7 @@ def scores_of(
     probe: Template,
     references: PackedTemplates,
 ) -> NDArray[np.float64]:
-    """Return the score of a template against each of many prints.
-
-    All scores of this benchmark come from here: where a score comes to depend on more than the
-    similarity, this is what to change.
-    """
+    """Return the score of a template against each of many prints; all scores come from here."""
     return calibration.scores(matcher.similarities(matcher.prepare(probe), references))
 
 

@@ -1,8 +1,9 @@
-"""Search for wolves: templates and images that match as many prints as possible, by hill climbing.
+"""Search for wolves, templates and images that match as many prints as possible.
 
-A search starts from the best of some random templates and fragments (or compositions), changes it a
-little at random, and keeps the change where the share of prints matched, softened, does not fall.
-Where nothing is gained for long, it starts anew from the next best; the best of all is what counts.
+The search is hill climbing: it starts from the best of some random templates and fragments (or
+compositions), makes a small random change, and keeps it where the smoothed share of matched prints
+does not fall. After many steps without a gain it restarts from the next best; it returns the best
+of all.
 """
 
 from __future__ import annotations
@@ -26,18 +27,18 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
     from research.wolves.scores import Prints
 
-MOST_SEARCHED: Final = 160  # prints that a search is led by
-INITIAL_CANDIDATES: Final = 100  # of which the best is where a search starts
-PATIENCE: Final = 150  # steps without a gain after which it starts anew from the next best
-SOFTNESS: Final = 5.0  # of the share of prints matched, in units of score
+MOST_SEARCHED: Final = 160  # prints of the objective
+INITIAL_CANDIDATES: Final = 100  # random ones, of which the search starts from the best
+PATIENCE: Final = 150  # steps without a gain before a restart
+SMOOTHING: Final = 5.0  # of the share of matched prints, in units of score
 
 
 class Candidate(Protocol):
-    """Be what a search changes."""
+    """Describe what a search changes."""
 
     @property
     def fingers(self) -> tuple[int, ...]:
-        """The fingers that parts of it are of: no impostors to it."""
+        """The fingers of its parts, whose prints are no impostors."""
 
     def template(self) -> Template | None:
         """Return its template; None where it gives none."""
@@ -48,7 +49,7 @@ class Candidate(Protocol):
 
 @dataclass(frozen=True)
 class SearchSpace:
-    """Say of what kind and size wolves are, where a search starts, and how it changes them."""
+    """Hold the kind and size of wolves, and the functions that start and change a candidate."""
 
     kind: str
     size: int
@@ -59,7 +60,7 @@ class SearchSpace:
 
 @dataclass(frozen=True)
 class Budget:
-    """Limit each search by a number of steps, or by time where there is none."""
+    """Limit each search by a number of steps, or without one by time."""
 
     seconds: float
     steps: int | None = None
@@ -75,7 +76,7 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """Return how many of the searched prints a candidate matches, softened to have a slope."""
+    """Measure the share of the searched prints that a candidate matches, smoothed."""
 
     references: References
 
@@ -95,18 +96,18 @@ class Objective:
             return 0.0
         score = scores_of(MATCHER, load_calibration(MATCHER.name), template, self.references.many)
         counted = ~np.isin(self.references.finger, candidate.fingers)
-        return float(softened(score[counted]).mean()) if counted.any() else 0.0
+        return float(smoothed(score[counted]).mean()) if counted.any() else 0.0
 
 
-def softened(score: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what scores count for: 1 at the threshold, hardly more above, ever less below."""
-    return np.asarray(np.exp((np.minimum(score, AT + 2.0) - AT) / SOFTNESS))
+def smoothed(score: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the weight of scores: 1 at the threshold, little more above, less below."""
+    return np.asarray(np.exp((np.minimum(score, AT + 2.0) - AT) / SMOOTHING))
 
 
 def climb(
     space: SearchSpace, objective: Objective, budget: Budget, seed: Sequence[int]
 ) -> tuple[Candidate, float]:
-    """Return the best wolf of a space that a search finds, and its objective."""
+    """Return the best candidate of a search, and its objective."""
     rng = np.random.default_rng(seed)
     pool = [space.start(rng) for _ in range(INITIAL_CANDIDATES)]
     starts = sorted(((objective.of(one), k) for k, one in enumerate(pool)), reverse=True)
@@ -137,7 +138,7 @@ def searched_rows(
     workers: int | None,
     finished: Callable[[SearchSpace], None],
 ) -> list[Row]:
-    """Search for a wolf of each space; measure it on the prints that were not searched on."""
+    """Search for a wolf of each space, and measure it on the prints that were not searched on."""
     objective = Objective.on(prints)
 
     def run(number: int) -> Probe:

@@ -1,4 +1,4 @@
-"""How often fragments and templates that are to match anything do match, as a table."""
+"""Tables of the false match rates of fragments and adversarial templates."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _NAMED: Final = ("kind", "size", "probes", "references")
 def factors_kept(row: Mapping[str, Any]) -> bool:
     """Return whether impostors reach no score more than twice as often as stated.
 
-    Of templates that were searched for, nothing is stated.
+    No rate is stated for templates that were searched for.
 
     Examples
     --------
@@ -92,8 +92,8 @@ def format_wolves(rows: Sequence[Mapping[str, Any]]) -> str:
     Returns
     -------
     str
-        For each pair of forms how many times the stated shares reach the scores, "–" of templates
-        that were searched for, and the share of unseen prints that the worst template matches.
+        For each pair of forms the ratios of the shares at the scores to the stated ones ("–" for
+        templates that were searched for), and the share of unseen prints that the worst matches.
     """
     pairs = list(dict.fromkeys((row["probes"], row["references"]) for row in rows))
     lines = list(dict.fromkeys((row["kind"], row["size"]) for row in rows))

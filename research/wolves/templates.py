@@ -1,6 +1,6 @@
-"""Templates that were not extracted from a whole print: fragments, random minutiae, drawn ridges.
+"""Templates of random minutiae and drawn ridges, in pixels at 500 dpi.
 
-All are measured in pixels at 500 dpi, and are the same for the same generator of random numbers.
+The same generator of random numbers gives the same templates.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 FRAME_PX: Final = 400  # side of the frame of what is made here
 CELL_PX: Final = 16.0
 BITS: Final = 8  # of a side of a cell's picture of its ridges
-FIELD_MARGIN_PX: Final = 16.0  # how far the ridges of a fragment reach beyond its minutiae
-LEAST_QUALITY: Final = 1.0  # that of minutiae which hardly count where they are unpaired
+FIELD_MARGIN_PX: Final = 16.0  # of the ridges around the minutiae of a fragment
+LEAST_QUALITY: Final = 1.0  # of minutiae that hardly count when unpaired
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def drawn_field(
 def around_minutiae(
     minutiae: Minutiae, margin_px: float = FIELD_MARGIN_PX
 ) -> Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.bool_]]:
-    """Return what says whether places lie in the disc around the minutiae, with a margin."""
+    """Return the indicator function of the disc around the minutiae, with a margin."""
     xy = minutiae.xy.astype(np.float64)
     middle = (xy.min(axis=0) + xy.max(axis=0)) / 2 if len(xy) else np.zeros(2)
     radius = np.hypot(*(xy - middle).T).max(initial=0.0) + margin_px

@@ -1,4 +1,4 @@
-"""`fpmatch synth`: databases of synthetic prints whose truth is known."""
+"""`fpmatch synth`: databases of synthetic prints with ground truth."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
+from fpmatch.cli.notes import count
+from fpmatch.cli.options import json_option, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.synthesis.plan import DEFAULT_SENSOR, plain_sensor
 from fpmatch.synthesis.presets import PRESETS
@@ -19,9 +21,9 @@ if TYPE_CHECKING:
     from fpmatch.synthesis.database import DatabaseMade
 
 _PRESETS: Final = {
-    "clean": "laid straight, evenly pressed, nothing smeared: every ridge can be read",
-    "easy": "turned a little, small scratches and spots",
-    "normal": "as in the FVC sets: turned, stretched, partly outside, dry or damp, worn",
+    "clean": "straight, evenly pressed, nothing smeared: every ridge is visible",
+    "easy": "rotated a little, small scratches and spots",
+    "normal": "as in the FVC sets: rotated, stretched, partly outside, dry or damp, worn",
     "hard": "more of all that, and smeared",
     "stretched": "as normal, the skin twisted and dragged as far as it goes",
 }
@@ -67,7 +69,7 @@ Examples:
   fpmatch synth prints --fingers 100 --impressions 8 --preset normal --seed 7
   fpmatch synth prints --sensor optical-388x374 --sensor capacitive-300x300
   fpmatch synth prints --size 600x700 --dpi 1000
-  fpmatch evaluate prints --minutiae
+  fpmatch evaluate prints --ground-truth
 """
 )
 @click.argument("out", type=click.Path(path_type=Path))
@@ -80,7 +82,7 @@ Examples:
     type=click.Choice(list(PRESETS)),
     default="normal",
     show_default=True,
-    help="How carefully fingers are laid on the sensor.",
+    help="How carefully fingers are placed on the sensor.",
 )
 @click.option(
     "--seed", type=int, default=0, show_default=True, help="Another seed gives other fingers."
@@ -99,10 +101,8 @@ Examples:
     help="Instead of --sensor: width and height in pixels of a plain white one.",
 )
 @click.option("--dpi", type=float, help="Resolution of the sensor that --size describes.")
-@click.option(
-    "--workers", type=click.IntRange(min=1), help="Processes to use.  [default: all cores]"
-)
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@workers_option
+@json_option
 def synth(
     out: Path,
     fingers: int,
@@ -143,7 +143,7 @@ def synth(
 def _sensors(
     names: tuple[str, ...], size: str | None, dpi: float | None
 ) -> tuple[str | Sensor, ...]:
-    """Return what the options ask for."""
+    """Return the sensors that the options name."""
     if size is None:
         if dpi is not None:
             raise click.UsageError("--dpi belongs to --size; named sensors have their own")
@@ -158,17 +158,13 @@ def _sensors(
 
 
 def _in_words(made: DatabaseMade, seconds: float) -> str:
-    there = f"{_counted(made.fingers, 'finger')} x {_counted(made.impressions, 'impression')}"
+    there = f"{count(made.fingers, 'finger')} x {count(made.impressions, 'impression')}"
     place = f"{made.folder}, {made.size / 1e6:.1f} MB"
     if not made.made:
         return f"nothing to do: {there}, all there in {place}"
     pictures = made.made * made.impressions
-    rate = f"{_counted(pictures, 'picture')} in {seconds:.1f} s, {pictures / seconds:.1f} a second"
+    rate = f"{count(pictures, 'picture')} in {seconds:.1f} s, {pictures / seconds:.1f} a second"
     return f"{there} in {place}: {rate}"
-
-
-def _counted(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def _as_json(made: DatabaseMade, seconds: float) -> str:

@@ -227,7 +227,7 @@ def identify(
     if count < 1:
         raise MatcherError(f"the number of candidates must be at least 1, not {count}")
     if not 0 <= threshold <= MAX_SCORE:
-        raise MatcherError(f"a threshold lies from 0 to {MAX_SCORE:g}, not {threshold:g}")
+        raise MatcherError(f"a threshold is between 0 and {MAX_SCORE:g}, not {threshold:g}")
     if impressions and consolidated is not None:
         raise MatcherError("single impressions are not compared with consolidated templates")
     chosen = load_calibration(search.matcher.name) if calibration is None else calibration

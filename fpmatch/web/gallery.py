@@ -1,4 +1,4 @@
-"""Work on the gallery of a server, whose place on this machine no response contains."""
+"""Work on the gallery of a server; no response contains where it is on this machine."""
 
 from __future__ import annotations
 

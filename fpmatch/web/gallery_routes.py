@@ -21,9 +21,9 @@ from fpmatch.web.requests import (
     Matcher,
     Options,
     PictureFormat,
-    PrintFile,
     ServerSettings,
     SideBySide,
+    UploadedFile,
     Workers,
     download,
     read_upload,
@@ -46,7 +46,7 @@ async def identify(
     request: Request,
     pool: Workers,
     settings: ServerSettings,
-    probe: PrintFile,
+    probe: UploadedFile,
     dpi: Dpi = None,
     matcher: Matcher = DEFAULT_MATCHER,
     candidates: Annotated[int, Form(ge=1, description="Largest number of candidates")] = 10,
@@ -67,13 +67,13 @@ async def compare_enrolled(
     pool: Workers,
     settings: ServerSettings,
     number: int,
-    probe: PrintFile,
+    probe: UploadedFile,
     readings: BothReadings,
     options: Options,
 ) -> models.Shown:
     """Return what `/compare` does; of the enrolled print, what its template contains."""
     upload = await read_upload(probe, "probe", settings)
-    enrolled = pair.Enrolled(str(settings.gallery), number)
+    enrolled = pair.EnrolledPrint(str(settings.gallery), number)
     wanted = pair.PairRequest(upload, enrolled, readings, options)
     return models.Shown(**await pool.run(request, pair.show_pair, wanted))
 
@@ -89,7 +89,7 @@ async def overlay_enrolled(
     pool: Workers,
     settings: ServerSettings,
     number: int,
-    probe: PrintFile,
+    probe: UploadedFile,
     readings: BothReadings,
     options: Options,
     file_format: PictureFormat = "png",
@@ -97,7 +97,7 @@ async def overlay_enrolled(
 ) -> Response:
     """Return the picture that `/overlay` returns."""
     upload = await read_upload(probe, "probe", settings)
-    enrolled = pair.Enrolled(str(settings.gallery), number)
+    enrolled = pair.EnrolledPrint(str(settings.gallery), number)
     wanted = pair.PairRequest(upload, enrolled, readings, options)
     content = await pool.run(request, pair.draw_pair, wanted, file_format, side_by_side)
     return download(content, f"overlay.{file_format}", MEDIA[file_format])
@@ -109,7 +109,7 @@ async def enrol(
     response: Response,
     pool: Workers,
     settings: ServerSettings,
-    image: PrintFile,
+    image: UploadedFile,
     subject: LabelPart = "",
     finger: LabelPart = "",
     impression: LabelPart = "",

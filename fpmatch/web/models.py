@@ -62,7 +62,7 @@ class Verified(BaseModel):
     )
     score: float | None = Field(description="-10·log10(FMR), 0 to 100; null if not calibrated")
     fmr: float | None = Field(description="Share of pairs of different fingers that score as high")
-    extrapolated: bool = Field(description="Whether the FMR lies beyond what was measured")
+    extrapolated: bool = Field(description="Whether the FMR is smaller than any measured one")
     threshold: float | None = Field(
         description="The least score of a match, or the score that corresponds to rho"
     )
@@ -74,7 +74,7 @@ class Verified(BaseModel):
     )
     rms_px: float | None = Field(description="Distance of the pairs, in pixels of the reference")
     compared: Compared | None = Field(
-        description="How much was compared; null where the matcher does not say"
+        description="How much was compared; null where the matcher does not measure it"
     )
     scale: Scale | None = Field(description="ratio, error, differs: of the reference to the probe")
     reason: str = Field(description="Why not; empty for a match")

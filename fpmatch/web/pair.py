@@ -36,7 +36,7 @@ _INKED: Final = 96  # smallest coverage that counts as ink
 
 
 @dataclass(frozen=True, slots=True)
-class Enrolled:
+class EnrolledPrint:
     """Identify the enrolled print that a probe is to be compared with."""
 
     gallery: str
@@ -51,7 +51,7 @@ class PairRequest:
     ----------
     probe : Upload
         The probe.
-    reference : Upload or Enrolled
+    reference : Upload or EnrolledPrint
         The reference.
     readings : tuple of PrintOptions
         How probe and reference are to be read.
@@ -60,7 +60,7 @@ class PairRequest:
     """
 
     probe: Upload
-    reference: Upload | Enrolled
+    reference: Upload | EnrolledPrint
     readings: tuple[PrintOptions, PrintOptions]
     options: PairOptions
 
@@ -165,7 +165,7 @@ def data_url(content: bytes, kind: str) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
-def _open_enrolled(enrolled: Enrolled) -> GivenPrint:
+def _open_enrolled(enrolled: EnrolledPrint) -> GivenPrint:
     with open_served_gallery(enrolled.gallery) as gallery:
         try:
             entry = gallery.entry(enrolled.number)

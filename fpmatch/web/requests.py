@@ -29,7 +29,7 @@ PICTURE: dict[int | str, dict[str, Any]] = {
     200: {"content": {media: {} for media in MEDIA.values()}}
 }
 
-PrintFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
+UploadedFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
 Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default that in the file")]
 Matcher = Annotated[str, Form(description="Name of the matcher")]
 Enhance = Annotated[Literal["learned", "filters"], Form(description="Enhancement of ridges")]
@@ -103,7 +103,7 @@ async def read_upload(file: UploadFile, role: str, settings: Settings) -> Upload
 
 
 async def _both_uploads(
-    probe: PrintFile, reference: PrintFile, settings: ServerSettings
+    probe: UploadedFile, reference: UploadedFile, settings: ServerSettings
 ) -> tuple[Upload, Upload]:
     return (
         await read_upload(probe, "probe", settings),

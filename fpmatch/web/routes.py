@@ -20,9 +20,9 @@ from fpmatch.web.requests import (
     OneReading,
     Options,
     PictureFormat,
-    PrintFile,
     ServerSettings,
     SideBySide,
+    UploadedFile,
     Workers,
     download,
     read_upload,
@@ -92,7 +92,7 @@ async def extract(
     request: Request,
     pool: Workers,
     settings: ServerSettings,
-    image: PrintFile,
+    image: UploadedFile,
     reading: OneReading,
     file_format: Annotated[
         str, Form(alias="format", description="A format of `fpmatch convert`")
@@ -110,7 +110,7 @@ async def stages(
     request: Request,
     pool: Workers,
     settings: ServerSettings,
-    image: PrintFile,
+    image: UploadedFile,
     reading: OneReading,
 ) -> models.Stages:
     """Return the pictures that `fpmatch stages` writes."""

@@ -90,8 +90,10 @@ def test_a_shortlist_is_said(run, place, prints):
     head, _, first, _ = result.stdout.splitlines()
     assert head.startswith(f"{prints}/1_1.png: 2 of 3 prints compared in ")
     assert first.split()[-3] == "1_1"
-    document = json.loads(run(*words, "--json").stdout)
-    assert (document["enrolled"], document["compared"]) == (3, 2)
+    for option in ("--candidate-list", "--shortlist"):  # the second is the name of 0.1.0
+        renamed = [option if word == "--candidate-list" else word for word in words]
+        document = json.loads(run(*renamed, "--json").stdout)
+        assert (document["enrolled"], document["compared"]) == (3, 2)
     refused = run(*words[:-3], "0")
     assert refused.exit_code == 2
     assert "'0' is not a number from 1 on, auto or off" in refused.stderr
@@ -115,7 +117,7 @@ def test_no_candidate_and_an_assumed_resolution_are_said(run, prints, tmp_path):
         (["{db}", "{prints}/blank.png"], "blank.png: no minutiae found"),
         (["{prints}/no.db", "{prints}/1_1.png"], "no.db: no such gallery"),
         (["{db}", "{prints}/1_1.png", "--matcher", "x"], "matcher 'x'"),
-        (["{db}", "{prints}/1_1.png", "--threshold", "101"], "threshold lies from 0 to 100"),
+        (["{db}", "{prints}/1_1.png", "--threshold", "101"], "threshold is between 0 and 100"),
         (["{db}", "{prints}/1_1.png", "--calibration", "{prints}/text.png"], "not a calibration"),
     ],
 )

@@ -44,8 +44,10 @@ def test_one_template_is_found_by_its_number(where, make_entry):
         gallery.add([make_entry(1), make_entry(2)])
         for number, template in gallery.templates():
             assert gallery.template(number) == template
-        with pytest.raises(GalleryError, match="no entry has the number 77"):
-            gallery.template(77)
+        for method in (gallery.template, gallery.entry):
+            with pytest.raises(GalleryError) as caught:
+                method(77)
+            assert caught.value.code == "unknown"
 
 
 def test_rows_come_in_batches(where, make_entry, monkeypatch):
@@ -127,12 +129,13 @@ def test_removed_numbers_are_not_given_again(where, make_entry):
         gallery.add([make_entry(1), make_entry(2)])
         first, last = (entry.id for entry in gallery.entries())
         before = gallery.content_hash()
-        with pytest.raises(GalleryError, match="no entry has the number 999"):
+        with pytest.raises(GalleryError) as caught:
             gallery.remove([last, 999])
+        assert caught.value.code == "unknown"
         assert gallery.content_hash() == before
         assert gallery.remove([last, last]) == 1
         assert gallery.content_hash() != before
-        with pytest.raises(GalleryError, match=f"no entry has the number {last}"):
+        with pytest.raises(GalleryError):
             gallery.entry(last)
         gallery.add([make_entry(2)])
         kept, again = (entry.id for entry in gallery.entries())
@@ -140,7 +143,7 @@ def test_removed_numbers_are_not_given_again(where, make_entry):
         assert again > last
 
 
-def test_the_fingerprint_changes_with_the_contents_only(where, make_entry):
+def test_the_content_hash_changes_with_the_entries_only(where, make_entry):
     with open_gallery(where, create=True) as gallery:
         seen = [gallery.content_hash()]
         gallery.add([], [Failure("x", "y")])
@@ -207,15 +210,15 @@ def test_a_gallery_of_another_version_is_refused(where, make_entry, monkeypatch)
     open_gallery(where, create=True).close()
     monkeypatch.setattr(gallery_module, "VERSION", 2)
     for create in (False, True):
-        with pytest.raises(
-            GalleryError, match="a gallery of version 1; this fpmatch reads version 2"
-        ):
+        with pytest.raises(GalleryError) as caught:
             open_gallery(where, create=create)
+        assert caught.value.code == "version"
 
 
 def test_nothing_is_made_unless_asked(where):
-    with pytest.raises(GalleryError, match="`fpmatch enrol` makes one"):
+    with pytest.raises(GalleryError) as caught:
         open_gallery(where)
+    assert caught.value.code == "missing"
     open_gallery(where, create=True).close()
     open_gallery(where).close()
 
@@ -245,28 +248,25 @@ class TestSqlite:
         with sqlite3.connect(tmp_path / "other") as other:
             other.execute("CREATE TABLE mine (x)")
         other.close()
-        reasons = {
-            "folder": "is a folder, not a gallery",
-            "text": "not a gallery",
-            "other": "not a gallery but a database of something else",
-        }
-        for name, reason in reasons.items():
+        for name in ("folder", "text", "other"):
             file = tmp_path / name
             before = file.read_bytes() if file.is_file() else b""
-            with pytest.raises(GalleryError, match=f"{name}: {reason}$"):
+            with pytest.raises(GalleryError) as caught:
                 open_gallery(file, create=create)
+            assert (caught.value.path, caught.value.code) == (str(file), "no gallery")
             assert not file.is_file() or file.read_bytes() == before
 
     def test_an_empty_file_is_one_that_was_killed_while_it_was_made(self, tmp_path):
         path = tmp_path / "gallery.db"
         path.touch()
-        with pytest.raises(GalleryError, match="not a gallery: the file is empty"):
+        with pytest.raises(GalleryError, match="empty"):
             open_gallery(path)
         open_gallery(path, create=True).close()
 
     def test_a_missing_folder_is_not_made(self, tmp_path):
-        with pytest.raises(GalleryError, match="cannot be made: no such folder"):
+        with pytest.raises(GalleryError) as caught:
             open_gallery(tmp_path / "nowhere" / "gallery.db", create=True)
+        assert caught.value.code == "missing folder"
 
     @pytest.mark.parametrize("kind", ["cut", "overwritten"])
     def test_damage_is_an_error_of_one_line_or_harmless(self, path, rng, kind):
@@ -343,8 +343,9 @@ class TestSqlite:
         connection.execute("DELETE FROM fpmatch_gallery")
         connection.commit()
         connection.close()
-        with pytest.raises(GalleryError, match="damaged: its version is missing"):
+        with pytest.raises(GalleryError) as caught:
             open_gallery(path)
+        assert caught.value.code == "damaged"
 
 
 @pytest.mark.parametrize(

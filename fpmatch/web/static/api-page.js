@@ -33,11 +33,11 @@ function meaning(schema, required) {
 function table(properties, required, heading) {
   const rows = Object.entries(properties).map(([name, schema]) =>
     [name, kind(schema), meaning(schema, required.includes(name))]);
-  const told = rows.some(([, , words]) => words);
+  const described = rows.some(([, , words]) => words);
   const cell = (...inside) => el("td", {}, ...inside);
   const body = rows.map(([name, what, words]) =>
-    el("tr", {}, cell(el("code", {}, name)), cell(what), ...(told ? [cell(...worded(words))] : [])));
-  const columns = [heading, "Kind", ...(told ? ["Meaning"] : [])];
+    el("tr", {}, cell(el("code", {}, name)), cell(what), ...(described ? [cell(...worded(words))] : [])));
+  const columns = [heading, "Kind", ...(described ? ["Meaning"] : [])];
   const head = el("tr", {}, ...columns.map((words) => el("th", { scope: "col" }, words)));
   return el("div", { class: "table" }, el("table", {}, el("thead", {}, head), el("tbody", {}, ...body)));
 }

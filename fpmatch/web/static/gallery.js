@@ -21,10 +21,11 @@ export async function identify(slot, signal) {
   const probe = { probe: slot.file, dpi: slot.dpi.value };
   const found = await (await ask("identify", probe, signal)).json();
   const best = found.candidates[0];
-  const all = found.compared < found.enrolled ? `, the shortlist of ${found.enrolled},` : "";
+  const { compared, enrolled } = found;
+  const prints = compared < enrolled ? `${compared} of ${enrolled} prints` : count(compared, "print");
   say(best
-    ? `${count(found.compared, "print")}${all} compared in ${found.seconds.toFixed(2)} s; the most like is ${called(best)}, score ${best.score.toFixed(1)}.`
-    : `${count(found.compared, "print")}${all} compared; there is no candidate.`);
+    ? `${prints} compared in ${found.seconds.toFixed(2)} s; the best candidate is ${called(best)}, score ${best.score.toFixed(1)}.`
+    : `${prints} compared; there is no candidate.`);
   const cards = found.candidates.map((candidate) => card(candidate, () => open(candidate)));
   list.replaceChildren(...cards.map(({ root }) => root));
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Final
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fpmatch._version import __version__
+from fpmatch.drawing.plots.style import check_matplotlib
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.decision import decide, rho_of
 from fpmatch.evaluation.html.figures import Figures, matcher_figures, pooled_curve, pooled_figures
 from fpmatch.evaluation.html.hardest import HardPair, hardest_genuine, hardest_impostors
-from fpmatch.evaluation.html.svg import check_matplotlib
 from fpmatch.evaluation.tables import (
     INTERVAL_TITLES,
     RATE_TITLES,
@@ -54,7 +54,7 @@ def prepare_page(folder: str | os.PathLike[str]) -> Path:
     OutputError
         If matplotlib is not installed, or the page cannot be written there.
     """
-    check_matplotlib()
+    check_matplotlib("a report")
     target = Path(folder) / PAGE_NAME
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import re
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.drawing.plots.style import plain_style
@@ -52,12 +51,6 @@ _SETTINGS: Final = {
     "lines.linewidth": 1.6,
     "path.simplify_threshold": 0.3,
 }
-
-
-def check_matplotlib() -> None:
-    """Raise an `OutputError` if matplotlib is not installed."""
-    if find_spec("matplotlib") is None:
-        raise OutputError("a report needs matplotlib: pip install 'fpmatch[plot]'")
 
 
 def series_colour(index: int) -> str:

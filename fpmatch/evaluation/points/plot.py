@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fpmatch.drawing.plots.style import figure_bytes, plain_style
+from fpmatch.drawing.plots.style import check_matplotlib, figure_bytes, plain_style
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.points.conditions import conditions
 from fpmatch.evaluation.points.matchers import MATCHER_NAMES
@@ -41,10 +41,7 @@ def check_plot(path: str | os.PathLike[str]) -> None:
     if Path(path).suffix.lower() not in PLOT_FORMATS:
         raise OutputError(f"{path}: a plot's name ends with {', '.join(PLOT_FORMATS)}")
     check_writable(path)
-    try:
-        import matplotlib  # noqa: F401, PLC0415
-    except ImportError as error:
-        raise OutputError(f"{path}: needs matplotlib: pip install 'fpmatch[plot]'") from error
+    check_matplotlib(f"{path}:")
 
 
 def save_bench_plot(path: str | os.PathLike[str], results: BenchResults) -> None:

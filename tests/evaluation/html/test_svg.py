@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections import Counter
 from pathlib import Path
 from xml.etree import ElementTree
@@ -8,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from fpmatch.drawing.plots.style import check_matplotlib
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.html import svg
 from fpmatch.evaluation.html.curves import Curve, det_plot, rank_plot, roc_plot, score_plot
@@ -93,6 +95,6 @@ def test_light_and_dark_name_the_same_colours():
 
 
 def test_without_matplotlib_one_line_says_so(monkeypatch):
-    monkeypatch.setattr(svg, "find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(OutputError, match=r"^a report needs matplotlib: pip install 'fpmatch\[plo"):
-        svg.check_matplotlib()
+        check_matplotlib("a report")

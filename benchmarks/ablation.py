@@ -16,6 +16,7 @@ from research.experiments.ablation import Variant, ablation_command, run_worker
 MESH: Final = "fpmatch/matching/_pair_mesh_kernel.py"
 RING: Final = "fpmatch/pointset/unit_circle/_one_ring_kernel.py"
 EVIDENCE: Final = "fpmatch/matching/_evidence_kernel.py"
+AMOUNT: Final = "fpmatch/matching/_amount_kernel.py"
 BOUND: Final = (
     "min(2.0 + (total - low) / high, self._most_decades())",
     "(2.0 + (total - low) / high)",
@@ -169,7 +170,7 @@ VARIANTS: Final = (
     Variant("no search by the ridges", ((EVIDENCE, *SEARCH),)),
     Variant("sums not conditioned on how much was compared", conditioned=False),
     Variant("no bound on what few pairs can say", ((EVIDENCE, *BOUND),)),
-    Variant("poor minutiae by their quality alone", ((EVIDENCE, *RAISED),)),
+    Variant("poor minutiae by their quality alone", ((AMOUNT, *RAISED),)),
 )
 
 

@@ -31,6 +31,7 @@ from fpmatch.matching import score
 from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.score_model import NO_PREFILTER
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ MAX_GROWTH = 4 / 3
 def without_prefilter() -> Iterator[None]:
     """Align all prints, whatever the score of their bit descriptors."""
     usual = score.load_weights
-    models = tuple(replace(model, prefilter=score.NO_PREFILTER) for model in usual().models)
+    models = tuple(replace(model, prefilter=NO_PREFILTER) for model in usual().models)
     every = replace(usual(), models=models)
     score.load_weights = lambda: every
     try:

@@ -29,8 +29,8 @@ def as_text(
 ) -> str:
     """Return decision, evidence and reason, the decision on the first line.
 
-    The scale between the prints is told only where it is not 1, the quality of their images, by
-    name of the side, only where they do not match.
+    The scale between the prints is included where it is not 1, the quality of their images, by name
+    of the side, where they do not match.
     """
     rows = as_rows(verification, scale, quality)
     lines = (f"  {label:<{LABEL_WIDTH}}{text}" for label, text in rows)
@@ -87,13 +87,13 @@ def _area(v: Verification) -> str:
 
 
 def _ridge_rows(v: Verification) -> list[tuple[str, str]]:
-    """Return how well the ridges agree, and what that adds to the score."""
+    """Return how well the ridges agree, and how much they add to the score."""
     if v.compared is None:
         return []
     if v.compared.ridge_agreement is None:
         return [("Ridges", "not compared")]
-    said = ridges_in_words(v.compared)
-    return [("Ridges", said if math.isnan(v.score) else f"{said} of the score")]
+    words = ridges_in_words(v.compared)
+    return [("Ridges", words if math.isnan(v.score) else f"{words} of the score")]
 
 
 def ridges_in_words(compared: Compared) -> str:
@@ -140,7 +140,7 @@ def as_dict(
     verification : Verification
         The decision and its evidence.
     probe, reference : str or Path
-        What the files compared are called.
+        Names of the files compared.
     scale : ScaleMeasurement, optional
         The scale between the prints, where it is known.
     quality : mapping of str to PrintQuality or None, optional

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from ablation import VARIANTS
 
-from fpmatch.matching.score import FEATURES
+from fpmatch.matching.score_model import FEATURES
 
 ROOT = Path(__file__).resolve().parents[1]
 

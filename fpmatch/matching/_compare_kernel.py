@@ -9,13 +9,13 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.fpmatch.matching._evidence_kernel import as_similarity, smaller_area
+    from cython.cimports.fpmatch.matching._amount_kernel import as_similarity, smaller_area
     from cython.cimports.fpmatch.matching._local_kernel import normalize_by_size
     from cython.cimports.libc.math import atan2, cos, sin, sqrt
 else:
     from math import atan2, cos, sin, sqrt
 
-    from fpmatch.matching._evidence_kernel import as_similarity, smaller_area
+    from fpmatch.matching._amount_kernel import as_similarity, smaller_area
     from fpmatch.matching._local_kernel import normalize_by_size
 
 COMPILED = cython.compiled

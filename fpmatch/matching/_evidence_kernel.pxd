@@ -65,22 +65,3 @@ cdef class EvidenceScorer:
     cdef int _gather(
         self, TemplateView a, TemplateView b, Aligner aligner, float[:, ::1] similarity
     ) noexcept nogil
-
-
-@cython.locals(area=cython.double, smaller=cython.double)
-cpdef double smaller_area(TemplateView a, TemplateView b) noexcept nogil
-@cython.locals(
-    row=cython.int, column=cython.int, cells=cython.int, place=cython.Py_ssize_t,
-    other=cython.Py_ssize_t, bx=cython.double, by=cython.double, right=cython.double,
-    down=cython.double, first_x=cython.double, first_y=cython.double, columns=cython.double,
-    rows=cython.double,
-)
-cdef double common_cells(TemplateView a, TemplateView b, double c, double s, double x, double y) noexcept nogil
-@cython.locals(x=cython.double, y=cython.double)
-cpdef int describe_amount(double minutiae, double area, double[::1] term) noexcept nogil
-cdef double poisson_decades(double count, double mean) noexcept nogil
-@cython.locals(least=cython.double)
-cdef double raised(double squares, double minutiae) noexcept nogil
-@cython.locals(share=cython.double)
-cdef double saturated(double amount, double enough) noexcept nogil
-cpdef double as_similarity(double total) noexcept nogil

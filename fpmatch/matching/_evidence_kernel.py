@@ -8,12 +8,26 @@ import cython
 import numpy as np
 
 if cython.compiled:
+    from cython.cimports.fpmatch.matching._amount_kernel import (
+        common_cells,
+        describe_amount,
+        poisson_decades,
+        quality_correction,
+        smaller_area,
+    )
     from cython.cimports.fpmatch.matching._ridge_kernel import RidgeCorrelator
     from cython.cimports.fpmatch.matching._ridge_search_kernel import RidgeSearch
-    from cython.cimports.libc.math import exp, log, log1p, sqrt
+    from cython.cimports.libc.math import log, sqrt
 else:
-    from math import exp, log, log1p, sqrt
+    from math import log, sqrt
 
+    from fpmatch.matching._amount_kernel import (
+        common_cells,
+        describe_amount,
+        poisson_decades,
+        quality_correction,
+        smaller_area,
+    )
     from fpmatch.matching._ridge_kernel import RidgeCorrelator
     from fpmatch.matching._ridge_search_kernel import RidgeSearch
 
@@ -43,14 +57,7 @@ ENTRIES = cython.declare(cython.Py_ssize_t, 16)
 REJECTED = cython.declare(cython.double, -5.0)
 SHORTFALL = cython.declare(cython.double, 0.25)
 
-# Terms that the quantiles of impostor comparisons are linear in. Beyond about these amounts, more
-# evidence changes the quantiles no longer; areas are in square pixels at 500 dpi:
-TERMS = cython.declare(cython.Py_ssize_t, 5)
-ENOUGH_MINUTIAE = cython.declare(cython.double, 12.0)
-ENOUGH_AREA = cython.declare(cython.double, 30000.0)
-LEAST_AREA = cython.declare(cython.double, 256.0)
-UNIT_AREA = cython.declare(cython.double, 10000.0)
-LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a print's minutiae
+TERMS = cython.declare(cython.Py_ssize_t, 5)  # that the quantiles of impostors are linear in
 # The most that pairs and ridges can say, in tenfold falls of the FMR: see `_most_decades`.
 DECADES_PER_PAIR = cython.declare(cython.double, 1.2)
 PAIR_AREA = cython.declare(cython.double, 75.0)  # px²: within 12 px and 30° of a minutia
@@ -392,8 +399,8 @@ class EvidenceScorer:
                     unpaired_b += b.quality[j] * b.quality[j]
         self.evidence[PAIRS] = pairs
         self.evidence[LOCAL] = local
-        unpaired *= raised(squares, a.size)
-        self.evidence[UNPAIRED] = unpaired + unpaired_b * raised(squares_b, b.size)
+        unpaired *= quality_correction(squares, a.size)
+        self.evidence[UNPAIRED] = unpaired + unpaired_b * quality_correction(squares_b, b.size)
         self.evidence[COMMON] = common + common_b
         self.evidence[RELAXED] = aligner.relaxation.support_of(partner)
         self.evidence[PLACES] = aligner.mesh.places
@@ -417,84 +424,3 @@ class EvidenceScorer:
             if area > 0.0:
                 self.evidence[CHANCE] = common * common_b * PAIR_AREA / area
         return 0
-
-
-def smaller_area(a, b):
-    """Return the area of the smaller of two prints, in square pixels at 500 dpi."""
-    area = b.inside * (b.step * b.step)
-    smaller = a.inside * (a.step * a.step)
-    return area if area < smaller else smaller
-
-
-def common_cells(a, b, c, s, x, y):
-    """Return how many cells of A fall into the region of B."""
-    place = a.cell_at
-    # of cells of B: a step of A to the right, and the middle of the first cell of a row
-    right = c * a.step * b.per_px
-    down = s * a.step * b.per_px
-    columns = b.columns
-    rows = b.rows
-    cells = 0
-    for row in range(a.rows):
-        first_x = x * b.per_px + right * (a.first_column + 0.5) - b.first_column
-        first_x += down * (a.first_row + row + 0.5)
-        first_y = right * (a.first_row + row + 0.5) - b.first_row
-        first_y -= y * b.per_px + down * (a.first_column + 0.5)
-        for column in range(a.columns):
-            if a.cell[place] != 0:
-                bx = first_x + column * right
-                by = first_y - column * down
-                if 0.0 <= bx < columns and 0.0 <= by < rows:
-                    other = cython.cast(cython.Py_ssize_t, by) * b.columns
-                    other += cython.cast(cython.Py_ssize_t, bx)
-                    cells += b.cell[b.cell_at + other] != 0
-            place += 1
-    return cells
-
-
-def describe_amount(minutiae, area, term):
-    """Fill the terms of an amount of evidence; see `fpmatch.matching.score`."""
-    x = 1.0 / (saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
-    y = saturated(area, ENOUGH_AREA)
-    y = log((y if y > LEAST_AREA else LEAST_AREA) / UNIT_AREA)
-    term[0] = 1.0
-    term[1] = x
-    term[2] = x * x
-    term[3] = y
-    term[4] = x * y
-    return 0
-
-
-def poisson_decades(count, mean):
-    """Return how rare so many or more are, of a Poisson distribution: a bound of -log10 of it.
-
-    It is Chernoff's.
-    """
-    if mean <= 0.0:
-        return 1e9
-    if count <= mean:
-        return 0.0
-    return (count * log(count / mean) - count + mean) / LOG_10
-
-
-def raised(squares, minutiae):
-    """Return the factor by which poor minutiae count more, so that not all of a print do not count.
-
-    `squares` is the sum of the squares of the qualities, which is to be that of real prints.
-    """
-    least = LEAST_MEAN_SQUARE * minutiae
-    return least / squares if 0.0 < squares < least else 1.0
-
-
-def saturated(amount, enough):
-    """Return the amount where it is far less than enough, and about enough where it is more."""
-    share = amount / enough
-    share = share * share
-    return amount / sqrt(sqrt(1.0 + share * share))
-
-
-def as_similarity(total):
-    """Return ``log(1 + e^total)``: positive, and for more than a few the sum itself."""
-    if total > 0.0:
-        return total + log1p(exp(-total))
-    return log1p(exp(total))

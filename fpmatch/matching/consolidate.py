@@ -47,7 +47,7 @@ class ConsolidationParameters:
     rounds : int
         How often every impression is fitted to the others.
     merge : MergeParameters
-        How they become one template.
+        How they are merged.
     """
 
     link_score: float = 35.0
@@ -139,7 +139,7 @@ def link_impressions(
 
 
 def linked_groups(count: int, links: Sequence[Link]) -> list[list[int]]:
-    """Return which of `count` impressions hang together by links, the largest group first.
+    """Return the groups of `count` impressions that links connect, the largest group first.
 
     Examples
     --------
@@ -166,7 +166,7 @@ def consolidate(
     links : sequence of Link
         From `link_impressions`.
     parameters : ConsolidationParameters, optional
-        How.
+        Thresholds and rounds.
 
     Returns
     -------

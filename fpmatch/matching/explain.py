@@ -1,4 +1,4 @@
-"""Why two prints do not match: what speaks against one finger beside what the score weighs."""
+"""The reasons why two prints do not match, in words."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ExplanationParameters:
-    """Set when something is worth saying; lengths in pixels at 500 dpi.
+    """Thresholds for the reasons; lengths in pixels at 500 dpi.
 
     Parameters
     ----------
     small_overlap : float
-        Share of the smaller print that the common region then falls short of.
+        Share of the smaller print below which the common region is small.
     poor_ridges : float
-        Correlation of ridges that is hardly more than that of impostor prints.
+        Correlation below which the ridges disagree: hardly more than that of impostor prints.
     poor_minutiae : float
         Mean quality of a print's minutiae, 0 to 1, below which they are poor.
     apart_px : float
-        Mean distance between where two transforms map a print, from which they compete.
+        Mean distance between the images of a print under two transforms from which they compete.
     competing_share : float
-        Share of the pairs that a competing transform has at least.
+        Least share of the pairs of the best transform that a competing transform has.
     """
 
     small_overlap: float = 0.25
@@ -51,18 +51,18 @@ def explain(
     competing: int = 0,
     parameters: ExplanationParameters | None = None,
 ) -> str:
-    """Say in words what speaks against one finger, what matters most first.
+    """Return the reasons against one finger in words, the main one first.
 
     Parameters
     ----------
     probe, reference : PreparedTemplate
         The two prints.
     evidence : Evidence
-        What was found under the best transform.
+        Under the best transform.
     competing : int
         Pairs under another transform; see `competing_pairs`.
     parameters : ExplanationParameters, optional
-        When something is worth saying.
+        Thresholds.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def competing_pairs(
     similarity: NDArray[np.float32],
     parameters: ExplanationParameters | None = None,
 ) -> int:
-    """Count the pairs under the best transform that maps one print quite elsewhere.
+    """Count the pairs under the best transform that maps print A to a quite different place.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def competing_pairs(
     similarity : ndarray of float32, shape (N, M)
         Local similarity of their minutiae.
     parameters : ExplanationParameters, optional
-        What counts as elsewhere.
+        Thresholds.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def competing_pairs(
     """
     p = parameters or ExplanationParameters()
     best = _mapped(a.points, alignment.transform)
-    # a minutia is in one local match alone: without those of the best, others come to light
+    # a minutia is in one local match only: without those of the best, others are found
     other = similarity.copy()
     paired = np.flatnonzero(alignment.partner >= 0)
     other[paired, alignment.partner[paired]] = 0.0
@@ -118,13 +118,13 @@ def competing_pairs(
 
 
 def _mapped(points: NDArray[np.float64], transform: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Return where a transform maps minutiae, as complex numbers."""
+    """Return the images of minutiae under a transform, as complex numbers."""
     c, s, x, y = transform.tolist()
     return np.asarray((points[0] + 1j * points[1]) * complex(c, s) + complex(x, y))
 
 
 def main_reason(evidence: Evidence, parameters: ExplanationParameters | None = None) -> str:
-    """Say in words what speaks most against one finger, by what the score weighs alone."""
+    """Return the main reason against one finger, by the evidence of the score."""
     p = parameters or ExplanationParameters()
     pairs = "1 pair" if evidence.pairs == 1 else f"{evidence.pairs} pairs"
     share = f"{pairs} among {evidence.common} minutiae in the common region"

@@ -1,10 +1,10 @@
 """Comparison with a finger: the evidence of all its impressions in one score.
 
-Of n impressions the best alone says too much: the chance that one of them matches another finger
-by accident grows almost n-fold. The score of a finger is therefore that of the harmonic mean of the
-false match rates of its impressions. One impression that matches among n costs ``10·log10(n)``, as
-the bound n·FMR does; impressions that match together lose less; several that match a little say
-more than the best of them. A finger of one impression has the score of that impression.
+The best score of n impressions is too high: the chance that one of them matches another finger by
+accident grows almost n-fold. The score of a finger is therefore that of the harmonic mean of the
+false match rates of its impressions. If one impression of n matches, this costs ``10·log10(n)``,
+like the bound n·FMR; if several match, it costs less. A finger of one impression has the score of
+that impression.
 
 Impressions that match each other are, beside that, put together into a consolidated template (see
 `fpmatch.matching.consolidate`). In the mean it weighs half as much as they do: where all of them
@@ -42,7 +42,7 @@ MOST_IMPRESSIONS: Final = 64
 """The most impressions of a finger that a probe is compared with."""
 
 CONSOLIDATED_SHARE: Final = 0.5
-"""What a consolidated template of all impressions counts beside them."""
+"""Weight of a consolidated template of all impressions; the impressions have the rest."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +93,7 @@ class Finger:
     consolidated : tuple
         The same of the consolidated templates.
     weights : ndarray of float64
-        What each impression, then each consolidated template, counts in the mean; 1 in all.
+        Weight of each impression, then of each consolidated template, in the mean; 1 in sum.
     """
 
     matcher: Matcher
@@ -112,7 +112,7 @@ class Finger:
         *,
         most: int = MOST_IMPRESSIONS,
     ) -> Finger:
-        """Prepare the impressions of a finger, and what they show together.
+        """Prepare the impressions of a finger and their consolidated templates.
 
         Parameters
         ----------
@@ -240,7 +240,7 @@ def verify_finger(
     threshold : float
         Score from which on the answer is yes.
     calibration : Calibration, optional
-        What the matcher's similarities are worth (default: as measured by the package).
+        Turns similarities into scores (default: as measured by the package).
 
     Returns
     -------
@@ -290,7 +290,7 @@ def fused_score(scores: ArrayLike, weights: ArrayLike | None = None) -> float:
     scores : array_like of float, shape (N,)
         Scores of single comparisons, 0 to 100.
     weights : array_like of float, shape (N,), optional
-        What each counts, 1 in all, chosen before the comparison (default: all alike).
+        Weight of each, 1 in sum, chosen before the comparison (default: equal).
 
     Returns
     -------

@@ -129,7 +129,7 @@ def neighbourhoods(
 
 
 def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> AnchoredRings:
-    """Lay the one-ring of every minutia on the unit circle, anchored by the direction.
+    """Map the one-ring of every minutia to the unit circle, anchored by the direction.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def anchored_rings(points: NDArray[np.float64], mesh: Triangulation) -> Anchored
 
 
 def _starts(length: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return where runs of these lengths start, laid end to end, and where the last one ends."""
+    """Return the starts of consecutive runs of these lengths, and the end of the last one."""
     start = np.zeros(len(length) + 1, np.int32)
     length.cumsum(out=start[1:])
     return start

@@ -1,8 +1,8 @@
-"""Many prepared prints in flat arrays: small in memory, and as quickly opened as a file is mapped.
+"""Many prepared prints in flat arrays, which can be mapped from a file.
 
-The file is a line that names the format, a line of JSON that says where each array lies, and the
-arrays, in the order of the bytes of little-endian machines. It holds nothing that the templates do
-not; where they or the matcher change, it is made again.
+The file is a line that names the format, a line of JSON with the place of each array, and the
+arrays, little-endian. It can always be made again from the templates, and must be where they or the
+matcher change.
 """
 
 from __future__ import annotations
@@ -26,11 +26,7 @@ from fpmatch.matching.bit_descriptors import (
 )
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, PrintArea, content_key
-from fpmatch.matching.quantization import (
-    QUALITIES,
-    ROOT_WEIGHTS,
-    root_weight_codes,
-)
+from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS, root_weight_codes
 from fpmatch.output import atomic_write
 
 if TYPE_CHECKING:
@@ -158,20 +154,10 @@ class PackedTemplates:
         return int(np.diff(self.minutiae_start).max(initial=0))
 
     @cached_property
-    def most_columns(self) -> int:
-        """The most columns of cells of a print's region."""
-        return int(self.shape[:, 1].max(initial=0))
-
-    @cached_property
     def packed(self) -> PackedView:
         """The prints as the kernels see them."""
         p = NeighbourhoodParameters()
-        return PackedView(
-            self,
-            QUALITIES,
-            ROOT_WEIGHTS,
-            (p.tolerance_px, p.tolerance_per_px),
-        )
+        return PackedView(self, QUALITIES, ROOT_WEIGHTS, (p.tolerance_px, p.tolerance_per_px))
 
     def __getitem__(self, k: int) -> PreparedTemplate:
         """Return print k as `prepare` made it."""
@@ -301,7 +287,7 @@ class PackedTemplates:
         return found
 
     def _is_sound(self) -> bool:
-        """Tell whether every number that is a place or a size points to something that is there."""
+        """Return whether every index and every size lies within the arrays."""
         minutiae, cells = (getattr(self, name) for name in _STARTS)
         owned = ((minutiae, self.xy), (cells, self.cell), (cells, self.ridges))
         for starts, array in owned:

@@ -1,4 +1,4 @@
-"""How finely a prepared print is kept, so that a great many fit into memory.
+"""Quantization of a prepared print, so that a great many fit into memory.
 
 A print is rounded when it is prepared, not when it is packed: so all comparisons, of two prints
 or of one with many, are of the same values.
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from fpmatch.matching.neighbourhood import Neighbourhoods
 
-ORIENTATIONS: Final = 255  # directions of a ridge told apart in half a turn; one code is left
+ORIENTATIONS: Final = 255  # steps of ridge orientation in half a turn; one code is left
 ROOT_WEIGHTS: Final = np.arange(256) / 100.0  # of a neighbour, the most being ever so rare
 QUALITIES: Final = np.arange(256) / 100.0  # of a minutia, whose steps are the template's own
 

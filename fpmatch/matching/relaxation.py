@@ -1,6 +1,6 @@
 """Relaxation of local matches: pairs of minutiae support each other, or fade.
 
-A local match says that the neighbourhoods of two minutiae are similar. Local matches of one finger
+In a local match, the neighbourhoods of two minutiae are similar. Local matches of one finger
 agree with one another wherever they lie near each other, also where skin is stretched and no
 transform fits the whole print; those of two fingers agree by chance alone. `_relaxation_kernel` has
 the method and its source.

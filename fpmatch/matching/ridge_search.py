@@ -1,4 +1,4 @@
-"""Ridge search: where one print lies in another, when its minutiae do not say."""
+"""Ridge search: the alignment of two prints by their ridges, if minutiae leave a doubt."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class RidgeSearchParameters:
-    """Set how a print is looked for by its ridges; lengths in px at 500 dpi.
+    """Set the search; lengths in px at 500 dpi.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Ridges: how well those of two prints fall on one another, once their minutiae are paired."""
+"""Ridges: the correlation of those of two prints, once their minutiae are paired."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def ridge_correlation(
     a, b : PreparedTemplate
         The two prints.
     alignment : Alignment
-        How A lies on B.
+        Of A with B.
 
     Returns
     -------

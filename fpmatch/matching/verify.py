@@ -52,7 +52,7 @@ def verify(
         ``-10·log10(FMR)`` in general (see `fmr_to_score`). Default: the matcher's own rule where it
         has one (the matcher "paper": more than a share ρ of the minutiae paired), else 40.
     calibration : Calibration, optional
-        What the matcher's similarities are worth (default: as measured by the package).
+        Turns similarities into scores (default: as measured by the package).
 
     Returns
     -------

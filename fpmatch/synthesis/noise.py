@@ -9,7 +9,9 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_SPLINE_DEVIATION = 11 / 23  # along both axes: the variance of a cubic B-spline sum of unit noise along one
+_SPLINE_DEVIATION = (
+    11 / 23
+)  # along both axes: the variance of a cubic B-spline sum of unit noise along one
 
 
 def smooth_noise(

@@ -23,6 +23,7 @@ from fpmatch.evaluation.intervals import interval_of
 from fpmatch.evaluation.rates import error_rates
 from fpmatch.evaluation.run import load_datasets
 from fpmatch.matching import score
+from fpmatch.matching.score_model import ScoreWeights
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.output import check_writable
 from research.commands import PATH, ROOT, Command, folders, json_file, workers, write_json
@@ -184,7 +185,7 @@ def run_worker(
         trained = fit_amounts(trained, sets, parameters=AmountParameters(probes=PROBES))
     if not base_file.exists():
         base_file.write_text(trained.as_json(), encoding="utf-8")
-    base = score.ScoreWeights.from_json(base_file.read_text(encoding="utf-8"))
+    base = ScoreWeights.from_json(base_file.read_text(encoding="utf-8"))
     empty = Template(Minutiae.empty(), 1, 1)
     found: Similarities = {}
     for weights, key in ((trained, "trained"), (base, "base")):

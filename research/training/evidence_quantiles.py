@@ -28,7 +28,8 @@ from fpmatch.evaluation.partial import fragment, thinned, window
 from fpmatch.matching.compare import MIN_MINUTIAE, Workspace
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepare import available
-from fpmatch.matching.score import (
+from fpmatch.matching.score import evidence_scorer
+from fpmatch.matching.score_model import (
     AMOUNTS,
     MINUTIAE_ALONE,
     MODELS,
@@ -37,7 +38,6 @@ from fpmatch.matching.score import (
     SMALL_WITH_RIDGES,
     WITH_RIDGES,
     amount_terms,
-    evidence_scorer,
 )
 from research.training.rounding import round_significant
 
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
     from fpmatch.evaluation.extraction import ExtractedSet
     from fpmatch.matching.prepare import PreparedTemplate
-    from fpmatch.matching.score import ScoreWeights
+    from fpmatch.matching.score_model import ScoreWeights
     from fpmatch.minutiae import Template
 
 SEED: Final = 17
@@ -107,7 +107,7 @@ class AmountSample:
     sums : ndarray of float64, shape (N,)
         Weighted sums of the features; of genuine comparisons -ln(FMR).
     amounts : ndarray of float64, shape (N, 5)
-        The terms of `fpmatch.matching.score.AMOUNTS`.
+        The terms of `fpmatch.matching.score_model.AMOUNTS`.
     weight : float
         Weight of all of them together.
     """
@@ -191,7 +191,7 @@ def amount_samples(
     weights : ScoreWeights
         Weights of the features.
     model : str
-        The one of `fpmatch.matching.score.MODELS` whose comparisons are wanted.
+        The one of `fpmatch.matching.score_model.MODELS` whose comparisons are wanted.
     ridges : tuple of bool
         Whether the parts, and the whole prints, keep their ridges.
     genuine : bool
@@ -301,7 +301,7 @@ def fit_quantile(
     Returns
     -------
     ndarray of float64, shape (5,)
-        Coefficients of the terms of `fpmatch.matching.score.AMOUNTS`.
+        Coefficients of the terms of `fpmatch.matching.score_model.AMOUNTS`.
 
     Examples
     --------

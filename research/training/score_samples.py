@@ -17,7 +17,8 @@ from fpmatch.matching.compare import MIN_MINUTIAE
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.ridge_search import RidgeSearchParameters
-from fpmatch.matching.score import (
+from fpmatch.matching.score import evidence_scorer
+from fpmatch.matching.score_model import (
     FEATURES,
     MODELS,
     NO_PREFILTER,
@@ -26,7 +27,6 @@ from fpmatch.matching.score import (
     WITH_RIDGES,
     ScoreModel,
     ScoreWeights,
-    evidence_scorer,
 )
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class ScoreSample:
         The database.
     features : ndarray of float64, shape (N, H, 13)
         Those of the comparisons that found something, of each hypothesis, refined, its ridges
-        compared; NaN where there are fewer. See `fpmatch.matching.score.FEATURES`.
+        compared; NaN where there are fewer. See `fpmatch.matching.score_model.FEATURES`.
     coarse : ndarray of float64, shape (N, H, 13)
         Those in coarse alignment, of the minutiae alone.
     descriptors : ndarray of float64, shape (N, 2)

@@ -20,14 +20,14 @@ from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate
 from fpmatch.matching.relaxation import RelaxationParameters
 from fpmatch.matching.ridge_search import RidgeSearchParameters
-from fpmatch.matching.score import (
+from fpmatch.matching.score import ScoreParameters
+from fpmatch.matching.score_model import (
     FEATURES,
     MODELS,
     NO_PREFILTER,
     NO_QUANTILES,
     RIDGE_FEATURES,
     ScoreModel,
-    ScoreParameters,
     ScoreWeights,
 )
 
@@ -131,7 +131,7 @@ def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNames
         name = "fpmatch.pointset.unit_circle._one_ring_kernel"
         patch.setitem(sys.modules, name, interpreted("_one_ring_kernel"))
         mesh = interpreted("_pair_mesh_kernel")
-    names = ("local", "relaxation", "align", "ridge", "ridge_search", "evidence")
+    names = ("local", "relaxation", "align", "ridge", "ridge_search", "amount", "evidence")
     found = SimpleNamespace(**{name: interpreted(f"_{name}_kernel") for name in names})
     found.print = interpreted("_template_view_kernel")
     found.prefilter = interpreted_prefilter(interpreted)
@@ -140,8 +140,10 @@ def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNames
     found.align.PairMesh = mesh.PairMesh
     found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
     found.evidence.RidgeSearch = found.ridge_search.RidgeSearch
-    found.compare.smaller_area = found.evidence.smaller_area
-    found.compare.as_similarity = found.evidence.as_similarity
+    for name in ("smaller_area", "as_similarity"):
+        setattr(found.compare, name, getattr(found.amount, name))
+    for name in ("smaller_area", "common_cells"):
+        setattr(found.evidence, name, getattr(found.amount, name))
     found.compare.normalize_by_size = found.local.normalize_by_size
     return found
 

@@ -33,7 +33,7 @@ from matching_weights import (
 )
 from numpy.typing import NDArray
 
-from fpmatch.matching._evidence_kernel import as_similarity
+from fpmatch.matching._amount_kernel import as_similarity
 from fpmatch.matching.compare import (
     NEITHER_FIRST,
     PROBE_FIRST,
@@ -45,7 +45,8 @@ from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS
-from fpmatch.matching.score import NO_PREFILTER, WEIGHTS_FILE, ScoreWeights
+from fpmatch.matching.score import WEIGHTS_FILE
+from fpmatch.matching.score_model import NO_PREFILTER, ScoreWeights
 from fpmatch.minutiae import RidgeField, Template
 
 EXAMPLES = 30 if COMPILED else 4

@@ -63,6 +63,14 @@ from fpmatch.matching.relaxation import RelaxationParameters
 from fpmatch.matching.ridge_search import RidgeSearchParameters
 from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.matching.score import (
+    WEIGHTS_FILE,
+    Evidence,
+    ScoreParameters,
+    evidence_scorer,
+    gather_evidence,
+    load_weights,
+)
+from fpmatch.matching.score_model import (
     AMOUNTS,
     FEATURES,
     LIMITS,
@@ -70,14 +78,8 @@ from fpmatch.matching.score import (
     NO_PREFILTER,
     RATES,
     STANDARD,
-    WEIGHTS_FILE,
-    Evidence,
     ScoreModel,
-    ScoreParameters,
     ScoreWeights,
-    evidence_scorer,
-    gather_evidence,
-    load_weights,
 )
 from fpmatch.minutiae import RidgeField, Template
 
@@ -385,7 +387,7 @@ def test_compiled_and_interpreted_agree(
     assert scorer.total == pytest.approx(found.total, rel=1e-9, abs=1e-9)
     assert scorer.evidence.tolist() == pytest.approx(entries_of(found), rel=1e-9, abs=1e-9)
     assert scorer.feature.tolist() == pytest.approx(found.features.tolist(), rel=1e-9, abs=1e-9)
-    assert plain.evidence.as_similarity(minus_log_fmr) == pytest.approx(found.similarity, rel=1e-9)
+    assert plain.amount.as_similarity(minus_log_fmr) == pytest.approx(found.similarity, rel=1e-9)
 
 
 @given(seeds)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from matching_prints import spread_points, template_of
 from fpmatch.errors import MatcherError
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.matchers import get_matcher, matcher_names
+from fpmatch.matching.matchers.unit_circle import UnitCircleMatcher
 from fpmatch.matching.result import Comparison, as_explaining
 from fpmatch.matching.verify import DEFAULT_THRESHOLD, verify
 from fpmatch.minutiae import Minutiae, Template
@@ -168,3 +171,27 @@ def test_a_calibration_of_ones_own_decides() -> None:
     assert not found.match
     assert found.score == pytest.approx(1.0, abs=0.01)
     assert found.smallest_measured_fmr == score_to_fmr(1.0)
+
+
+def test_the_evidence_is_completed_once_when_it_is_first_read() -> None:
+    explained = []
+
+    class Counting(UnitCircleMatcher):
+        def explain(self, probe: Any, reference: Any, found: Comparison) -> Comparison:
+            explained.append(found)
+            return super().explain(probe, reference, found)
+
+    found = verify(PROBE, IMPOSTOR, matcher=Counting())
+    assert not explained
+    assert found.reason
+    assert found.transform is found.evidence.transform
+    assert explained == [found.comparison]
+    assert verify(PROBE, PROBE, matcher=Counting(), threshold=1).compared is not None
+    assert len(explained) == 1
+
+
+def test_a_verification_can_be_pickled() -> None:
+    found = verify(PROBE, IMPOSTOR)
+    copy = pickle.loads(pickle.dumps(found))
+    assert (copy.reason, copy.transform) == (found.reason, found.transform)
+    assert copy.pairs.tolist() == found.pairs.tolist()

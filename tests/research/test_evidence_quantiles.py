@@ -11,14 +11,8 @@ from hypothesis import strategies as st
 
 from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
-from fpmatch.matching.score import (
-    AMOUNTS,
-    MODELS,
-    RATES,
-    SMALL_WITH_RIDGES,
-    WITH_RIDGES,
-    load_weights,
-)
+from fpmatch.matching.score import load_weights
+from fpmatch.matching.score_model import AMOUNTS, MODELS, RATES, SMALL_WITH_RIDGES, WITH_RIDGES
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from research.training.evidence_quantiles import (
     FORMS,

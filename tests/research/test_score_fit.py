@@ -15,14 +15,14 @@ from fpmatch.matching.bit_descriptors import descriptor_similarity
 from fpmatch.matching.compare import align
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.ridge_search import RidgeSearchParameters
-from fpmatch.matching.score import (
+from fpmatch.matching.score import evidence_scorer
+from fpmatch.matching.score_model import (
     FEATURES,
     MODELS,
     NO_PREFILTER,
     NO_QUANTILES,
     ScoreModel,
     ScoreWeights,
-    evidence_scorer,
 )
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 from research.training.score_fit import (

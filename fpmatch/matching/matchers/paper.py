@@ -1,7 +1,7 @@
 """Matcher "paper": the literal method of Choi, Lee and Lee on the positions of minutiae alone.
 
 `fpmatch.pointset.unit_circle.matcher` does the matching; here positions are brought to 500 dpi,
-and its result is put in the words of a comparison. Directions, kinds and qualities are not used,
+and its result becomes a `Comparison`. Directions, kinds and qualities are not used,
 and a missing or spurious minutia changes every one-ring it touches: this matcher is kept as the
 yardstick for its tolerant descendant, not for its error rates.
 
@@ -176,7 +176,7 @@ def matcher_with(
 
 
 def _why_nothing(alike: int, probe: PreparedPoints, reference: PreparedPoints) -> str:
-    """Say in words at which step of the method the two prints had nothing in common."""
+    """Return at which step of the method the two prints have nothing in common."""
     for side, points in (("probe", probe), ("reference", reference)):
         if len(points) < MIN_POINTS:
             return f"too few minutiae: {len(points)} in the {side}"

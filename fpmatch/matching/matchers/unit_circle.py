@@ -2,8 +2,8 @@
 
 The steps are those of the paper's Fig. 7: triangulate (`prepare`); match the neighbourhoods of the
 minutiae locally; relax the local matches, so that those that agree support each other; triangulate
-the pairs, and let their rings on the unit circle say which pairs hold, which are missing, and how
-well the two prints agree; fit the transform to the pairs.
+the pairs, whose rings on the unit circle show which pairs hold, which are missing, and how well the
+two prints agree; fit the transform to the pairs.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.matching import score
+from fpmatch.matching._amount_kernel import as_similarity
 from fpmatch.matching._compare_kernel import fit_pairs
-from fpmatch.matching._evidence_kernel import as_similarity
 from fpmatch.matching.compare import MIN_MINUTIAE, align, similarities, workspace_for
 from fpmatch.matching.explain import competing_pairs, explain, main_reason
 from fpmatch.matching.local import local_similarity
@@ -298,7 +298,7 @@ def _nothing(reason: str, similarity: float = 0.0) -> Comparison:
 
 
 def _too_few(probe: PreparedTemplate, reference: PreparedTemplate) -> str:
-    """Say which side has too few minutiae to expect anything of; "" if neither."""
+    """Return which side has too few minutiae to match; "" if neither."""
     few = [
         f"the {name} has no ridges"
         if not len(side) and not side.region.inside

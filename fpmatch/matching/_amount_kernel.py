@@ -1,0 +1,104 @@
+"""Kernel: how much of two prints is compared, and what so much evidence can amount to.
+
+Interpreted, the functions run as they stand.
+"""
+
+import cython
+
+if cython.compiled:
+    from cython.cimports.libc.math import exp, log, log1p, sqrt
+else:
+    from math import exp, log, log1p, sqrt
+
+COMPILED = cython.compiled
+
+LOG_10 = cython.declare(cython.double, 2.302585092994046)
+# Beyond about these amounts, more evidence does not change the quantiles of impostor comparisons;
+# areas are in square pixels at 500 dpi.
+ENOUGH_MINUTIAE = cython.declare(cython.double, 12.0)
+ENOUGH_AREA = cython.declare(cython.double, 30000.0)
+LEAST_AREA = cython.declare(cython.double, 256.0)
+UNIT_AREA = cython.declare(cython.double, 10000.0)
+LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a print's minutiae
+
+
+def smaller_area(a, b):
+    """Return the area of the smaller of two prints, in square pixels at 500 dpi."""
+    area = b.inside * (b.step * b.step)
+    smaller = a.inside * (a.step * a.step)
+    return area if area < smaller else smaller
+
+
+def common_cells(a, b, c, s, x, y):
+    """Return how many cells of A fall into the region of B."""
+    place = a.cell_at
+    # of cells of B: a step of A to the right, and the middle of the first cell of a row
+    right = c * a.step * b.per_px
+    down = s * a.step * b.per_px
+    columns = b.columns
+    rows = b.rows
+    cells = 0
+    for row in range(a.rows):
+        first_x = x * b.per_px + right * (a.first_column + 0.5) - b.first_column
+        first_x += down * (a.first_row + row + 0.5)
+        first_y = right * (a.first_row + row + 0.5) - b.first_row
+        first_y -= y * b.per_px + down * (a.first_column + 0.5)
+        for column in range(a.columns):
+            if a.cell[place] != 0:
+                bx = first_x + column * right
+                by = first_y - column * down
+                if 0.0 <= bx < columns and 0.0 <= by < rows:
+                    other = cython.cast(cython.Py_ssize_t, by) * b.columns
+                    other += cython.cast(cython.Py_ssize_t, bx)
+                    cells += b.cell[b.cell_at + other] != 0
+            place += 1
+    return cells
+
+
+def describe_amount(minutiae, area, term):
+    """Fill the terms of an amount of evidence; see `fpmatch.matching.score`."""
+    x = 1.0 / (saturated(minutiae, ENOUGH_MINUTIAE) + 1.0)
+    y = saturated(area, ENOUGH_AREA)
+    y = log((y if y > LEAST_AREA else LEAST_AREA) / UNIT_AREA)
+    term[0] = 1.0
+    term[1] = x
+    term[2] = x * x
+    term[3] = y
+    term[4] = x * y
+    return 0
+
+
+def poisson_decades(count, mean):
+    """Return Chernoff's bound of -log10 of the probability of `count` or more events.
+
+    They are of a Poisson distribution with this mean.
+    """
+    if mean <= 0.0:
+        return 1e9
+    if count <= mean:
+        return 0.0
+    return (count * log(count / mean) - count + mean) / LOG_10
+
+
+def quality_correction(squares, minutiae):
+    """Return the factor by which the minutiae of a print count more if all of them are poor.
+
+    `squares` is the sum of the squares of their qualities; its mean is raised to that of usual
+    prints.
+    """
+    least = LEAST_MEAN_SQUARE * minutiae
+    return least / squares if 0.0 < squares < least else 1.0
+
+
+def saturated(amount, enough):
+    """Return about the amount where it is much less than `enough`, else about `enough`."""
+    share = amount / enough
+    share = share * share
+    return amount / sqrt(sqrt(1.0 + share * share))
+
+
+def as_similarity(total):
+    """Return ``log(1 + e^total)``: positive, and for more than a few the sum itself."""
+    if total > 0.0:
+        return total + log1p(exp(-total))
+    return log1p(exp(total))

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fpmatch.errors import FpmatchError
-from fpmatch.matching.score import FEATURES
+from fpmatch.matching.score_model import FEATURES
 from fpmatch.synthesis.presets import PRESETS
 from fpmatch.synthesis.sensor import SENSORS
 from research.experiments.image_statistics import TITLES

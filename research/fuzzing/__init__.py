@@ -1,1 +1,1 @@
-"""Room."""
+"""Damaged files for every reader of templates and images."""

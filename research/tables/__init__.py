@@ -1,1 +1,1 @@
-"""Room."""
+"""The generated blocks of the documentation, from the results in ``docs/data``."""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Time `triangulate`, rings and all, against scipy.spatial.Delaunay on random points.
+"""Time `triangulate`, with its rings, against scipy.spatial.Delaunay on random points.
 
     .venv/bin/python benchmarks/delaunay.py
 

@@ -1,4 +1,4 @@
-"""Templates as a large gallery would hold them: sample prints, each disturbed its own way."""
+"""Templates of a large gallery: sample prints, each disturbed in another way."""
 
 from __future__ import annotations
 

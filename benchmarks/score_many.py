@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Score very many references against a few probes: rate, and the most memory it took.
+"""Score very many references against a few probes: comparisons a second, and peak memory.
 
     .venv/bin/python benchmarks/score_many.py [--references 100000] [--probes 10] [--workers 1]
 
-The references are what a gallery would hold: templates of the sample prints, disturbed, each its
-own way. The exit status is 1 where all processes together took 1 GB or more.
+The references are templates of the sample prints as galleries keep them, each disturbed in another
+way. The exit status is 1 where all processes together used 1 GB or more.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ REPORT_EVERY_S = 20.0
 
 
 class Disturbed:
-    """A side of templates, each disturbed in a way that is drawn from its number."""
+    """A source of templates, each disturbed at random by its number."""
 
     def __init__(self, place: str, count: int, templates: list[Template]) -> None:
         self.place = self.title = place
@@ -53,21 +53,21 @@ class Disturbed:
             yield StoredTemplate(pack_template(disturbed(template, number, len(self.place))))
 
 
-class Told:
-    """Tell now and then how far it has come."""
+class ProgressReport:
+    """Print the progress every few seconds."""
 
     def __init__(self) -> None:
         self._next = time.monotonic() + REPORT_EVERY_S
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Tell it."""
+        """Print it, where it is due."""
         if time.monotonic() >= self._next:
             self._next = time.monotonic() + REPORT_EVERY_S
             print(f"{stage}: {done:,} of {total:,}", file=sys.stderr, flush=True)
 
 
 def peak_bytes(workers: int) -> tuple[float, float]:
-    """Return the most memory that this process took, and that of its largest worker."""
+    """Return the peak memory of this process, and of its largest worker."""
     own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
     largest = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024.0
     return own, largest if workers > 1 else 0.0
@@ -91,7 +91,7 @@ def main() -> int:
             output,
             matcher=asked.matcher,
             engine=make_engine(asked.workers),
-            progress=Told(),
+            progress=ProgressReport(),
         )
         size = output.stat().st_size
     seconds = time.perf_counter() - begun

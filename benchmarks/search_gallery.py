@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Search a large gallery: how long it takes to open, and how many comparisons it makes a second.
+"""Search a large gallery: time to open it, and comparisons a second.
 
     .venv/bin/python benchmarks/search_gallery.py [--most 100000]
 
 For 1,000, 10,000 and 100,000 enrolled templates (or as many as `--most` allows) of sample prints,
 disturbed: seconds to enrol them, to open the gallery for the first search, which prepares it, and
-for a second one, which finds it prepared; comparisons a second on one core; bytes a template in
+for a second one, when it is prepared; comparisons a second on one core; bytes a template in
 the database, and prepared.
 """
 

@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
-"""Ask one server for much at once: are the answers right, and does its memory come back.
+"""Send one server many requests at once: are the answers right, and is its memory freed.
 
     .venv/bin/python benchmarks/serve_load.py [--clients 20] [--requests 200] [--workers 2]
 
-Starts `fpmatch serve`, asks for every pair of some sample prints once, then lets clients ask for
-them at random, all at once, two fifths with a broken file. Reported are seconds of a single
-answer and of all, what was refused (503) and how often a client had to ask again, answers that
-differ from those given alone, and the memory of server and workers (proportional set size, Linux
-only) before and after.
+Starts `fpmatch serve`, requests every pair of some sample prints once, then lets clients request
+them at random, all at once, two fifths with a broken file. Reported are seconds of a single answer
+and of all, refusals (503) and repeated requests, answers that differ from those to single requests,
+and the memory of server and workers (proportional set size, Linux only) before and after.
 """
 
 from __future__ import annotations

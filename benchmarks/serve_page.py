@@ -4,8 +4,8 @@
     .venv/bin/python benchmarks/serve_page.py [--runs 9]
 
 Needs chromium, chromedriver and the extra `browser`. Starts `fpmatch serve` on two processes, opens
-the page anew for each run, drops two sample prints on it at once, and waits until the decision can
-be read. The first run is of a server that has answered nothing yet.
+the page again for each run, drops two sample prints on it at once, and waits for the decision. The
+first run is of a server without any earlier request.
 """
 
 from __future__ import annotations

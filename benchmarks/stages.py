@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Show where the time of an extraction, of a comparison and of `verify` goes.
+"""Measure the times of the stages of an extraction, of a comparison and of `verify`.
 
     .venv/bin/python benchmarks/stages.py [--json FILE]
 
-CPU time, the median of many: of the stages of the extraction as the recorder sees them, on one
-thread; of what comes before and after it; and of one `fpmatch verify`, a process of its own, where
-everything happens for the first time.
+They are CPU times, medians of many runs: of the stages of the extraction, by the recorder, on one
+thread; of the steps before and after it; and of one `fpmatch verify` in a process of its own, where
+everything runs for the first time.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from fpmatch.image.extract import extract
 if TYPE_CHECKING:
     from fpmatch.image.io.read import GreyImage
 
-# The peak of the process's own memory; what `resource` tells includes the process it came from.
+# The peak of the process's own memory; that of `resource` includes its parent process.
 PEAK = """
 {}
 with open("/proc/self/status") as status:
@@ -48,7 +48,9 @@ def test_extraction_of_four_times_the_foreground(
 
 
 @wall("extraction, peak memory")
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells the peak")
+@pytest.mark.skipif(
+    not Path("/proc/self/status").exists(), reason="peak on Linux alone"
+)
 def test_peak_memory(benchmark: Any, environment: dict[str, str]) -> None:
     """Extract the minutiae of one print in a process of its own; beside it, the bare imports."""
     path = Path(__file__).resolve().parents[2] / "sample_data" / "101_1.tif"

@@ -1,7 +1,7 @@
 """Statistics of the images of a database: ridge period, area, minutiae, grey levels.
 
 Synthetic prints are compared with real ones in this way. Databases with the same statistics may
-still differ; those that differ in one of them can be told apart by it.
+still differ; those that differ in one of them can be distinguished by it.
 """
 
 from __future__ import annotations

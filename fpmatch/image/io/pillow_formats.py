@@ -148,14 +148,12 @@ def _unknown_kind(data: bytes) -> str:
     """Describe a TIFF whose tags are intact but whose kind is not supported; else return ""."""
     try:
         header = data[:8] if data[2:3] == b"*" or data[3:4] == b"*" else data[:16]
-        tags = TiffImagePlugin.ImageFileDirectory_v2(header)
         stream = BytesIO(data)
-        stream.seek(tags.next)
         with _decoder_warnings_held():
+            tags = TiffImagePlugin.ImageFileDirectory_v2(header)
+            stream.seek(tags.next)
             tags.load(stream)
-        bits = tags.get(TIFF_BITS_PER_SAMPLE, (1,))
-        return f"{'/'.join(map(str, bits[:4]))} bits a sample and compression " + str(
-            int(tags[TIFF_COMPRESSION])
-        )
+            bits = "/".join(map(str, tags.get(TIFF_BITS_PER_SAMPLE, (1,))[:4]))
+            return f"{bits} bits a sample and compression {int(tags[TIFF_COMPRESSION])}"
     except Exception:  # noqa: BLE001  # damaged tags
         return ""

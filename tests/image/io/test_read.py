@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import os
 import warnings
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image, TiffImagePlugin
 
-from fpmatch.errors import FpmatchError, ImageError, ImageReadError, ResolutionError
+from fpmatch.errors import ImageError, ImageReadError, ResolutionError
 from fpmatch.image.io.read import GreyImage, ImageLimits, as_grey, decode_image, read_image
 
 Pixels = NDArray[np.uint8]
@@ -46,9 +43,10 @@ def test_bytes_are_read_as_the_file_is(tmp_path: Path, grey: Pixels) -> None:
             decode_image(data, "sent.png", limits=ImageLimits(max_file_megabytes=1))
 
 
-@pytest.mark.parametrize("suffix", ["tif", "png", "bmp", "pgm", "gif"])
-def test_lossless_formats_give_the_pixels_back(tmp_path: Path, grey: Pixels, suffix: str) -> None:
-    path = save(tmp_path / f"print.{suffix}", Image.fromarray(grey))
+@pytest.mark.parametrize("name", ["a.tif", "a.png", "a.bmp", "a.pgm", "a.gif", "TIFF.png"])
+def test_lossless_formats_give_the_pixels_back(tmp_path: Path, grey: Pixels, name: str) -> None:
+    kind = "TIFF" if name.startswith("TIFF") else None  # found by content, not by name
+    path = save(tmp_path / name, Image.fromarray(grey), format=kind)
     assert np.array_equal(read_image(path).pixels, grey)
 
 
@@ -65,11 +63,6 @@ def test_lossy_formats_come_close(
     path = save(tmp_path / f"print.{suffix}", Image.fromarray(whorl), quality=95)
     error = np.abs(read_image(path).pixels.astype(int) - whorl)
     assert error.mean() < tolerance
-
-
-def test_the_format_is_found_by_content(tmp_path: Path, grey: Pixels) -> None:
-    path = save(tmp_path / "print.png", Image.fromarray(grey), format="TIFF")
-    assert np.array_equal(read_image(path).pixels, grey)
 
 
 @pytest.mark.parametrize("suffix", ["tif", "png", "pgm"])
@@ -126,12 +119,6 @@ def test_resolution_comes_from_the_tag(
     assert read_image(path).dpi == dpi
 
 
-def test_resolution_per_centimetre(tmp_path: Path, grey: Pixels) -> None:
-    picture = Image.fromarray(grey)
-    path = save(tmp_path / "print.tif", picture, resolution_unit="cm", resolution=200.0)
-    assert read_image(path).dpi == pytest.approx(508.0)
-
-
 @pytest.mark.parametrize("dpi", [(1, 1), (72, 72), (96, 96), (100, 100), (4001, 4001), (500, 600)])
 def test_a_placeholder_for_the_resolution_is_unknown(
     tmp_path: Path, grey: Pixels, dpi: tuple[int, int]
@@ -172,18 +159,6 @@ def test_a_file_without_permission(tmp_path: Path, grey: Pixels) -> None:
         read_image(path)
 
 
-@pytest.mark.parametrize("suffix", ["tif", "png", "bmp", "jpg", "pgm", "gif"])
-@pytest.mark.parametrize("share", [0.05, 0.5, 0.9])
-def test_a_truncated_file_is_damaged(
-    tmp_path: Path, rng: np.random.Generator, suffix: str, share: float
-) -> None:
-    noise = rng.integers(0, 256, (80, 70), dtype=np.uint8)
-    path = save(tmp_path / f"print.{suffix}", Image.fromarray(noise))
-    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
-    with pytest.raises(ImageReadError, match="damaged"):
-        read_image(path)
-
-
 def test_sizes_beyond_the_limits(tmp_path: Path) -> None:
     sizes = {
         (47, 300): "image of 47 x 300 pixels is smaller than one ridge neighbourhood",
@@ -217,27 +192,6 @@ def test_formats_that_start_other_programs_stay_shut(tmp_path: Path, grey: Pixel
     path = save(tmp_path / "print.eps", Image.fromarray(grey))
     with pytest.raises(ImageReadError, match="not an image of a known format"):
         read_image(path)
-
-
-@given(
-    st.binary(max_size=400),
-    st.sampled_from(["TIFF", "PNG", "BMP", "JPEG", "PPM", "GIF", "WEBP", "JPEG2000"]),
-    st.integers(2, 80),
-)
-def test_arbitrary_bytes_are_refused_in_words(
-    tmp_path_factory: pytest.TempPathFactory, data: bytes, start: str, kept: int
-) -> None:
-    whole = BytesIO()
-    Image.new("L", (64, 64), 128).save(whole, format=start)
-    path = tmp_path_factory.mktemp("bytes") / "print"
-    path.write_bytes(whole.getvalue()[:kept] + data)
-    message = f"{path}: (as it should be)"
-    try:
-        assert min(read_image(path).pixels.shape) >= ImageLimits().min_side_px
-    except FpmatchError as error:
-        message = str(error)
-    assert message.startswith(f"{path}: ")
-    assert "\n" not in message
 
 
 def test_arrays_of_every_type_mean_the_same(grey: Pixels) -> None:

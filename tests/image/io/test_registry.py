@@ -1,4 +1,4 @@
-"""Every image format: what is read of it, and what damage does to it, which is raise in words."""
+"""Every image format: what is read of it, and the one-line errors for damage."""
 
 from __future__ import annotations
 
@@ -57,13 +57,6 @@ def test_damage_raises_in_words_and_does_nothing_else(name: str, data: st.DataOb
     assert "\n" not in words
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_half_a_file_is_damaged(name: str) -> None:
-    whole = FILES[name]
-    with pytest.raises(ImageReadError, match="damaged"):
-        decoded(whole[: len(whole) // 2])
-
-
 def bare_tiff(bits: int, samples: bytes) -> bytes:
     """Return a TIFF of the size of `GREY` whose samples are these bytes."""
     height, width = GREY.shape
@@ -76,13 +69,13 @@ def bare_tiff(bits: int, samples: bytes) -> bytes:
     return b"II*\x00" + (8).to_bytes(4, "little") + directory + bytes(4) + samples
 
 
-@pytest.mark.parametrize("share", [0.3, 0.7, 0.9, 0.95])
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.5, 0.7, 0.95])
 @pytest.mark.parametrize("name", FILES)
 def test_a_truncated_file_is_never_read_in_silence(name: str, share: float) -> None:
     part = FILES[name][: int(share * len(FILES[name]))]
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
-        with pytest.raises(ImageReadError):
+        with pytest.raises(ImageReadError, match="damaged" if share == 0.5 else None):
             decoded(part)
     assert not heard
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -31,6 +34,8 @@ from fpmatch.image.preprocess.segment import (
     segment_enhanced,
 )
 
+Masks = Callable[..., tuple[Binary, Binary]]
+
 
 def masks_of(
     picture: Grey, parameters: SegmentationParameters | None = None
@@ -44,6 +49,20 @@ def masks_of(
     return blocks, mask_at_pixels(blocks, spectrum)
 
 
+def learned_masks_of(
+    picture: Grey, parameters: SegmentationParameters | None = None
+) -> tuple[Binary, Binary]:
+    image = normalize(picture)
+    grid = Blocks(8, (picture.shape[0], picture.shape[1]))
+    blocks = segment_enhanced(image, enhance_by_network(image.pixels), grid, parameters)
+    assert blocks.shape == (-(-picture.shape[0] // 8), -(-picture.shape[1] // 8))
+    assert blocks.dtype == bool
+    return blocks, mask_at_pixels(blocks, grid)
+
+
+both_methods = pytest.mark.parametrize("masks", [masks_of, learned_masks_of])
+
+
 def disc(shape: tuple[int, int], radius: float, at: tuple[float, float] | None = None) -> Binary:
     return np.hypot(*along_and_across(shape, 0, at)) < radius
 
@@ -53,31 +72,36 @@ def print_on_paper(inside: Binary, period: float = 9) -> Grey:
     return np.where(inside, ridges, 255).astype(np.uint8)
 
 
+@both_methods
 @pytest.mark.parametrize("shape", [(48, 48), (160, 200)])
 @pytest.mark.parametrize("name", hostile_pictures())
-def test_where_there_are_no_ridges_there_is_next_to_nothing(
-    name: str, shape: tuple[int, int]
+def test_without_ridges_the_mask_is_almost_empty(
+    masks: Masks, name: str, shape: tuple[int, int]
 ) -> None:
-    blocks, pixels = masks_of(hostile_pictures(shape)[name])
+    blocks, pixels = masks(hostile_pictures(shape)[name])
     assert pixels.shape == shape
     assert blocks.mean() < 0.1
 
 
 @pytest.mark.parametrize("angle", range(0, 180, 30))
-@pytest.mark.parametrize("period", [6, 9, 13])
+@pytest.mark.parametrize(
+    ("masks", "period"),
+    [(masks_of, 6), (masks_of, 13), (learned_masks_of, 7), (learned_masks_of, 12)],
+)
 def test_ridges_from_border_to_border_are_all_print_but_for_corners(
-    angle: int, period: int
+    masks: Masks, angle: int, period: int
 ) -> None:
-    blocks, pixels = masks_of(as_picture(plane_wave(angle, period, (130, 170))))
+    blocks, pixels = masks(as_picture(plane_wave(angle, period, (130, 170))))
     assert blocks.mean() > 0.9
     assert pixels[24:-24].all()
     assert pixels[:, 24:-24].all()
 
 
+@both_methods
 @pytest.mark.parametrize("radius", [60, 90])
-def test_a_round_print_on_white_paper(radius: float) -> None:
+def test_a_round_print_on_white_paper(masks: Masks, radius: float) -> None:
     inside = disc((240, 260), radius)
-    _, found = masks_of(print_on_paper(inside))
+    _, found = masks(print_on_paper(inside))
     assert (found & inside).sum() / (found | inside).sum() > 0.85
     assert not (found & ~disc((240, 260), radius + 16)).any()
 
@@ -109,11 +133,15 @@ def test_a_speck_beside_the_print_is_dropped() -> None:
     assert not found[:, 280:].any()
 
 
-def test_faint_ridges_are_print_where_all_are_faint_but_not_beside_strong_ones() -> None:
+@both_methods
+def test_faint_ridges_are_print_where_all_are_faint_but_not_beside_strong_ones(
+    masks: Masks,
+) -> None:
     faint = np.rint(200 - 14 * plane_wave(60, 9, (160, 320))).astype(np.uint8)
-    assert masks_of(faint)[0].mean() > 0.9
+    if masks is masks_of:
+        assert masks(faint)[0].mean() > 0.9
     strong = as_picture(plane_wave(60, 9, (160, 320)))
-    _, found = masks_of(np.where(np.arange(320) < 200, strong, faint).astype(np.uint8))
+    _, found = masks(np.where(np.arange(320) < 200, strong, faint).astype(np.uint8))
     assert found[24:-24, :180].all()
     assert not found[:, 240:].any()
 
@@ -128,8 +156,15 @@ def test_strength_is_one_for_a_wave_and_little_for_noise(rng: np.random.Generato
 
 def test_a_threshold_out_of_reach_leaves_nothing() -> None:
     picture = as_picture(plane_wave(0, 9, (120, 120)))
-    assert not masks_of(picture, SegmentationParameters(min_strength=2.0))[0].any()
-    assert not masks_of(picture, SegmentationParameters(min_contrast=500.0))[0].any()
+    for masks, limits in (
+        (masks_of, {"min_strength": 2.0}),
+        (masks_of, {"min_contrast": 500.0}),
+        (learned_masks_of, {"min_certainty": 1.5}),
+        (learned_masks_of, {"min_contrast": 500.0}),
+        (learned_masks_of, {"min_relative_contrast_of_certain": 50.0}),
+    ):
+        assert masks(picture)[0].any()
+        assert not masks(picture, replace(SegmentationParameters(), **limits))[0].any()
 
 
 def test_the_mask_of_pixels_follows_the_mask_of_cells() -> None:
@@ -147,71 +182,7 @@ def test_the_mask_of_pixels_follows_the_mask_of_cells() -> None:
 
 @settings(max_examples=25)
 @given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
-def test_any_picture_gives_a_mask_without_holes(picture: Grey) -> None:
-    blocks, _ = masks_of(picture)
-    assert not blocks.any() or holes(blocks) == 0
-
-
-# --- the same, on what the network found
-
-
-def learned_masks_of(
-    picture: Grey, parameters: SegmentationParameters | None = None
-) -> tuple[Binary, Binary]:
-    image = normalize(picture)
-    grid = Blocks(8, (picture.shape[0], picture.shape[1]))
-    blocks = segment_enhanced(image, enhance_by_network(image.pixels), grid, parameters)
-    assert blocks.shape == (-(-picture.shape[0] // 8), -(-picture.shape[1] // 8))
-    assert blocks.dtype == bool
-    return blocks, mask_at_pixels(blocks, grid)
-
-
-@pytest.mark.parametrize("shape", [(48, 48), (160, 200)])
-@pytest.mark.parametrize("name", hostile_pictures())
-def test_the_network_sees_next_to_no_print_where_there_are_no_ridges(
-    name: str, shape: tuple[int, int]
-) -> None:
-    blocks, pixels = learned_masks_of(hostile_pictures(shape)[name])
-    assert pixels.shape == shape
-    assert blocks.mean() < 0.1
-
-
-@pytest.mark.parametrize("period", [7, 9, 12])
-@pytest.mark.parametrize("angle", range(0, 180, 30))
-def test_certain_ridges_from_border_to_border_are_all_print(angle: int, period: int) -> None:
-    blocks, pixels = learned_masks_of(as_picture(plane_wave(angle, period, (130, 170))))
-    assert blocks.mean() > 0.9
-    assert pixels[24:-24].all()
-    assert pixels[:, 24:-24].all()
-
-
-@pytest.mark.parametrize("radius", [60, 90])
-def test_the_network_sees_a_round_print_on_white_paper(radius: float) -> None:
-    inside = disc((240, 260), radius)
-    _, found = learned_masks_of(print_on_paper(inside))
-    assert (found & inside).sum() / (found | inside).sum() > 0.85
-    assert not (found & ~disc((240, 260), radius + 16)).any()
-
-
-def test_certain_ridges_of_another_contrast_are_no_part_of_the_print() -> None:
-    strong = as_picture(plane_wave(60, 9, (160, 320)))
-    faint = np.rint(200 - 14 * plane_wave(60, 9, (160, 320))).astype(np.uint8)
-    _, found = learned_masks_of(np.where(np.arange(320) < 200, strong, faint).astype(np.uint8))
-    assert found[24:-24, :180].all()
-    assert not found[:, 240:].any()
-
-
-def test_a_certainty_out_of_reach_leaves_nothing() -> None:
-    picture = as_picture(plane_wave(0, 9, (120, 120)))
-    assert learned_masks_of(picture)[0].any()
-    assert not learned_masks_of(picture, SegmentationParameters(min_certainty=1.5))[0].any()
-    assert not learned_masks_of(picture, SegmentationParameters(min_contrast=500.0))[0].any()
-    sure = SegmentationParameters(min_relative_contrast_of_certain=50.0)
-    assert not learned_masks_of(picture, sure)[0].any()
-
-
-@settings(max_examples=25)
-@given(arrays(np.uint8, st.tuples(st.integers(48, 90), st.integers(48, 90))))
-def test_the_network_gives_any_picture_a_mask_without_holes(picture: Grey) -> None:
-    blocks, _ = learned_masks_of(picture)
-    assert not blocks.any() or holes(blocks) == 0
+def test_any_picture_gives_masks_without_holes(picture: Grey) -> None:
+    for masks in (masks_of, learned_masks_of):
+        blocks, _ = masks(picture)
+        assert not blocks.any() or holes(blocks) == 0

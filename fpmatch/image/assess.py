@@ -22,15 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class AssessedPrint:
-    """Hold what extraction found in an image.
-
-    Parameters
-    ----------
-    template : Template
-        Minutiae and ridge field.
-    quality : PrintQuality
-        Score of the image, and its faults.
-    """
+    """Hold the template that extraction found in an image, and the quality of the image."""
 
     template: Template
     quality: PrintQuality

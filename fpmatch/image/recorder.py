@@ -26,18 +26,9 @@ class Recorder(Protocol):
 
 
 class UncropRecorder:
-    """Pass the stages of a box of an image to a recorder, each padded to the whole image.
+    """Pass the stages of a box of an image of `shape` to a recorder, padded to the whole image.
 
     The padding is 0, or NaN for stages that may be unknown.
-
-    Parameters
-    ----------
-    recorder : Recorder or None
-        Receives the stages that it wants.
-    box : Box
-        Part of the image that the stages work on.
-    shape : tuple of int
-        Height and width of the image.
     """
 
     def __init__(self, recorder: Recorder | None, box: Box, shape: tuple[int, int]) -> None:

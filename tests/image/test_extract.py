@@ -107,60 +107,32 @@ def test_a_picture_without_a_print_gives_next_to_nothing(
         assert template.field is None
 
 
-@both_ways
-@pytest.mark.parametrize("dpi", [100, 250, 1000])
-def test_noise_of_any_resolution_is_borne(way: str, dpi: float) -> None:
-    template = extract(hostile_pictures((100, 120))["noise"], dpi=dpi, enhance=way)
-    assert (template.width, template.height, template.dpi) == (120, 100, dpi)
-    m = template.minutiae
-    assert ((m.x >= 0) & (m.x < 120) & (m.y >= 0) & (m.y < 100)).all()
-
-
-@settings(max_examples=20)
-@given(st.sampled_from(WAYS), arrays(np.uint8, st.tuples(st.integers(48, 70), st.integers(48, 70))))
-def test_any_picture_gives_minutiae_inside_it(way: str, picture: Grey) -> None:
-    template = extract(picture, dpi=500, enhance=way)
-    height, width = picture.shape
-    m = template.minutiae
-    assert (template.width, template.height) == (width, height)
-    assert ((m.x >= 0) & (m.x <= width - 1) & (m.y >= 0) & (m.y <= height - 1)).all()
-    assert set(m.kind.tolist()) <= {MinutiaKind.ENDING, MinutiaKind.BIFURCATION}
-
-
-@settings(max_examples=12)
+@settings(max_examples=40)
 @given(
     st.sampled_from(WAYS),
-    st.integers(0, 2**32 - 1),
-    st.tuples(st.integers(48, 110), st.integers(48, 110)),
-    st.sampled_from([100.0, 400.0, 500.0, 731.5]),
-    st.integers(1, 9),
+    arrays(np.uint8, st.tuples(st.integers(48, 110), st.integers(48, 110))),
+    st.sampled_from([100.0, 250.0, 500.0, 731.5, 1000.0]),
+    st.integers(0, 9),
 )
-def test_blobs_of_noise_give_minutiae_inside_them(
-    way: str, seed: int, shape: tuple[int, int], dpi: float, grain: int
-) -> None:
-    noise = np.random.default_rng(seed).integers(0, 256, shape, dtype=np.uint8)
-    template = extract(cv2.GaussianBlur(noise, (2 * grain + 1,) * 2, 0), dpi=dpi, enhance=way)
+def test_any_image_gives_minutiae_inside_it(way: str, noise: Grey, dpi: float, grain: int) -> None:
+    image = cv2.GaussianBlur(noise, (2 * grain + 1,) * 2, 0)
+    template = extract(image, dpi=dpi, enhance=way)
+    height, width = image.shape
     m = template.minutiae
-    assert ((m.x >= -0.5) & (m.x < shape[1]) & (m.y >= -0.5) & (m.y < shape[0])).all()
+    assert (template.width, template.height, template.dpi) == (width, height, dpi)
+    assert ((m.x >= -0.5) & (m.x < width) & (m.y >= -0.5) & (m.y < height)).all()
+    assert set(m.kind.tolist()) <= {MinutiaKind.ENDING, MinutiaKind.BIFURCATION}
 
 
 # --- bad input
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_an_array_that_is_not_finite_is_refused(bad: float) -> None:
-    picture = np.full((80, 80), 0.5)
-    picture[40, 40] = bad
-    with pytest.raises(ImageError, match="NaN or infinite"):
-        extract(picture)
-
-
 @pytest.mark.parametrize(
-    "shape", [(47, 200), (200, 47), (80,), (80, 80, 2), (0, 0), (1, 80, 80, 3)]
+    "array", [np.full((80, 80), np.nan), np.zeros((47, 200), np.uint8), np.zeros((80, 80, 2))]
 )
-def test_an_array_that_is_no_picture_is_refused(shape: tuple[int, ...]) -> None:
+def test_an_array_that_is_no_image_is_refused(array: np.ndarray) -> None:
     with pytest.raises(ImageError):
-        extract(np.zeros(shape, np.uint8))
+        extract(array)
 
 
 @pytest.mark.parametrize("dpi", [0, 99, 4001, -500, math.nan, math.inf])
@@ -180,11 +152,6 @@ def test_a_file_that_is_no_picture_is_refused_by_name(tmp_path: Path) -> None:
     path.write_text("not a picture")
     with pytest.raises(ImageReadError, match=r"print\.tif"):
         extract(path)
-
-
-def test_an_image_of_no_pixels_is_refused() -> None:
-    with pytest.raises(ImageError, match="pixels"):
-        GreyImage(np.zeros((0, 80), np.uint8))
 
 
 # --- one minutia, known
@@ -318,32 +285,18 @@ def test_turning_the_picture_turns_the_minutiae(way: str, turns: int) -> None:
     assert share_found(expected, found, 4, 15) > LEAST[way][2]
 
 
-@pytest.mark.parametrize(
-    ("way", "left", "top"),
-    [("learned", 16, 32), ("learned", 64, 16), ("filters", 16, 24), ("filters", 64, 8)],
-)
-def test_a_white_border_moves_the_minutiae_by_exactly_its_width(
-    way: str, left: int, top: int
-) -> None:
+@both_ways
+@pytest.mark.parametrize(("left", "top"), [(16, 32), (64, 16), (13, 7), (40, 5), (3, 30)])
+def test_a_white_border_moves_the_minutiae_by_its_width(way: str, left: int, top: int) -> None:
     expected, found = [], []
     for name in SOME:
         m = template_of(name, way).minutiae
         expected.append(moved(m, m.x + left, m.y + top))
         framed = np.pad(pixels_of(name), ((top, 24), (left, 40)), constant_values=255)
         found.append(extract(framed, dpi=500, enhance=way).minutiae)
-    assert share_found(expected, found, 1e-3, 1e-3) > 0.9
-
-
-@both_ways
-@pytest.mark.parametrize(("left", "top"), [(13, 7), (40, 5), (3, 30)])
-def test_a_border_of_any_width_moves_most_minutiae_with_it(way: str, left: int, top: int) -> None:
-    expected, found = [], []
-    for name in SOME:
-        m = template_of(name, way).minutiae
-        expected.append(moved(m, m.x + left, m.y + top))
-        framed = np.pad(pixels_of(name), ((top, 9), (left, 11)), constant_values=255)
-        found.append(extract(framed, dpi=500, enhance=way).minutiae)
     assert share_found(expected, found, 3, 15) > LEAST[way][2]
+    if left % 16 == top % 16 == 0:  # whole steps of the network and of the blocks
+        assert share_found(expected, found, 1e-3, 1e-3) > 0.9
 
 
 @both_ways
@@ -494,15 +447,11 @@ def test_the_field_holds_a_picture_of_the_ridges(way: str) -> None:
         assert np.array_equal(np.array(drawn, bool).reshape(8, 8), of_cell)
 
 
-def test_the_network_is_the_usual_way() -> None:
+def test_the_network_is_the_default_enhancement_and_unknown_ones_are_refused() -> None:
     assert template_of("102_2", "learned") == extract(pixels_of("102_2"), dpi=500)
     assert template_of("102_2", "learned") != template_of("102_2", "filters")
-
-
-@pytest.mark.parametrize("way", ["", "Learned", "gabor"])
-def test_an_unknown_enhancement_is_refused_with_those_there_are(way: str) -> None:
-    with pytest.raises(ImageError, match=f"'{way}': there are learned, filters"):
-        extract(pixels_of("102_2"), enhance=way)
+    with pytest.raises(ImageError, match="'gabor': there are learned, filters"):
+        extract(pixels_of("102_2"), enhance="gabor")
 
 
 def test_all_parameters_are_frozen_and_have_defaults() -> None:

@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.background`: only what is meant to change does."""
+"""Only what is meant to change does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.classes`: natural shares, and singular points where each class has them."""
+"""Natural shares, and singular points where each class has them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.contact`: skin touches inside the outline; what is legible is known."""
+"""Skin touches inside the outline; what is legible is known."""
 
 from __future__ import annotations
 
@@ -14,16 +14,9 @@ SHAPE = (130, 110)
 Y, X = np.mgrid[-1.4 : 1.4 : SHAPE[0] * 1j, -1.4 : 1.4 : SHAPE[1] * 1j]
 RADIUS = np.hypot(X, Y)
 NONE = np.zeros(SHAPE)
+SMOOTH = {"unevenness": 0, "grain": 0, "max_scratches": 0, "max_spots": 0}
 EVEN = PressureParameters(
-    dryness=(0.1, 0.1),
-    unevenness=0,
-    tilt=(0, 0),
-    grain=0,
-    wear=(0, 0),
-    max_scratches=0,
-    max_spots=0,
-    outline=0,
-    ragged=0,
+    dryness=(0.1, 0.1), tilt=(0, 0), wear=(0, 0), outline=0, ragged=0, **SMOOTH
 )
 
 

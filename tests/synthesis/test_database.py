@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.database`: the same folder to the last byte, whatever happened on the way."""
+"""The same folder to the last byte, whatever happened on the way."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from PIL import Image
 
 from fpmatch.errors import DatasetError, FpmatchError, ImageError, OutputError
 from fpmatch.evaluation.dataset import load_dataset
-from fpmatch.synthesis import database
 from fpmatch.synthesis.database import DatabaseMade, make_database
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import plain_sensor
@@ -122,7 +121,6 @@ def test_the_truth_names_the_images_it_is_about(undisturbed: dict[str, bytes]) -
 KILLED = """
 import signal
 import sys
-from fpmatch.synthesis import database
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import plain_sensor
 if __name__ == "__main__":
@@ -254,11 +252,3 @@ def test_folders_that_cannot_be_written_are_refused(tmp_path: Path) -> None:
     make(tmp_path / "new", fingers=1)
     (tmp_path / "new" / "102_1.tif").mkdir()
     assert_refused(tmp_path / "new", r"102_1\.tif: cannot be read: ", OutputError)
-
-
-def test_a_full_disk_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(path: Path, content: bytes) -> None:
-        raise OutputError(f"{path}: cannot be written: no space left on device")
-
-    monkeypatch.setattr(database, "atomic_write_bytes", full)
-    assert_refused(tmp_path, "no space left", OutputError)

@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.lines`: thin lines, none where none are asked for."""
+"""Thin lines, none where none are asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.master`: the same finger everywhere, another finger in everything else."""
+"""The same finger everywhere, another finger in everything else."""
 
 from __future__ import annotations
 

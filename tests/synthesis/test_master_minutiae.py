@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.master_minutiae`: what is listed of drawn ridges, and what is not."""
+"""What is listed of drawn ridges, and what is not."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fpmatch.minutiae import Minutiae, MinutiaKind
-from fpmatch.synthesis.master_minutiae import crossing_numbers, list_minutiae
+from fpmatch.synthesis.master_minutiae import list_minutiae
 
 SIDE = 120
 MIDDLE = SIDE // 2
@@ -88,11 +88,3 @@ def test_nothing_is_listed_outside_the_silhouette() -> None:
     left[:, : MIDDLE - 10] = True
     assert len(minutiae_of([(0, 100)], silhouette=left)) == 0
     assert len(minutiae_of([(0, 100)], silhouette=~left)) == 1
-
-
-def test_crossing_numbers_of_an_ending_a_ridge_and_a_fork() -> None:
-    skeleton = np.zeros((7, 9), bool)
-    skeleton[3, 1:5] = True
-    skeleton[[2, 1, 4, 5], [5, 6, 5, 6]] = True
-    crossing = crossing_numbers(skeleton)
-    assert (crossing[3, 1], crossing[3, 2], crossing[3, 4]) == (1, 2, 3)

@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.noise`: unit deviation, smooth over its extent, the same for a seed."""
+"""Unit deviation, smooth over its extent, the same for a seed."""
 
 from __future__ import annotations
 

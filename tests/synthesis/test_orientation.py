@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.orientation`: singular where it should be, smooth elsewhere, arching."""
+"""Singular where it should be, smooth elsewhere, arching."""
 
 from __future__ import annotations
 

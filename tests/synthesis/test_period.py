@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.period`: about nine pixels, smooth, wider at the joint, a finger's own."""
+"""About nine pixels, smooth, wider at the joint, a finger's own."""
 
 from __future__ import annotations
 

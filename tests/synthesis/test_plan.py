@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.plan`: what a database was made from, said and compared."""
+"""What a database was made from, said and compared."""
 
 from __future__ import annotations
 

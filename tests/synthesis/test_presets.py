@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.presets`: four, each harder than the one before, and stretched prints."""
+"""Four, each harder than the one before, and stretched prints."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from fpmatch.synthesis.presets import PRESETS, preset_named
 
 def test_there_are_four_from_easy_to_hard_and_stretched_prints() -> None:
     assert list(PRESETS) == ["clean", "easy", "normal", "hard", "stretched"]
+    assert all(preset_named(name) is preset for name, preset in PRESETS.items())
     assert [preset.name for preset in PRESETS.values()] == list(PRESETS)
+    with pytest.raises(ImageError, match=r"^no preset 'harder': there are clean, easy, [^\n]*$"):
+        preset_named("harder")
 
 
 def test_each_turns_and_stretches_at_least_as_far_as_the_one_before() -> None:
@@ -38,12 +41,3 @@ def test_stretched_prints_differ_from_normal_ones_in_their_distortion_alone() ->
     same = {name: getattr(normal.placement, name) for name in ("torsion_deg", "traction")}
     placement = replace(stretched.placement, **same)
     assert replace(stretched, name="normal", placement=placement) == normal
-
-
-def test_a_preset_is_found_by_its_name() -> None:
-    assert preset_named("normal") is PRESETS["normal"]
-
-
-def test_an_unknown_preset_is_refused_by_name() -> None:
-    with pytest.raises(ImageError, match=r"^no preset 'harder': there are clean, easy, [^\n]*$"):
-        preset_named("harder")

@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.ridge_target`: the ridges of the finger, where the picture shows them."""
+"""The ridges of the finger, where the picture shows them."""
 
 from __future__ import annotations
 

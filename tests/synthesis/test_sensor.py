@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.sensor`: sizes and resolutions of the FVC sensors; no impossible ones."""
+"""Sizes and resolutions of the FVC sensors; no impossible ones."""
 
 from __future__ import annotations
 

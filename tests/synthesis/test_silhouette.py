@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.silhouette`: one piece without a hole, off the border, round at the tip."""
+"""One piece without a hole, off the border, round at the tip."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.skin`: roughness, pores and creases that belong to the finger."""
+"""Roughness, pores and creases that belong to the finger."""
 
 from __future__ import annotations
 
@@ -14,12 +14,6 @@ def master() -> Master:
     return make_master(3, 0, MasterParameters(shape=(120, 112)))
 
 
-def test_a_finger_has_the_same_skin_each_time(master: Master) -> None:
-    one, two = skin_of(master), skin_of(master)
-    np.testing.assert_array_equal(one.relief, two.relief)
-    np.testing.assert_array_equal(one.creases, two.creases)
-
-
 def test_another_finger_of_the_same_ridges_has_another_skin(master: Master) -> None:
     other = make_master(3, 1, MasterParameters(shape=(120, 112)))
     roughness, others = (skin_of(m).relief - m.relief for m in (master, other))
@@ -33,11 +27,8 @@ def test_pores_are_pits_on_crests_that_keep_apart(master: Master) -> None:
     pits = np.argwhere(depth > 0.7 * p.pore_depth)
     assert len(pits) > 20
     assert (master.relief[tuple(pits.T)] > 0).mean() > 0.95
-
-
-def test_valleys_have_no_pores() -> None:
     valley = np.full((50, 40), -1.0, np.float32)
-    assert not draw_pores(valley, np.random.default_rng(1), SkinParameters()).any()
+    assert not draw_pores(valley, np.random.default_rng(1), p).any()
 
 
 def test_without_roughness_pores_and_creases_the_skin_is_the_relief(master: Master) -> None:

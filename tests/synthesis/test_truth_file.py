@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.truth_file`: what the file says is what was done."""
+"""What the file says is what was done."""
 
 from __future__ import annotations
 

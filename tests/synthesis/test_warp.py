@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.warp`: both ways agree, the middle sticks, the outside moves as a whole."""
+"""Both ways agree, the middle sticks, the outside moves as a whole."""
 
 from __future__ import annotations
 
@@ -62,6 +62,7 @@ def test_the_middle_sticks_and_the_outside_follows_the_finger() -> None:
 def test_without_torsion_and_traction_a_warp_is_its_placement() -> None:
     still = Warp(PLACEMENT, (190.0, 170.0), (110.0, 160.0))
     np.testing.assert_allclose(still.from_master(GRID), PLACEMENT.apply(GRID))
+    assert WARP.from_master(GRID[:0]).shape == WARP.to_master(GRID[:0]).shape == (0, 2)
 
 
 def test_the_contact_turns_with_the_finger() -> None:
@@ -77,11 +78,6 @@ def test_drag_never_differs_more_than_the_steepness_says(rng: np.random.Generato
     apart = np.hypot(*(one - other).T)
     difference = np.hypot(*(WARP.drag(one) - WARP.drag(other)).T)
     assert (difference <= WARP.steepness * apart).all()
-
-
-def test_no_points_map_to_none() -> None:
-    assert WARP.from_master(np.empty((0, 2))).shape == (0, 2)
-    assert WARP.to_master(np.empty((0, 2))).shape == (0, 2)
 
 
 @pytest.mark.parametrize(

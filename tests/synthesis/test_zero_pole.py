@@ -1,4 +1,4 @@
-"""`fpmatch.synthesis.zero_pole`: half a turn around every core, half a turn back at every delta."""
+"""Half a turn around every core, half a turn back at every delta."""
 
 from __future__ import annotations
 

@@ -14,27 +14,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class BlendParameters:
-    """Set the blend; lengths in pixels at 500 dpi, amplitudes of the normalized image.
+    """Set the blend; lengths in pixels at 500 dpi, amplitudes of the normalized image."""
 
-    Parameters
-    ----------
-    rounds : int
-        How often orientation and period are measured again on the blend.
-    enhanced_share : float
-        Share of the enhanced image, 0 to 1.
-    window_sigma_px : float
-        Window over which the enhanced image is scaled to unit amplitude.
-    min_amplitude : float
-        Added to the local amplitude, so that noise is not amplified.
-    clip : float
-        Largest amplitude of the scaled image.
-    """
-
-    rounds: int = 1
+    rounds: int = 1  # how often orientation and period are measured again on the blend
     enhanced_share: float = 0.5
-    window_sigma_px: float = 12.0
-    min_amplitude: float = 0.05
-    clip: float = 2.0
+    window_sigma_px: float = 12.0  # in which the enhanced image is scaled to unit amplitude
+    min_amplitude: float = 0.05  # added to the local one, so that noise is not amplified
+    clip: float = 2.0  # largest amplitude of the scaled image
 
 
 def blend(

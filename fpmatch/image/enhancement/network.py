@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 NETWORK_FILE: Final = Path(__file__).with_name("network.onnx")
 NETWORK_SHA256: Final = "afb55ed31ea9b51a12ab0044e125623efeb70d38db7bb28c6d17f9794ce48f1a"
-PATCH_PX: Final = 4  # side of what is one place to the network
-SIDE_STEP_PX: Final = 16  # sides of what the network takes are multiples of this
-# OpenCV 5 has two engines, and its older, the only one of OpenCV 4, is the faster one here
+PATCH_PX: Final = 4  # side of a patch, one position of the network
+SIDE_STEP_PX: Final = 16  # the sides of its input are multiples of this
+# Of the two engines of OpenCV 5, the older one, which is that of OpenCV 4, is faster here.
 _ENGINE: Final = (cv2.dnn.ENGINE_CLASSIC,) if hasattr(cv2.dnn, "ENGINE_CLASSIC") else ()
 _own = threading.local()  # a network of OpenCV serves one thread
 

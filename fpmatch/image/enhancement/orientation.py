@@ -29,18 +29,10 @@ class OrientationParameters:
 
 @dataclass(frozen=True, slots=True)
 class OrientationField:
-    """Hold the local ridge orientation on blocks.
+    """Hold the local ridge orientation of blocks, (rows, columns)."""
 
-    Parameters
-    ----------
-    orientation : ndarray of float32, shape (rows, columns)
-        Radians in [0, π), counter-clockwise on screen from +x.
-    coherence : ndarray of float32, shape (rows, columns)
-        Agreement of the neighbourhood with that orientation, 0 (none) to 1.
-    """
-
-    orientation: NDArray[np.float32]
-    coherence: NDArray[np.float32]
+    orientation: NDArray[np.float32]  # radians in [0, π), counter-clockwise on screen from +x
+    coherence: NDArray[np.float32]  # agreement of the neighbourhood with it, 0 (none) to 1
 
 
 def ridge_orientation(

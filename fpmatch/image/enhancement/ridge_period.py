@@ -45,7 +45,7 @@ def ridge_period(
     weight = along / (spectrum.total + 1e-3)[..., None]
     by_period = np.einsum("ijaf,ija->ijf", spectrum.energy, weight)
     blurred = blur_blocks(by_period, p.smoothing_blocks)
-    blurred[blurred.max(axis=2) < _NO_ENERGY] = 1.0  # nothing to tell: all periods alike
+    blurred[blurred.max(axis=2) < _NO_ENERGY] = 1.0  # no evidence: all periods are equally likely
     peaked = (blurred / blurred.max(axis=2, keepdims=True)) ** p.peak_power
     log_period = (peaked @ np.log(spectrum.periods)) / peaked.sum(axis=2)
     return np.asarray(np.exp(log_period), np.float32)

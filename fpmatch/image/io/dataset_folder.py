@@ -36,24 +36,12 @@ _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class DatasetInfo:
-    """Hold the contents of ``dataset.toml``, which describe all prints of a folder.
+    """Hold the contents of ``dataset.toml``, which describe all prints of a folder."""
 
-    Parameters
-    ----------
-    name : str or None
-        Name of the database.
-    dpi : float or None
-        Resolution; None leaves it to each file's own tag.
-    sensor : str
-        Name of the sensor; "" where unknown.
-    polarity : str
-        "dark" or "white" ridges; "auto" where unknown.
-    """
-
-    name: str | None = None
-    dpi: float | None = None
+    name: str | None = None  # of the database
+    dpi: float | None = None  # None: each file's own
     sensor: str = ""
-    polarity: Polarity = "auto"
+    polarity: Polarity = "auto"  # "dark" or "white" ridges; "auto": unknown
 
 
 def images_in(folder: str | os.PathLike[str]) -> list[Path]:

@@ -54,7 +54,7 @@ def read_image(
         as those pixels.
     polarity : str
         "dark": the grey values stay; "white": they are inverted; "auto": they are inverted where
-        the print surely shows white ridges.
+        the print certainly shows white ridges.
     dpi : float, optional
         Resolution for finding the polarity; by default the file's own, and 500 where it has none.
 

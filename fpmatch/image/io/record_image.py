@@ -23,28 +23,14 @@ _DEPTH: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class RecordImage:
-    """Hold an image as a record contains it.
+    """Hold an image as a record describes it."""
 
-    Parameters
-    ----------
-    data : bytes
-        The compressed file, or the pixels.
-    compression : str
-        Its name in the standard; ``NONE`` for pixels.
-    width, height : int
-        Size in pixels according to the record.
-    depth : int
-        Bits of a pixel.
-    dpi : float or None
-        Resolution according to the record.
-    """
-
-    data: bytes = field(repr=False)
-    compression: str
-    width: int
+    data: bytes = field(repr=False)  # the compressed file, or the pixels
+    compression: str  # its name in the standard; NONE for pixels
+    width: int  # pixels, according to the record
     height: int
-    depth: int = _DEPTH
-    dpi: float | None = None
+    depth: int = _DEPTH  # bits of a pixel
+    dpi: float | None = None  # resolution according to the record
 
 
 def decode_record_image(

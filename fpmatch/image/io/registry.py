@@ -20,15 +20,8 @@ if TYPE_CHECKING:
 class ImageReader:
     """Read one format of image file.
 
-    Parameters
-    ----------
-    name : str
-        Name of the format.
-    signatures : tuple of bytes
-        First bytes of its files.
-    decode : callable
-        Decodes a file's bytes within `ImageLimits`; raises nothing but an `FpmatchError` that
-        names the reason and not the file, whatever the bytes are.
+    `signatures` are the first bytes of its files. `decode` raises nothing but an `FpmatchError`
+    that names the reason and not the file, whatever the bytes are.
     """
 
     name: str

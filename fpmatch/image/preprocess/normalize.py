@@ -14,7 +14,7 @@ from fpmatch.image.preprocess.foreground import local_range
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-SHRUNK_PX: Final = 4  # of the image, in a pixel of the smaller ones that means and areas come from
+SHRUNK_PX: Final = 4  # side of a pixel of the smaller images for means and areas
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,21 +31,11 @@ class NormalizationParameters:
 
 @dataclass(frozen=True, slots=True)
 class NormalizedImage:
-    """Hold a locally normalised image.
+    """Hold a locally normalized image, (H, W)."""
 
-    Parameters
-    ----------
-    pixels : ndarray of float32, shape (H, W)
-        Zero local mean, unit local deviation, ridges (dark skin lines) positive; 0 where invalid.
-    contrast : ndarray of float32, shape (H, W)
-        Local standard deviation of the grey levels.
-    valid : ndarray of bool, shape (H, W)
-        False in flat areas that touch the border of the image.
-    """
-
-    pixels: NDArray[np.float32]
-    contrast: NDArray[np.float32]
-    valid: NDArray[np.bool_]
+    pixels: NDArray[np.float32]  # zero mean, unit deviation, ridges positive; 0 where invalid
+    contrast: NDArray[np.float32]  # local standard deviation of the grey levels
+    valid: NDArray[np.bool_]  # False in flat areas that touch the border of the image
 
 
 def normalize(
@@ -98,7 +88,7 @@ class _Blur:
         shrunk = max(1, min(SHRUNK_PX, int(sigma / 2)))
         self.small = (-(-width // shrunk), -(-height // shrunk))
         self.large = (self.small[0] * shrunk, self.small[1] * shrunk)
-        # means of squares, and lines between them, blur too: by variances of (n² - 1) / 12 and / 6
+        # shrinking and interpolation blur as well: with variances of (n² - 1) / 12 and / 6
         self.sigma = math.sqrt(sigma * sigma - (shrunk**2 - 1) / 4) / shrunk
         self.share = self._blurred(weight) + np.float32(1e-6)
 

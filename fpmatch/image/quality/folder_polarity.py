@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.quality.polarity import Polarity
 
-MOST_IMAGES: Final = 32  # of a folder that are looked at, evenly chosen
+MOST_IMAGES: Final = 32  # sampled from a folder
 MOST_IN_ALL: Final = 256  # of all folders, unless there are more folders
 
 Read = TypeVar("Read")
@@ -30,16 +30,9 @@ Read = TypeVar("Read")
 
 @dataclass(frozen=True, slots=True)
 class PolarityReader(Generic[Read]):
-    """Read images with the polarity of their folders.
+    """Read images with the polarity of their folders, from `find_polarities`.
 
-    Parameters
-    ----------
-    reader : callable
-        Reads a file; takes ``polarity`` and ``dpi`` as `fpmatch.image.io.read.read_image`.
-    folders : mapping of Path to str
-        Polarity by folder, from `find_polarities`; "auto" for others.
-    dpi : float, optional
-        Resolution of all images; by default each file's own.
+    `reader` takes a path, ``polarity`` and ``dpi``, as `fpmatch.image.io.read.read_image` does.
     """
 
     reader: Callable[..., Read]
@@ -58,29 +51,13 @@ def find_polarities(
     dpi: float | None = None,
     reader: Callable[..., object] = read_image,
 ) -> dict[Path, Polarity]:
-    """Find the polarity of the folders of some images.
+    """Find the polarity of the folders of some images: "dark", "white" or "auto".
 
-    Parameters
-    ----------
-    paths : iterable of path-like
-        The images; files that cannot be read are skipped.
-    polarity : str
-        That of them all; "auto": the one in ``dataset.toml`` beside them, else that of the sum of
-        their evidence. Folders whose own images leave doubt are decided together.
-    dpi : float, optional
-        Resolution of them all; by default that of ``dataset.toml``, else each file's own.
-    reader : callable
-        Reads an image, as for `PolarityReader`.
-
-    Returns
-    -------
-    dict of Path to str
-        By folder: "dark", "white", or "auto" where each image decides for itself.
-
-    Raises
-    ------
-    DatasetError
-        If a ``dataset.toml`` is malformed.
+    It is `polarity` unless that is "auto"; else that of ``dataset.toml`` in the folder; else that
+    of the sum of the images' evidence, at `dpi`, else the resolution of ``dataset.toml`` or the
+    images' own. Folders whose own images leave doubt are decided together; "auto" leaves the
+    decision to each image. Files that cannot be read are skipped; `reader` is as for
+    `PolarityReader`. Raises DatasetError if a ``dataset.toml`` is malformed.
     """
     folders: dict[Path, list[Path]] = defaultdict(list)
     for path in map(Path, paths):

@@ -1,8 +1,9 @@
 """Polarity: whether a print shows its ridges white on black.
 
 Ridges and valleys differ as lines (see `fpmatch.image.quality.line_cues`); the weights of these
-cues were learned from synthetic prints by ``python -m research train polarity``. One sensor has one polarity,
-so the evidence of several images is summed. For a single image the background is weak evidence too.
+cues were learned from synthetic prints by ``python -m research train polarity``. One sensor has one
+polarity, so the evidence of several images is summed. For a single image the background is weak
+evidence too.
 """
 
 from __future__ import annotations

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -16,28 +18,43 @@ from fpmatch.image.enhancement.orientation import (
     ridge_orientation,
 )
 from fpmatch.image.enhancement.spectrum import RidgeSpectrum, SpectrumParameters, ridge_spectrum
-from fpmatch.image.preprocess.blocks import Blocks
+from fpmatch.image.preprocess.blocks import BlockGrid, Blocks
 
 EIGHT = SpectrumParameters(step_px=8)
+Field = Callable[..., tuple[OrientationField, BlockGrid]]
 
 
-def field_of(pixels: np.ndarray) -> tuple[OrientationField, RidgeSpectrum]:
-    spectrum = ridge_spectrum(pixels)
-    field = ridge_orientation(spectrum, np.ones(spectrum.total.shape, bool))
-    return field, spectrum
+def field_of(
+    pixels: np.ndarray, mask: np.ndarray | None = None
+) -> tuple[OrientationField, RidgeSpectrum]:
+    spectrum = ridge_spectrum(pixels, EIGHT)
+    whole = np.ones(spectrum.total.shape, bool)
+    return ridge_orientation(spectrum, whole if mask is None else mask), spectrum
+
+
+def enhanced_field_of(
+    pixels: np.ndarray, mask: np.ndarray | None = None
+) -> tuple[OrientationField, Blocks]:
+    grid = Blocks(8, (pixels.shape[0], pixels.shape[1]))
+    whole = np.ones((-(-grid.shape[0] // 8), -(-grid.shape[1] // 8)), bool)
+    return enhanced_orientation(pixels, whole if mask is None else mask, grid), grid
+
+
+both_methods = pytest.mark.parametrize("field", [field_of, enhanced_field_of])
 
 
 def error_deg(orientation: np.ndarray, true_deg: object) -> np.ndarray:
     return turn_between(np.degrees(orientation), true_deg, period_deg=180)
 
 
+@both_methods
 @pytest.mark.parametrize("period", [5.5, 9, 14])
 @pytest.mark.parametrize("angle", np.arange(0, 180, 11.25))
-def test_a_plane_wave_has_its_angle_everywhere(angle: float, period: float) -> None:
-    field, spectrum = field_of(plane_wave(angle, period))
-    assert error_deg(field.orientation[3:-3, 3:-3], angle).max() < 2
-    assert error_deg(orientation_at_pixels(field.orientation, spectrum)[24:-24], angle).max() < 6
-    assert field.coherence[3:-3, 3:-3].min() > 0.8
+def test_a_plane_wave_has_its_angle_everywhere(field: Field, angle: float, period: float) -> None:
+    found, grid = field(plane_wave(angle, period))
+    assert error_deg(found.orientation[3:-3, 3:-3], angle).max() < 2
+    assert error_deg(orientation_at_pixels(found.orientation, grid)[24:-24], angle).max() < 6
+    assert found.coherence[3:-3, 3:-3].min() > 0.8
 
 
 @given(st.floats(0, 180), st.floats(5.5, 14), st.floats(0, 7))
@@ -46,11 +63,12 @@ def test_any_plane_wave_has_its_angle(angle: float, period: float, phase: float)
     assert error_deg(field.orientation[3:5, 3:5], angle).max() < 3
 
 
+@both_methods
 @pytest.mark.parametrize("period", [6, 9, 12])
-def test_rings_run_around_their_centre(period: float) -> None:
+def test_rings_run_around_their_centre(field: Field, period: float) -> None:
     shape = (200, 240)
-    field, spectrum = field_of(concentric_rings(shape, period))
-    found = orientation_at_pixels(field.orientation, spectrum)
+    measured, grid = field(concentric_rings(shape, period))
+    found = orientation_at_pixels(measured.orientation, grid)
     along, across = along_and_across(shape, 0)
     around = np.degrees(np.arctan2(-across, along)) + 90
     radius = np.hypot(along, across)
@@ -70,14 +88,14 @@ def test_ridges_under_noise_keep_their_angle(rng: np.random.Generator) -> None:
     assert error_deg(field.orientation[3:-3, 3:-3], 70).max() < 10
 
 
-def test_what_lies_outside_the_mask_does_not_influence_what_is_inside() -> None:
+@both_methods
+def test_ridges_outside_the_mask_do_not_influence_those_inside(field: Field) -> None:
     pixels = plane_wave(20, 9, (96, 192))
     other = pixels.copy()
     other[:, 130:] = 5 * plane_wave(110, 7, (96, 62))
     mask = np.zeros((12, 24), bool)
     mask[:, :13] = True
-    one = ridge_orientation(ridge_spectrum(pixels, EIGHT), mask)
-    two = ridge_orientation(ridge_spectrum(other, EIGHT), mask)
+    (one, _), (two, _) = field(pixels, mask), field(other, mask)
     assert np.array_equal(one.orientation[:, :13], two.orientation[:, :13])
     assert np.array_equal(one.coherence[:, :13], two.coherence[:, :13])
     assert error_deg(one.orientation[2:-2, 2:13], 20).max() < 2
@@ -106,80 +124,21 @@ def test_an_orientation_of_pi_is_none() -> None:
     assert error_deg(found, 0).max() < 0.01
 
 
-@given(arrays(np.float32, (40, 50), elements=st.floats(-3, 3, width=32)), st.booleans())
-def test_any_pixels_give_angles_below_pi(pixels: np.ndarray, half: bool) -> None:
-    spectrum = ridge_spectrum(pixels)
-    mask = np.ones(spectrum.total.shape, bool)
-    mask[:, : mask.shape[1] // 2] = not half
-    field = ridge_orientation(spectrum, mask)
-    assert (field.orientation >= 0).all()
-    assert (field.orientation < np.float32(np.pi)).all()
-    assert (field.coherence >= 0).all()
-    assert (field.coherence <= 1.0001).all()
-    at_pixels = orientation_at_pixels(field.orientation, spectrum)
-    assert (at_pixels >= 0).all()
-    assert (at_pixels < np.float32(np.pi)).all()
-
-
-# --- the same, on an enhanced image
-
-
-def on_cells(shape: tuple[int, int]) -> tuple[Blocks, np.ndarray]:
-    """Return blocks of 8 pixels, and a mask of them that leaves nothing out."""
-    return Blocks(8, shape), np.ones((-(-shape[0] // 8), -(-shape[1] // 8)), bool)
-
-
-@pytest.mark.parametrize("period", [5.5, 9, 14])
-@pytest.mark.parametrize("angle", np.arange(0, 180, 11.25))
-def test_enhanced_ridges_have_the_angle_that_their_spectrum_has(
-    angle: float, period: float
-) -> None:
-    wave = plane_wave(angle, period)
-    grid, mask = on_cells(wave.shape)
-    found = enhanced_orientation(wave, mask, grid)
-    spectrum = ridge_spectrum(wave, EIGHT)
-    other = ridge_orientation(spectrum, np.ones(spectrum.total.shape, bool))
-    inside = np.s_[2:-2, 2:-2]
-    assert error_deg(found.orientation[inside], angle).max() < 2
-    assert error_deg(found.orientation[inside], np.degrees(other.orientation[inside])).max() < 3
-    assert found.coherence[inside].min() > 0.8
-
-
-@pytest.mark.parametrize("period", [6, 9, 12])
-def test_enhanced_rings_run_around_their_centre(period: float) -> None:
-    shape = (200, 240)
-    grid, mask = on_cells(shape)
-    field = enhanced_orientation(concentric_rings(shape, period), mask, grid)
-    found = orientation_at_pixels(field.orientation, grid)
-    along, across = along_and_across(shape, 0)
-    around = np.degrees(np.arctan2(-across, along)) + 90
-    radius = np.hypot(along, across)
-    ring = (radius > 35) & (radius < 85)
-    assert error_deg(found, around)[ring].max() < 6
-    assert error_deg(found, around)[ring].mean() < 2
-
-
-def test_enhanced_ridges_outside_the_mask_do_not_influence_those_inside() -> None:
-    one = plane_wave(20, 9, (96, 192))
-    other = one.copy()
-    other[:, 130:] = 5 * plane_wave(110, 7, (96, 62))
-    grid, mask = on_cells(one.shape)
-    mask[:, 16:] = False
-    first, second = (enhanced_orientation(pixels, mask, grid) for pixels in (one, other))
-    assert np.array_equal(first.orientation[:, :16], second.orientation[:, :16])
-    assert np.array_equal(first.coherence[:, :16], second.coherence[:, :16])
-
-
+@both_methods
 @given(
-    st.tuples(st.integers(1, 40), st.integers(1, 40)).flatmap(
-        lambda shape: arrays(np.float32, shape, elements=st.floats(-1, 1, width=32))
-    )
+    pixels=st.tuples(st.integers(1, 40), st.integers(1, 50)).flatmap(
+        lambda shape: arrays(np.float32, shape, elements=st.floats(-3, 3, width=32))
+    ),
+    half=st.booleans(),
 )
-def test_any_enhanced_image_gives_angles_below_pi(pixels: np.ndarray) -> None:
-    grid, mask = on_cells(pixels.shape)
-    field = enhanced_orientation(pixels, mask, grid)
-    assert field.orientation.shape == mask.shape
-    assert (field.orientation >= 0).all()
-    assert (field.orientation < np.float32(np.pi)).all()
-    assert (field.coherence >= 0).all()
-    assert (field.coherence <= 1.0001).all()
+def test_any_pixels_give_angles_below_pi(field: Field, pixels: np.ndarray, half: bool) -> None:
+    mask = np.ones([-(-side // 8) for side in pixels.shape], bool)
+    mask[:, : mask.shape[1] // 2] = not half
+    found, grid = field(pixels, mask)
+    assert found.orientation.shape == mask.shape
+    at_pixels = orientation_at_pixels(found.orientation, grid)
+    for angles in (found.orientation, at_pixels):
+        assert (angles >= 0).all()
+        assert (angles < np.float32(np.pi)).all()
+    assert (found.coherence >= 0).all()
+    assert (found.coherence <= 1.0001).all()

@@ -271,3 +271,5 @@ def test_a_grey_image_checks_itself(grey: Pixels) -> None:
         GreyImage(grey, 72)
     with pytest.raises(ImageError, match="two-dimensional array of uint8"):
         GreyImage(grey.astype(float))
+    with pytest.raises(ImageError, match="must have pixels"):
+        GreyImage(grey[:0])

@@ -33,6 +33,7 @@ P = SpuriousParameters(
 )
 SHAPE = (80, 100)
 RIDGE = ((15, 40), (85, 40))
+Stroke = tuple[tuple[int, int], tuple[int, int]]
 
 
 def kept_at(
@@ -63,28 +64,17 @@ def test_no_nodes_are_no_minutiae() -> None:
     assert not remove_spurs_and_islands(nothing, P).any()
 
 
-@pytest.mark.parametrize("length", [1, 3, 8])
-def test_a_spur_goes_and_its_ridge_stays_whole(length: int) -> None:
-    ridge = lines(SHAPE, RIDGE)
-    skeleton = lines(SHAPE, RIDGE, ((50, 39), (50, 40 - length)))
-    assert np.array_equal(remove_spurs_and_islands(skeleton, P), ridge)
-
-
-def test_a_longer_branch_is_no_spur() -> None:
-    skeleton = lines(SHAPE, RIDGE, ((50, 39), (50, 40 - P.max_spur_px - 1)))
-    assert np.array_equal(remove_spurs_and_islands(skeleton, P), skeleton)
-
-
-@pytest.mark.parametrize("length", [2, 6, 15])
-def test_an_island_goes(length: int) -> None:
-    ridge = lines(SHAPE, RIDGE)
-    skeleton = lines(SHAPE, RIDGE, ((50, 20), (50 + length - 1, 20)))
-    assert np.array_equal(remove_spurs_and_islands(skeleton, P), ridge)
-
-
-def test_a_longer_ridge_is_no_island() -> None:
-    skeleton = lines(SHAPE, RIDGE, ((50, 20), (50 + P.max_island_px + 1, 20)))
-    assert np.array_equal(remove_spurs_and_islands(skeleton, P), skeleton)
+@pytest.mark.parametrize(
+    ("stroke", "erased"),
+    [
+        *((((50, 39), (50, 40 - length)), length <= 8) for length in (1, 3, 8, 9)),  # a spur
+        *((((50, 20), (49 + length, 20)), length <= 15) for length in (2, 6, 15, 16)),  # an island
+    ],
+)
+def test_spurs_and_islands_up_to_their_limits_go(stroke: Stroke, erased: bool) -> None:
+    ridge, skeleton = lines(SHAPE, RIDGE), lines(SHAPE, RIDGE, stroke)
+    expected = ridge if erased else skeleton
+    assert np.array_equal(remove_spurs_and_islands(skeleton, P), expected)
 
 
 @pytest.mark.parametrize(("spur", "island"), [(20, 3), (3, 20), (0, 20), (20, 0), (0, 0)])
@@ -131,59 +121,43 @@ def test_a_minutia_keeps_its_distance_from_the_border(distance: int, turns: int)
     assert len(kept_at(skeleton)) == (1 if distance >= 4 else 0)
 
 
-BRIDGED_GAP = {4: 0, 8: 0, 9: 2, 20: 2}
-
-
-@pytest.mark.parametrize(("gap", "count"), BRIDGED_GAP.items())
-def test_a_bridge_between_two_ridges_is_no_pair_of_bifurcations(gap: int, count: int) -> None:
-    y = 30 + gap
-    skeleton = lines(SHAPE, ((0, 30), (99, 30)), ((0, y), (99, y)), ((50, 30), (50, y)))
-    assert len(kept_at(skeleton)) == count
-
-
 @pytest.mark.parametrize(("limit", "count"), [(8, 2), (20, 2), (30, 0)])
 def test_the_limit_for_bridges_may_exceed_that_for_directions(limit: int, count: int) -> None:
     skeleton = lines(SHAPE, ((0, 20), (99, 20)), ((0, 45), (99, 45)), ((50, 20), (50, 45)))
     assert len(kept_at(skeleton, parameters=replace(P, max_bridge_px=limit))) == count
 
 
-@pytest.mark.parametrize(("half", "count"), [(3, 0), (4, 0), (12, 2)])
-def test_a_lake_is_no_pair_of_bifurcations(half: int, count: int) -> None:
-    left, right = 50 - half, 50 + half
-    skeleton = lines(
-        SHAPE,
-        ((0, 40), (left, 40)),
-        ((left, 40), (50, 40 - half)),
-        ((50, 40 - half), (right, 40)),
-        ((left, 40), (50, 40 + half)),
-        ((50, 40 + half), (right, 40)),
-        ((right, 40), (99, 40)),
-    )
-    assert len(kept_at(skeleton)) == count
+def lake(half: int) -> list[Stroke]:
+    left, right, top, bottom = (50 - half, 40), (50 + half, 40), (50, 40 - half), (50, 40 + half)
+    around = [(left, top), (top, right), (left, bottom), (bottom, right)]
+    return [((0, 40), left), *around, (right, (99, 40))]
 
 
-@pytest.mark.parametrize(("gap", "count"), [(3, 0), (7, 0), (9, 0), (11, 2), (20, 2)])
-def test_the_ends_of_a_broken_ridge_are_no_minutiae(gap: int, count: int) -> None:
-    skeleton = lines(SHAPE, ((0, 40), (45, 40)), ((45 + gap, 40), (99, 40)))
-    assert len(kept_at(skeleton)) == count
+def two(first: Stroke, second: Stroke, down: int) -> list[Stroke]:
+    return [first, tuple((x, y + down) for x, y in second)]  # type: ignore[list-item]
 
 
-def test_two_ridges_that_end_side_by_side_are_not_broken() -> None:
-    assert len(kept_at(lines(SHAPE, ((0, 36), (50, 36)), ((0, 44), (50, 44))))) == 2
+WHOLE, LEFT, RIGHT = ((0, 30), (99, 30)), ((0, 30), (50, 30)), ((50, 30), (99, 30))
+STRUCTURES = {
+    "bridge": [
+        ([*two(WHOLE, WHOLE, gap), ((50, 30), (50, 30 + gap))], count)
+        for gap, count in ((4, 0), (8, 0), (9, 2), (20, 2))
+    ],
+    "lake": [(lake(half), count) for half, count in ((3, 0), (4, 0), (12, 2))],
+    "break": [
+        ([((0, 40), (45, 40)), ((45 + gap, 40), (99, 40))], count)
+        for gap, count in ((3, 0), (7, 0), (9, 0), (11, 2), (20, 2))
+    ],
+    "crowd": [(two(LEFT, LEFT, apart), n) for apart, n in ((3, 0), (5, 0), (6, 2), (9, 2))],
+    "overlap": [(two(((0, 30), (54, 30)), RIGHT, 8), 2)],
+    "crossing": [([((0, 40), (99, 40)), ((50, 0), (50, 79))], 0)],
+}
 
 
-def test_two_ridges_that_overlap_side_by_side_are_not_broken() -> None:
-    assert len(kept_at(lines(SHAPE, ((0, 36), (54, 36)), ((50, 44), (99, 44))))) == 2
-
-
-@pytest.mark.parametrize(("distance", "count"), [(3, 0), (5, 0), (6, 2), (9, 2)])
-def test_minutiae_that_crowd_each_other_go(distance: int, count: int) -> None:
-    skeleton = lines(SHAPE, ((0, 40), (50, 40)), ((0, 40 + distance), (50, 40 + distance)))
-    assert len(kept_at(skeleton)) == count
-
-
-def test_a_crossing_is_no_minutia() -> None:
-    assert kept_at(lines(SHAPE, ((0, 40), (99, 40)), ((50, 0), (50, 79)))) == set()
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_minutiae_of_known_causes_are_rejected(name: str) -> None:
+    for strokes, count in STRUCTURES[name]:
+        assert len(kept_at(lines(SHAPE, *strokes))) == count, strokes
 
 
 @pytest.mark.parametrize("degrees", range(0, 360, 15))
@@ -231,14 +205,12 @@ def test_directions_are_angles(binary: Binary) -> None:
 def loose_endings(rng: np.random.Generator, count: int) -> SkeletonNodes:
     """Return nodes at distinct places of a 60 x 60 image, joined to nothing."""
     y, x = np.divmod(np.sort(rng.permutation(3600)[:count]).astype(np.int32), np.int32(60))
-    return SkeletonNodes(
-        y=y,
-        x=x,
-        crossing_number=rng.choice(np.array([1, 3], np.uint8), count),
-        paths=np.zeros((count, 4, 1, 2), np.int32),
-        steps=np.zeros((count, 4), np.int32),
-        target=np.full((count, 4), -1, np.int32),
-    )
+    return unjoined(y, x, rng.choice(np.array([1, 3], np.uint8), count))
+
+
+def unjoined(y: np.ndarray, x: np.ndarray, number: np.ndarray) -> SkeletonNodes:
+    paths, steps = np.zeros((len(y), 4, 1, 2), np.int32), np.zeros((len(y), 4), np.int32)
+    return SkeletonNodes(y, x, number, paths, steps, target=np.full_like(steps, -1))
 
 
 def crowded_or_broken(
@@ -285,14 +257,7 @@ def test_crowding_agrees_with_a_look_at_every_pair(
 def test_many_nodes_do_not_take_the_memory_of_all_their_pairs() -> None:
     y, x = (9 * index.ravel().astype(np.int32) for index in np.mgrid[:141, :141])
     count = len(y)
-    nodes = SkeletonNodes(
-        y=y,
-        x=x,
-        crossing_number=np.full(count, 3, np.uint8),
-        paths=np.zeros((count, 4, 1, 2), np.int32),
-        steps=np.zeros((count, 4), np.int32),
-        target=np.full((count, 4), -1, np.int32),
-    )
+    nodes = unjoined(y, x, np.full(count, 3, np.uint8))
     p = replace(P, min_border_distance_px=0, min_mask_distance_px=0, crowded_px=9, broken_px=0)
     angle, mask = np.zeros(count, np.float32), np.ones((1270, 1270), bool)
     tracemalloc.start()

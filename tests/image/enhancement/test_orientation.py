@@ -57,12 +57,6 @@ def test_a_plane_wave_has_its_angle_everywhere(field: Field, angle: float, perio
     assert found.coherence[3:-3, 3:-3].min() > 0.8
 
 
-@given(st.floats(0, 180), st.floats(5.5, 14), st.floats(0, 7))
-def test_any_plane_wave_has_its_angle(angle: float, period: float, phase: float) -> None:
-    field, _ = field_of(plane_wave(angle, period, (64, 64), phase))
-    assert error_deg(field.orientation[3:5, 3:5], angle).max() < 3
-
-
 @both_methods
 @pytest.mark.parametrize("period", [6, 9, 12])
 def test_rings_run_around_their_centre(field: Field, period: float) -> None:

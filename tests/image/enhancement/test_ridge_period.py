@@ -25,17 +25,10 @@ def period_of(pixels: np.ndarray, mask: np.ndarray | None = None) -> np.ndarray:
     return ridge_period(spectrum, field, whole)
 
 
-@pytest.mark.parametrize("angle", [0, 17, 45, 90, 123, 170])
-@pytest.mark.parametrize("period", [6, 7, 8, 9, 10, 11, 12, 13])
-def test_a_plane_wave_has_its_period_everywhere(angle: float, period: float) -> None:
-    found = period_of(plane_wave(angle, period))
-    assert found[3:-3, 3:-3] == pytest.approx(period, rel=0.08)
-
-
-@given(st.floats(0, 180), st.floats(6.5, 12.5), st.floats(0, 7))
-def test_any_plane_wave_has_its_period(angle: float, period: float, phase: float) -> None:
-    found = period_of(plane_wave(angle, period, (72, 72), phase))
-    assert found[4, 4] == pytest.approx(period, rel=0.1)
+@given(st.floats(0, 180), st.floats(6, 13), st.floats(0, 7))
+def test_a_plane_wave_has_its_period_everywhere(angle: float, period: float, phase: float) -> None:
+    found = period_of(plane_wave(angle, period, phase=phase))
+    assert found[3:-3, 3:-3] == pytest.approx(period, rel=0.1)
 
 
 @pytest.mark.parametrize("period", [7, 9, 11])

@@ -76,6 +76,8 @@ def said(found: AssessedPrint) -> set[str]:
 def test_every_fault_is_named_and_no_other(fault: str) -> None:
     found = assess(*spoilt(fault))
     assert said(found) == {fault}
+    if fault in {"partial", "too small", "wrong resolution", "no ridges"}:
+        assert found.quality.score < assess(pressed(), 500).quality.score - 10
     assert fault in str(found.quality)
     assert "\n" not in str(found.quality)
 
@@ -94,11 +96,6 @@ def test_filters_judge_alike() -> None:
     assert abs(learned.quality.score - filters.quality.score) < 20
 
 
-@pytest.mark.parametrize("fault", ["partial", "too small", "wrong resolution", "no ridges"])
-def test_a_fault_costs_score(fault: str) -> None:
-    assert assess(*spoilt(fault)).quality.score < assess(pressed(), 500).quality.score - 10
-
-
 def test_the_likely_resolution_is_told() -> None:
     (reason,) = assess(*spoilt("wrong resolution")).quality.reasons
     assert reason.dpi == pytest.approx(350, rel=0.15)
@@ -115,10 +112,11 @@ def test_a_resolution_far_off_is_all_that_is_said_and_about_right(dpi: float) ->
 
 
 @pytest.mark.parametrize("sigma_px", [0.0, 0.7, 1.5, 3.0])
+@pytest.mark.parametrize("shape", [(200, 300), (48, 48), (60, 300)])
 def test_neither_noise_nor_blots_have_a_resolution(
-    sigma_px: float, rng: np.random.Generator
+    sigma_px: float, shape: tuple[int, int], rng: np.random.Generator
 ) -> None:
-    noise = rng.normal(0, 1, (200, 300))
+    noise = rng.normal(0, 1, shape)
     if sigma_px:
         noise = cv2.GaussianBlur(noise, (0, 0), sigma_px)
     grey = np.clip(128 + 60 * noise / noise.std(), 0, 255).astype(np.uint8)
@@ -127,12 +125,6 @@ def test_neither_noise_nor_blots_have_a_resolution(
 
 def test_the_template_is_that_of_extract() -> None:
     assert assess(pressed(), 500).template == extract(pressed(), 500)
-
-
-@pytest.mark.parametrize("shape", [(48, 48), (60, 300)])
-def test_noise_is_no_print(shape: tuple[int, int], rng: np.random.Generator) -> None:
-    noise = rng.integers(0, 256, shape).astype(np.uint8)
-    assert "wrong resolution" not in said(assess(noise, 500))
 
 
 @given(

@@ -121,6 +121,7 @@ def test_the_truth_names_the_images_it_is_about(undisturbed: dict[str, bytes]) -
 KILLED = """
 import signal
 import sys
+from fpmatch.synthesis import database
 from fpmatch.synthesis.master import MasterParameters
 from fpmatch.synthesis.plan import plain_sensor
 if __name__ == "__main__":

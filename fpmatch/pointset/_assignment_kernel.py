@@ -15,23 +15,12 @@ else:
 COMPILED = cython.compiled
 
 
-@cython.ccall
-def find_candidates(
-    p: cython.double[:, ::1],
-    grid: CellGrid,
-    move: cython.double[::1],
-    t2: cython.double,
-    most: cython.int,
-    start: cython.int[::1],
-    near: cython.int[::1],
-    cost: cython.double[::1],
-) -> cython.int:
+def find_candidates(p, grid, move, t2, most, start, near, cost):
     """Write the points of Q within t of each moved point of P, nearest first, at most `most`.
 
     Those of point i are the entries ``start[i]`` to ``start[i + 1]`` of ``near``; their cost is
     d² - t², at most 0.
     """
-    cython.declare(i=cython.Py_ssize_t, e=cython.Py_ssize_t)
     start[0] = 0
     for i in range(p.shape[1]):
         x = move[2] + move[0] * p[0, i] - move[1] * p[1, i]
@@ -42,28 +31,13 @@ def find_candidates(
     return start[p.shape[1]]
 
 
-@cython.ccall
-def assign(
-    start: cython.int[::1],
-    near: cython.int[::1],
-    cost: cython.double[::1],
-    least_gain: cython.double,
-    edge: cython.int[::1],
-    owner: cython.int[::1],
-    path: cython.double[::1],
-    work: cython.int[:, ::1],
-) -> cython.int:
+def assign(start, near, cost, least_gain, edge, owner, path, work):
     """Assign candidates to points at the least cost in all; return how many have one.
 
     ``edge[i]`` receives the candidate of point i, or -1 (during the search, its entry in ``near``);
     ``owner`` receives the point of each candidate. Improvements under `least_gain` are rounding.
     ``path`` (N,) and ``work`` (5, N) are work space.
     """
-    cython.declare(
-        size=cython.Py_ssize_t, s=cython.Py_ssize_t, e=cython.Py_ssize_t, head=cython.Py_ssize_t,
-        waiting=cython.Py_ssize_t, tail=cython.Py_ssize_t, i=cython.int, j=cython.int,
-        k=cython.int, end=cython.int, end_edge=cython.int, assigned=cython.int,
-    )  # fmt: skip
     came_from: cython.int[::1] = work[0]
     came_by: cython.int[::1] = work[1]
     stamp: cython.int[::1] = work[2]

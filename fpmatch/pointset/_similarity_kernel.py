@@ -16,29 +16,12 @@ else:
 COMPILED = cython.compiled
 
 
-@cython.ccall
-@cython.exceptval(check=False)
-def fit_lists(
-    px: cython.double[::1],
-    py: cython.double[::1],
-    p_list: cython.int[::1],
-    p_begin: cython.Py_ssize_t,
-    p0: cython.Py_ssize_t,
-    qx: cython.double[::1],
-    qy: cython.double[::1],
-    q_list: cython.int[::1],
-    q_begin: cython.Py_ssize_t,
-    q0: cython.Py_ssize_t,
-    count: cython.Py_ssize_t,
-    shift: cython.Py_ssize_t,
-    move: cython.double[::1],
-) -> cython.bint:
+def fit_lists(px, py, p_list, p_begin, p0, qx, qy, q_list, q_begin, q0, count, shift, move):
     """Fit `move` to the pair (p0, q0) and to `count` pairs of two lists; return whether there is one.
 
     Entry ``p_begin + j`` of `p_list` is paired with entry ``q_begin + (j + shift) % count`` of
     `q_list`. One pass over offsets from the first pair; without a fit `move` stays as it is.
     """
-    cython.declare(j=cython.Py_ssize_t, m=cython.Py_ssize_t, i=cython.Py_ssize_t, n=cython.double)
     x0 = px[p0]
     y0 = py[p0]
     u0 = qx[q0]
@@ -80,16 +63,11 @@ def fit_lists(
     return True
 
 
-@cython.ccall
-@cython.exceptval(check=False)
-def fit_partners(
-    p: cython.double[:, ::1], grid: CellGrid, partner: cython.int[::1], move: cython.double[::1]
-) -> cython.bint:
+def fit_partners(p, grid, partner, move):
     """Fit `move` to the points that have partners (not -1) in a grid; return whether there is one.
 
     Two passes: means, then centred sums; without a fit `move` stays as it is.
     """
-    cython.declare(i=cython.Py_ssize_t, at=cython.int, pairs=cython.int)
     pairs = 0
     px = py = qx = qy = 0.0
     for i in range(p.shape[1]):

@@ -21,17 +21,7 @@ COMPILED = cython.compiled
 REACHES = cython.declare(cython.int, 8)  # at which pairs are counted, each half the one before
 
 
-@cython.ccall
-def refine(
-    p: cython.double[:, ::1],
-    grid: CellGrid,
-    t2: cython.double,
-    max_rounds: cython.int,
-    owner: cython.int[::1],
-    partner: cython.int[::1],
-    distance2: cython.double[::1],
-    move: cython.double[::1],
-) -> cython.int:
+def refine(p, grid, t2, max_rounds, owner, partner, distance2, move):
     """Pair nearest points and refit, in turn, until the number of pairs is stable.
 
     The first round has twice the tolerance, in area. ``move`` is refitted in place; ``partner``
@@ -39,10 +29,6 @@ def refine(
     ``owner`` the inverse of ``partner``. Return the number of points of P inside the grid, or -1
     where fewer than three have partners or these do not determine a transform.
     """
-    cython.declare(
-        i=cython.Py_ssize_t, at=cython.int, held=cython.int, round_=cython.int,
-        pairs=cython.int, before=cython.int, inside=cython.int,
-    )  # fmt: skip
     before = -1
     inside = 0
     for round_ in range(max_rounds):
@@ -83,21 +69,13 @@ def refine(
     return inside
 
 
-@cython.ccall
-def log_chance(
-    partner: cython.int[::1],
-    distance2: cython.double[::1],
-    inside: cython.int,
-    t2: cython.double,
-    density: cython.double,
-) -> cython.double:
+def log_chance(partner, distance2, inside, t2, density):
     """Return the log of the probability that so many of the points inside have partners by chance.
 
     Chernoff's bound on the binomial tail, at reaches of t, t/2, t/4 and so on; the least counts,
     corrected for the number of reaches. So near pairs are more significant than far ones, and a
     few exact ones as significant as many rough ones.
     """
-    cython.declare(i=cython.Py_ssize_t, part=cython.int, pairs=cython.int)
     trials = inside - 2.0
     reach2 = t2
     best = 0.0
@@ -122,16 +100,8 @@ def log_chance(
     return best
 
 
-@cython.ccall
-def list_pairs(
-    p: cython.double[:, ::1],
-    grid: CellGrid,
-    partner: cython.int[::1],
-    move: cython.double[::1],
-    pairs: cython.int[:, ::1],
-) -> cython.double:
+def list_pairs(p, grid, partner, move, pairs):
     """Write the pairs, with indices of Q as given; return their rms distance."""
-    cython.declare(i=cython.Py_ssize_t, at=cython.int, count=cython.Py_ssize_t)
     count = 0
     total = 0.0
     for i in range(p.shape[1]):
@@ -146,10 +116,8 @@ def list_pairs(
     return sqrt(total / count) if count > 0 else 0.0
 
 
-@cython.ccall
-def count_pairs(partner: cython.int[::1]) -> cython.int:
+def count_pairs(partner):
     """Return how many points have a partner."""
-    cython.declare(i=cython.Py_ssize_t, count=cython.int)
     count = 0
     for i in range(partner.shape[0]):
         count += partner[i] >= 0

@@ -23,34 +23,11 @@ WIDEST = cython.declare(cython.double, 6.0)  # most by which a fit's uncertainty
 MIN_CHANCE = cython.declare(cython.double, 1e-300)  # of a hit, where the tolerance is tiny
 
 
-@cython.ccall
 def propose(
-    p: cython.double[:, ::1],
-    order: cython.Py_ssize_t[::1],
-    corner_p: cython.int[:, ::1],
-    shape_p: cython.double[:, ::1],
-    ring_start: cython.const[cython.int][::1],
-    ring: cython.const[cython.int][::1],
-    q: cython.double[:, ::1],
-    grid: CellGrid,
-    corner_q: cython.int[:, ::1],
-    side_q: cython.double[::1],
-    shapes: CellGrid,
-    shape_tolerance: cython.double,
-    widest: cython.double,
-    reach2: cython.double,
-    gain: cython.double[::1],
-    miss: cython.double,
-    reject: cython.double,
-    accept: cython.double,
-    accept_small: cython.double,
-    test_length: cython.Py_ssize_t,
-    seen: cython.int[::1],
-    neighbours: cython.int[::1],
-    max_proposals: cython.long,
-    fit: cython.double[::1],
-    state: cython.long[::1],
-) -> cython.bint:
+    p, order, corner_p, shape_p, ring_start, ring, q, grid, corner_q, side_q, shapes,
+    shape_tolerance, widest, reach2, gain, miss, reject, accept, accept_small, test_length, seen,
+    neighbours, max_proposals, fit, state,
+):  # fmt: skip
     """Continue the search until a proposal passes its test; return whether one did.
 
     ``grid`` holds Q's points, ``shapes`` the shapes of its triangles. ``state`` holds the position
@@ -60,11 +37,6 @@ def propose(
     and `miss` come from `hit_log_likelihoods`. ``fit`` receives the fit to as many points as
     ``neighbours`` holds.
     """
-    cython.declare(
-        o=cython.Py_ssize_t, k=cython.Py_ssize_t, e=cython.Py_ssize_t, j=cython.Py_ssize_t,
-        row=cython.Py_ssize_t, met=cython.long, count=cython.Py_ssize_t, low_column=cython.int,
-        end_column=cython.int, stamp=cython.int,
-    )  # fmt: skip
     stamp = cython.cast(cython.int, state[3])
     if test_length > neighbours.shape[0]:
         test_length = neighbours.shape[0]
@@ -115,20 +87,8 @@ def propose(
     return False
 
 
-@cython.cfunc
-@cython.exceptval(check=False)
-def _find_neighbours(
-    corner: cython.int[:, ::1],
-    k: cython.Py_ssize_t,
-    ring_start: cython.const[cython.int][::1],
-    ring: cython.const[cython.int][::1],
-    seen: cython.int[::1],
-    stamp: cython.int,
-    limit: cython.Py_ssize_t,
-    neighbours: cython.int[::1],
-) -> cython.Py_ssize_t:
+def _find_neighbours(corner, k, ring_start, ring, seen, stamp, limit, neighbours):
     """Write the points around a triangle breadth-first, without its corners; return how many."""
-    cython.declare(n=cython.Py_ssize_t, at=cython.Py_ssize_t, e=cython.Py_ssize_t, i=cython.int)
     for at in range(3):
         seen[corner[k, at]] = stamp
     n = 0
@@ -144,19 +104,8 @@ def _find_neighbours(
     return n
 
 
-@cython.cfunc
-@cython.exceptval(check=False)
-def _fit_corners(
-    p: cython.double[:, ::1],
-    corner_p: cython.int[:, ::1],
-    k: cython.Py_ssize_t,
-    q: cython.double[:, ::1],
-    corner_q: cython.int[:, ::1],
-    j: cython.Py_ssize_t,
-    fit: cython.double[::1],
-) -> cython.void:
+def _fit_corners(p, corner_p, k, q, corner_q, j, fit):
     """Start a fit with the corners of two triangles."""
-    cython.declare(r=cython.Py_ssize_t)
     fit[0] = 3.0
     for r in range(1, 8):
         fit[r] = 0.0
@@ -175,27 +124,13 @@ def _fit_corners(
         fit[7] += px * qy - py * qx
 
 
-@cython.cfunc
-@cython.exceptval(check=False)
-def _grow(
-    p: cython.double[:, ::1],
-    grid: CellGrid,
-    neighbours: cython.int[::1],
-    count: cython.Py_ssize_t,
-    reach2: cython.double,
-    gain: cython.double[::1],
-    miss: cython.double,
-    reject: cython.double,
-    accept: cython.double,
-    fit: cython.double[::1],
-) -> cython.double:
+def _grow(p, grid, neighbours, count, reach2, gain, miss, reject, accept, fit):
     """Add one neighbour after the other to the fit where it has a partner; return the test's ratio.
 
     The partner is sought within √reach2, and farther by the fit's own uncertainty there. The
     log-likelihood ratio of a true transform to a false one is the sum of ``gain``, by the area of
     that reach, for each neighbour with a partner, and of `miss` for the others.
     """
-    cython.declare(n=cython.Py_ssize_t, i=cython.int, at=cython.int)
     size = fit[0]
     pmx = fit[1]
     pmy = fit[2]
@@ -258,17 +193,13 @@ def _grow(
     return ratio
 
 
-@cython.ccall
-def hit_log_likelihoods(
-    expected: cython.double, share: cython.double, gain: cython.double[::1]
-) -> cython.double:
+def hit_log_likelihoods(expected, share, gain):
     """Write the log-likelihood ratios of a neighbour with a partner; return that of one without.
 
     A true transform brings `share` of the neighbours onto points of Q, a false one does so by
     chance. ``gain`` has steps for reaches of 1 to `WIDEST` times reach2 in area; `expected` points
     of Q are within reach2.
     """
-    cython.declare(k=cython.Py_ssize_t, steps=cython.double)
     steps = gain.shape[0] - 1
     for k in range(gain.shape[0]):
         chance = -expm1(-expected * (1.0 + (WIDEST - 1.0) * k / steps))

@@ -14,18 +14,9 @@ else:
 COMPILED = cython.compiled
 
 
-@cython.ccall
 def describe_triangles(
-    point: cython.double[:, ::1],
-    triangle: cython.const[cython.int][:, ::1],
-    near_tie: cython.double,
-    shortest: cython.double,
-    outliers: cython.double,
-    corner: cython.int[:, ::1],
-    shape: cython.double[:, ::1],
-    side: cython.double[::1],
-    negative_information: cython.double[::1],
-) -> cython.Py_ssize_t:
+    point, triangle, near_tie, shortest, outliers, corner, shape, side, negative_information,
+):  # fmt: skip
     """Describe each triangle by each side that is longest to within `near_tie`; return how many.
 
     ``corner[k]`` receives the ends of that side and the apex, counter-clockwise, ``shape[:, k]``
@@ -35,10 +26,6 @@ def describe_triangles(
     `outliers` to a unit of area, lies in its circumcircle and splits it. Where
     ``negative_information`` has no entries, it is not computed.
     """
-    cython.declare(
-        k=cython.Py_ssize_t, i=cython.Py_ssize_t, r=cython.Py_ssize_t, a=cython.int,
-        b=cython.int, c=cython.int,
-    )  # fmt: skip
     pi = 3.141592653589793
     k = 0
     for i in range(triangle.shape[0]):
@@ -81,24 +68,13 @@ def describe_triangles(
     return k
 
 
-@cython.ccall
-def ring_triangles(
-    point: cython.double[:, ::1],
-    ring_start: cython.const[cython.int][::1],
-    ring: cython.const[cython.int][::1],
-    reach: cython.Py_ssize_t,
-    triangle: cython.int[:, ::1],
-) -> cython.Py_ssize_t:
+def ring_triangles(point, ring_start, ring, reach, triangle):
     """Write every triangle of a point and two near neighbours of its ring once; return how many.
 
     They are Delaunay triangles of the set without some of its points; `reach` is how many
     positions in the ring the two may be apart. Corners are counter-clockwise; flat triangles are
     left out.
     """
-    cython.declare(
-        count=cython.Py_ssize_t, i=cython.Py_ssize_t, e=cython.Py_ssize_t,
-        apart=cython.Py_ssize_t, degree=cython.Py_ssize_t, j=cython.int, k=cython.int,
-    )  # fmt: skip
     count = 0
     for i in range(ring_start.shape[0] - 1):
         degree = ring_start[i + 1] - ring_start[i]
@@ -120,16 +96,8 @@ def ring_triangles(
     return count
 
 
-@cython.cfunc
-@cython.exceptval(check=False)
-def _joined(
-    ring_start: cython.const[cython.int][::1],
-    ring: cython.const[cython.int][::1],
-    j: cython.int,
-    k: cython.int,
-) -> cython.bint:
+def _joined(ring_start, ring, j, k):
     """Return whether two points are neighbours, from the ring of the one that has fewer."""
-    cython.declare(d=cython.Py_ssize_t, joined=cython.bint)
     if ring_start[k + 1] - ring_start[k] < ring_start[j + 1] - ring_start[j]:
         j, k = k, j
     joined = False
@@ -138,12 +106,8 @@ def _joined(
     return joined
 
 
-@cython.ccall
-def polygon_area(
-    point: cython.double[:, ::1], corner: cython.const[cython.int][::1]
-) -> cython.double:
+def polygon_area(point, corner):
     """Return the area of a polygon, its corners counter-clockwise."""
-    cython.declare(e=cython.Py_ssize_t, a=cython.int, b=cython.int)
     x0 = point[0, corner[0]]
     y0 = point[1, corner[0]]
     area = 0.0
@@ -154,14 +118,8 @@ def polygon_area(
     return 0.5 * area
 
 
-@cython.ccall
-def triangle_areas(
-    point: cython.double[:, ::1],
-    triangle: cython.const[cython.int][:, ::1],
-    area: cython.double[::1],
-) -> cython.void:
+def triangle_areas(point, triangle, area):
     """Write the area of each triangle, its corners counter-clockwise."""
-    cython.declare(i=cython.Py_ssize_t, a=cython.int, b=cython.int, c=cython.int)
     for i in range(triangle.shape[0]):
         a = triangle[i, 0]
         b = triangle[i, 1]

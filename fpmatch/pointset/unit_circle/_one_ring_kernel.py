@@ -17,22 +17,12 @@ else:
 COMPILED = cython.compiled
 
 
-@cython.ccall
-def centre_images(
-    point: cython.const[cython.double][:, ::1],
-    centre: cython.int[::1],
-    start: cython.int[::1],
-    vertex: cython.int[::1],
-    circle: cython.double[:, ::1],
-    weight: cython.double[::1],
-    image: cython.double[:, ::1],
-) -> None:
+def centre_images(point, centre, start, vertex, circle, weight, image):
     """Write the shape-preserving weights λ_k of eq. (4), and each centre's image Σ λ_k u_k.
 
     `circle` (2, M) holds u_k for each entry of `vertex`; `weight` (M) and `image` (2, R) are
     written, with x = 2 (outside the circle) where a ring does not go round its centre.
     """
-    cython.declare(i=cython.Py_ssize_t, line=cython.Py_ssize_t)
     px: cython.const[cython.double][::1] = point[0]
     py: cython.const[cython.double][::1] = point[1]
     for i in range(centre.shape[0]):
@@ -47,28 +37,12 @@ def centre_images(
                 image[1, i] += weight[line] * circle[1, line]
 
 
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def shape_preserving_weights(
-    px: cython.const[cython.double][::1],
-    py: cython.const[cython.double][::1],
-    vertex: cython.const[cython.int][::1],
-    begin: cython.Py_ssize_t,
-    end: cython.Py_ssize_t,
-    x: cython.double,
-    y: cython.double,
-    weight: cython.double[::1],
-) -> cython.bint:
+def shape_preserving_weights(px, py, vertex, begin, end, x, y, weight):
     """Write the weights λ_k of eq. (4) of the point (x, y) in the ring ``vertex[begin:end]``.
 
     ``weight[begin:end]`` are written: they sum to 1, and Σ λ_k p_k is (x, y). Return whether the
     ring, counter-clockwise, goes round the point; the weights mean nothing where it does not.
     """
-    cython.declare(
-        line=cython.Py_ssize_t, r=cython.Py_ssize_t, s=cython.Py_ssize_t, far=cython.Py_ssize_t,
-        first=cython.Py_ssize_t, degree=cython.double,
-    )  # fmt: skip
     degree = end - begin
     for line in range(begin, end):
         weight[line] = 0.0
@@ -108,32 +82,15 @@ def shape_preserving_weights(
     return True
 
 
-@cython.ccall
 def fit_ring_pairs(
-    pair: cython.int[:, ::1],
-    p_point: cython.double[:, ::1],
-    p_centre: cython.int[::1],
-    p_start: cython.int[::1],
-    p_vertex: cython.int[::1],
-    p_circle: cython.double[:, ::1],
-    p_image: cython.double[:, ::1],
-    q_point: cython.double[:, ::1],
-    q_centre: cython.int[::1],
-    q_start: cython.int[::1],
-    q_vertex: cython.int[::1],
-    q_circle: cython.double[:, ::1],
-    q_image: cython.double[:, ::1],
-    move: cython.double[:, ::1],
-) -> None:
+    pair, p_point, p_centre, p_start, p_vertex, p_circle, p_image, q_point, q_centre, q_start,
+    q_vertex, q_circle, q_image, move,
+):  # fmt: skip
     """Write the move of each ring pair (K, 2): the best rotation of its circles, then the fit.
 
     ``move[k]`` (K, 4) is the least-squares fit of eq. (1) to the first ring with its centre and
     the second, its points shifted by `_best_shift`; it is all 0 where there is no such fit.
     """
-    cython.declare(
-        k=cython.Py_ssize_t, a=cython.Py_ssize_t, b=cython.Py_ssize_t, degree=cython.Py_ssize_t,
-        shift=cython.Py_ssize_t,
-    )  # fmt: skip
     px: cython.double[::1] = p_point[0]
     py: cython.double[::1] = p_point[1]
     qx: cython.double[::1] = q_point[0]
@@ -152,27 +109,11 @@ def fit_ring_pairs(
             move[k, 0] = move[k, 1] = move[k, 2] = move[k, 3] = 0.0
 
 
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _best_shift(
-    p_circle: cython.double[:, ::1],
-    p_image: cython.double[:, ::1],
-    p_begin: cython.Py_ssize_t,
-    a: cython.Py_ssize_t,
-    q_circle: cython.double[:, ::1],
-    q_image: cython.double[:, ::1],
-    q_begin: cython.Py_ssize_t,
-    b: cython.Py_ssize_t,
-    degree: cython.Py_ssize_t,
-) -> cython.Py_ssize_t:
+def _best_shift(p_circle, p_image, p_begin, a, q_circle, q_image, q_begin, b, degree):
     """Return the cyclic shift under which two unit circles correlate most after a rotation.
 
     The centre's image counts as much as the whole boundary.
     """
-    cython.declare(
-        j=cython.Py_ssize_t, m=cython.Py_ssize_t, shift=cython.Py_ssize_t, best=cython.Py_ssize_t
-    )
     image_dot = degree * (p_image[0, a] * q_image[0, b] + p_image[1, a] * q_image[1, b])
     image_cross = degree * (p_image[0, a] * q_image[1, b] - p_image[1, a] * q_image[0, b])
     most = -1.0
@@ -194,16 +135,7 @@ def _best_shift(
     return best
 
 
-@cython.ccall
-def best_overlay(
-    move: cython.double[:, ::1],
-    p_point: cython.double[:, ::1],
-    grid: CellGrid,
-    tolerance: cython.double,
-    enough: cython.int,
-    last_met: cython.int[::1],
-    found: cython.int[::1],
-) -> None:
+def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
     """Find the move under which the most points match, the first of them where several tie.
 
     A move's count is the smaller of: points of P with a point of Q within `tolerance`; points of
@@ -211,11 +143,6 @@ def best_overlay(
     Q, within [0, 1]². `last_met` (N of Q,) starts at -1; ``found`` receives the index of the move
     (-1 where none matches a point) and its count.
     """
-    cython.declare(
-        k=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t, row=cython.Py_ssize_t,
-        n=cython.int, met_p=cython.int, met_q=cython.int, near=cython.int, left=cython.int,
-        right=cython.int,
-    )  # fmt: skip
     n = p_point.shape[1]
     squared = tolerance * tolerance
     found[0] = -1

@@ -14,24 +14,12 @@ else:
 COMPILED = cython.compiled
 
 
-@cython.ccall
-@cython.exceptval(check=False)
-def find_neighbours(
-    grid: CellGrid,
-    i: cython.int,
-    near: cython.int[::1],
-    squared: cython.double[::1],
-    steps: cython.longlong[::1],
-) -> cython.void:
+def find_neighbours(grid, i, near, squared, steps):
     """Write the nearest neighbours of point i, by distance and then by index, into `near` (k,).
 
     `squared` receives their squared distances. The set has more than k points. Cells are searched
     in square shells around the point's own, until no other can hold a neighbour.
     """
-    cython.declare(
-        count=cython.int, shell=cython.int, row=cython.int, column=cython.int, line=cython.int,
-        left=cython.int, right=cython.int, step=cython.int, first=cython.int,
-    )  # fmt: skip
     count = 0
     shell = 0
     x = grid.x[i]
@@ -66,21 +54,8 @@ def find_neighbours(
             break
 
 
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _insert_cells(
-    grid: CellGrid,
-    i: cython.int,
-    first: cython.int,
-    last: cython.int,
-    near: cython.int[::1],
-    squared: cython.double[::1],
-    count: cython.int,
-    steps: cython.longlong[::1],
-) -> cython.int:
+def _insert_cells(grid, i, first, last, near, squared, count, steps):
     """Insert the points of cells first to last, but i, into the list; return its new length."""
-    cython.declare(j=cython.int, at=cython.int, k=cython.int)
     k = near.shape[0]
     steps[0] += 1 + grid.start[last + 1] - grid.start[first]
     for j in range(grid.start[first], grid.start[last + 1]):
@@ -106,12 +81,7 @@ def _insert_cells(
     return count
 
 
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _distance_outside(
-    value: cython.double, cell: cython.int, shell: cython.int, cells: cython.int
-) -> cython.double:
+def _distance_outside(value, cell, shell, cells):
     """Return the distance, in cells, of `value` from the cells beyond the shell along one axis."""
     rounding = 1e-9
     gap: cython.double = cells
@@ -122,17 +92,11 @@ def _distance_outside(
     return gap - rounding
 
 
-@cython.ccall
-@cython.exceptval(check=False)
-def hull_area(point: cython.double[:, ::1], corner: cython.int[::1]) -> cython.double:
+def hull_area(point, corner):
     """Return the area of the convex hull of `point` (2, N), sorted by x and then y.
 
     `corner` (N + 1,) is work space: the lower side of the hull, then the upper.
     """
-    cython.declare(
-        i=cython.Py_ssize_t, side=cython.Py_ssize_t, count=cython.int, a=cython.int,
-        b=cython.int, c=cython.int, n=cython.int,
-    )  # fmt: skip
     n = point.shape[1]
     twice = 0.0
     for side in range(2):

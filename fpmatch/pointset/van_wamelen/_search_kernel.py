@@ -19,27 +19,10 @@ else:
 COMPILED = cython.compiled
 
 
-@cython.ccall
 def search(
-    p_grid: CellGrid,
-    q_grid: CellGrid,
-    pivot: cython.int[::1],
-    scene: cython.int[::1],
-    near_p: cython.int[::1],
-    near_q: cython.int[:, ::1],
-    squared: cython.double[::1],
-    bases: cython.int,
-    window: cython.int,
-    enough_near: cython.int,
-    enough: cython.int,
-    tolerance: cython.double,
-    max_steps: cython.longlong,
-    move: cython.double[::1],
-    pair: cython.int[:, :, ::1],
-    taken: cython.int[::1],
-    steps: cython.longlong[::1],
-    found: cython.int[::1],
-) -> None:
+    p_grid, q_grid, pivot, scene, near_p, near_q, squared, bases, window, enough_near, enough,
+    tolerance, max_steps, move, pair, taken, steps, found,
+):  # fmt: skip
     """Map each `pivot` of P to each point of `scene`, a permutation of Q, until one pair matches.
 
     The farthest of the pivot's k neighbours serve as base neighbours: `bases` of them, each mapped
@@ -52,10 +35,6 @@ def search(
     receives the number of pairs (0: no match), which are ``pair[0, :, :found[0]]``, and the
     number of local matches; `move` receives the transform.
     """
-    cython.declare(
-        i=cython.Py_ssize_t, j=cython.Py_ssize_t, base=cython.int, rank=cython.int, p=cython.int,
-        q=cython.int, near=cython.int, k=cython.int, half=cython.int,
-    )  # fmt: skip
     k = near_p.shape[0]
     half = window // 2
     found[0] = 0
@@ -90,18 +69,7 @@ def search(
                         return
 
 
-@cython.ccall
-@cython.inline
-@cython.exceptval(check=False)
-def map_segment(
-    p_grid: CellGrid,
-    p: cython.int,
-    p_base: cython.int,
-    q_grid: CellGrid,
-    q: cython.int,
-    q_base: cython.int,
-    move: cython.double[::1],
-) -> cython.bint:
+def map_segment(p_grid, p, p_base, q_grid, q, q_base, move):
     """Write the move that maps p to q and p's neighbour to q's; return whether there is one."""
     px = p_grid.x[p_base] - p_grid.x[p]
     py = p_grid.y[p_base] - p_grid.y[p]
@@ -117,24 +85,11 @@ def map_segment(
     return True
 
 
-@cython.ccall
-@cython.exceptval(check=False)
-def match_locally(
-    p_grid: CellGrid,
-    near_p: cython.int[::1],
-    q_grid: CellGrid,
-    move: cython.double[::1],
-    reach: cython.double,
-    enough: cython.int,
-    pair: cython.int[:, ::1],
-    taken: cython.int[::1],
-    steps: cython.longlong[::1],
-) -> cython.int:
+def match_locally(p_grid, near_p, q_grid, move, reach, enough, pair, taken, steps):
     """Count the neighbours whose image has a point of Q within `reach`; 0 where not `enough`.
 
     ``pair[:, :count]`` receives these neighbours and the points of Q nearest to their images.
     """
-    cython.declare(i=cython.Py_ssize_t, q=cython.int, count=cython.int, k=cython.int)
     count = 0
     k = near_p.shape[0]
     for i in range(k):
@@ -150,26 +105,12 @@ def match_locally(
     return count if count >= enough else 0
 
 
-@cython.ccall
-@cython.exceptval(check=False)
-def match_globally(
-    p_grid: CellGrid,
-    q_grid: CellGrid,
-    tolerance: cython.double,
-    pairs: cython.int,
-    enough: cython.int,
-    max_steps: cython.longlong,
-    move: cython.double[::1],
-    pair: cython.int[:, :, ::1],
-    taken: cython.int[::1],
-    steps: cython.longlong[::1],
-) -> cython.int:
+def match_globally(p_grid, q_grid, tolerance, pairs, enough, max_steps, move, pair, taken, steps):
     """Fit and pair in turn, starting with ``pair[0, :, :pairs]``, until the count stops growing.
 
     Return the number of pairs, 0 where they are not `enough`. They are then ``pair[0]``, each
     within `tolerance` under `move`: those of the last round that did not lose any.
     """
-    cython.declare(i=cython.Py_ssize_t, more=cython.int, count=cython.int)
     count = 0
     a = b = tx = ty = 0.0
     while fit_pairs(p_grid, q_grid, pair[0], pairs, move):
@@ -194,16 +135,7 @@ def match_globally(
     return count if count >= enough else 0
 
 
-@cython.ccall
-@cython.inline
-@cython.exceptval(check=False)
-def fit_pairs(
-    p_grid: CellGrid,
-    q_grid: CellGrid,
-    pair: cython.int[:, ::1],
-    count: cython.int,
-    move: cython.double[::1],
-) -> cython.bint:
+def fit_pairs(p_grid, q_grid, pair, count, move):
     """Write the least-squares move of the pairs (2, count); return whether there is one."""
     return fit_lists(
         p_grid.x, p_grid.y, pair[0], 1, pair[0, 0], q_grid.x, q_grid.y, pair[1], 1, pair[1, 0],
@@ -211,25 +143,12 @@ def fit_pairs(
     )  # fmt: skip
 
 
-@cython.ccall
-@cython.exceptval(check=False)
-def pair_within(
-    p_grid: CellGrid,
-    q_grid: CellGrid,
-    move: cython.double[::1],
-    tolerance: cython.double,
-    enough: cython.int,
-    max_steps: cython.longlong,
-    pair: cython.int[:, ::1],
-    taken: cython.int[::1],
-    steps: cython.longlong[::1],
-) -> cython.int:
+def pair_within(p_grid, q_grid, move, tolerance, enough, max_steps, pair, taken, steps):
     """Pair each image of P with the nearest point of Q within `tolerance` that is still free.
 
     Return the number of pairs, or 0 as soon as they can no longer be `enough` or the work is too
     much; `pair` receives them. `taken` (N of Q,) is all 0 before and after.
     """
-    cython.declare(i=cython.Py_ssize_t, q=cython.int, count=cython.int, m=cython.int)
     count = 0
     m = p_grid.order.shape[0]
     for i in range(m):

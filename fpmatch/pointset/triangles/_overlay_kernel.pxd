@@ -1,0 +1,22 @@
+# Types of the kernel, and what other kernels may use of it.
+cimport cython
+from fpmatch.pointset._grid_kernel cimport CellGrid
+
+@cython.locals(
+    i=cython.Py_ssize_t, at=cython.int, held=cython.int, round_=cython.int, pairs=cython.int,
+    before=cython.int, inside=cython.int,
+)
+cpdef int refine(
+    double[:, ::1] p, CellGrid grid, double t2, int max_rounds, int[::1] owner, int[::1] partner,
+    double[::1] distance2, double[::1] move,
+)
+@cython.locals(i=cython.Py_ssize_t, part=cython.int, pairs=cython.int)
+cpdef double log_chance(
+    int[::1] partner, double[::1] distance2, int inside, double t2, double density,
+)
+@cython.locals(i=cython.Py_ssize_t, at=cython.int, count=cython.Py_ssize_t)
+cpdef double list_pairs(
+    double[:, ::1] p, CellGrid grid, int[::1] partner, double[::1] move, int[:, ::1] pairs,
+)
+@cython.locals(i=cython.Py_ssize_t, count=cython.int)
+cpdef int count_pairs(int[::1] partner)

@@ -7,11 +7,6 @@ augmenting paths.
 
 import cython
 
-if cython.compiled:
-    from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
-else:
-    from fpmatch.pointset._grid_kernel import CellGrid
-
 COMPILED = cython.compiled
 
 

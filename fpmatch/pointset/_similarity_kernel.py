@@ -8,11 +8,6 @@ so their results differ in the last bits. Interpreted, they run as they stand.
 
 import cython
 
-if cython.compiled:
-    from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
-else:
-    from fpmatch.pointset._grid_kernel import CellGrid
-
 COMPILED = cython.compiled
 
 

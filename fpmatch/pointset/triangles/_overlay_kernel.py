@@ -7,13 +7,11 @@ cells.
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
     from cython.cimports.fpmatch.pointset._similarity_kernel import fit_partners
     from cython.cimports.libc.math import expm1, log, log1p, sqrt
 else:
     from math import expm1, log, log1p, sqrt
 
-    from fpmatch.pointset._grid_kernel import CellGrid
     from fpmatch.pointset._similarity_kernel import fit_partners
 
 COMPILED = cython.compiled

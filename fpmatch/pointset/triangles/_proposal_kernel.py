@@ -10,12 +10,10 @@ A fit is: number of pairs, mean of P (x, y), mean of Q, and, centred, Σ|p|², �
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
     from cython.cimports.libc.math import expm1, log
 else:
     from math import expm1, log
 
-    from fpmatch.pointset._grid_kernel import CellGrid
 
 COMPILED = cython.compiled
 

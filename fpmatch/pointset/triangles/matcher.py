@@ -278,7 +278,7 @@ class _Search:
         partner, fit, move = np.empty(m, np.int32), np.empty(8), np.empty(4)
         state = np.array([0, 0, self.tried, 0], np.int_)
         max_proposals, t2 = given.max_proposals, self.tolerance**2
-        while propose(*arguments, *(max_proposals, fit, state)):
+        while propose(*(*arguments, max_proposals, fit, state)):
             self.passed += 1
             if self.passed * m > given.max_overlaid:
                 break

@@ -8,10 +8,8 @@ tx, ty) of the paper's eq. (1).
 import cython
 
 if cython.compiled:
-    from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
     from cython.cimports.fpmatch.pointset._similarity_kernel import fit_lists
 else:
-    from fpmatch.pointset._grid_kernel import CellGrid
     from fpmatch.pointset._similarity_kernel import fit_lists
 
 COMPILED = cython.compiled

@@ -6,11 +6,6 @@ cells visited, the measure of work done.
 
 import cython
 
-if cython.compiled:
-    from cython.cimports.fpmatch.pointset._grid_kernel import CellGrid
-else:
-    from fpmatch.pointset._grid_kernel import CellGrid
-
 COMPILED = cython.compiled
 
 

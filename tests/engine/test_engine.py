@@ -288,7 +288,7 @@ def test_a_cluster_without_workers_is_given_up(monkeypatch):
             n_workers=0, host="127.0.0.1", dashboard_address=":0", silence_logs=60
         ) as empty,
         make_engine(scheduler=empty.scheduler_address) as engine,
-        pytest.raises(EngineError, match=r"no worker has been there for 0.2 seconds"),
+        pytest.raises(EngineError, match=r"no worker has answered for 0.2 seconds"),
     ):
         list(engine.map(chunk_work.add, 1, [2]))
 

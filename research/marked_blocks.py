@@ -27,12 +27,12 @@ def marked_block(page: str, mark: str) -> str:
 
 
 def replace_marked_block(page: str, mark: str, block: str) -> str:
-    r"""Return the page with another block between its marks of that name.
+    """Return the page with another block between its marks of that name.
 
     Examples
     --------
-    >>> replace_marked_block("<!-- a:start -->old<!-- a:end -->", "a", "new")
-    '<!-- a:start -->\\n\\nnew\\n\\n<!-- a:end -->'
+    >>> replace_marked_block("<!-- a:start -->old<!-- a:end -->", "a", "new").split()
+    ['<!--', 'a:start', '-->', 'new', '<!--', 'a:end', '-->']
     """
     marked_block(page, mark)
     start, end = f"<!-- {mark}:start -->", f"<!-- {mark}:end -->"

@@ -48,9 +48,7 @@ def test_extraction_of_four_times_the_foreground(
 
 
 @wall("extraction, peak memory")
-@pytest.mark.skipif(
-    not Path("/proc/self/status").exists(), reason="peak on Linux alone"
-)
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="peak on Linux alone")
 def test_peak_memory(benchmark: Any, environment: dict[str, str]) -> None:
     """Extract the minutiae of one print in a process of its own; beside it, the bare imports."""
     path = Path(__file__).resolve().parents[2] / "sample_data" / "101_1.tif"

@@ -31,8 +31,8 @@ class Codec:
         Tells from a file's bytes, or its first few thousand, whether they are meant to be this
         format.
     decode : callable
-        Makes a TemplateRecord of a file's bytes, as a ReadingOptions says; raises an `FpmatchError` that
-        names the reason (and the line, where the format has lines) but not the file.
+        Makes a TemplateRecord of a file's bytes under `ReadingOptions`; raises an `FpmatchError`
+        that names the reason (and the line, where the format has lines) but not the file.
     encode : callable or None
         Makes a file's bytes of a TemplateRecord; the same record always gives the same bytes. None
         where the format is only read.

@@ -12,7 +12,7 @@ COMPILED = cython.compiled
 
 
 def fit_lists(px, py, p_list, p_begin, p0, qx, qy, q_list, q_begin, q0, count, shift, move):
-    """Fit `move` to the pair (p0, q0) and to `count` pairs of two lists; return whether there is one.
+    """Fit `move` to the pair (p0, q0) and to `count` pairs of two lists; return whether it exists.
 
     Entry ``p_begin + j`` of `p_list` is paired with entry ``q_begin + (j + shift) % count`` of
     `q_list`. One pass over offsets from the first pair; without a fit `move` stays as it is.

@@ -141,8 +141,8 @@ def test_report_is_one_page(fpmatch, database, tmp_path):
 
 
 def test_a_report_without_matplotlib_is_refused_before_any_work(fpmatch, database, monkeypatch):
-    svg = importlib.import_module("fpmatch.evaluation.html.svg")
-    monkeypatch.setattr(svg, "find_spec", lambda name: None)
+    style = importlib.import_module("fpmatch.drawing.plots.style")
+    monkeypatch.setattr(style, "find_spec", lambda name: None)
     result = fpmatch(database, "--report", database / "report")
     assert result.exit_code == 2
     assert result.stderr == (

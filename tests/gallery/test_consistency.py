@@ -8,6 +8,7 @@ import pytest
 from fpmatch.gallery.consistency import check_fingers, refuse_disagreeing
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
+from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.minutiae import Minutiae, Template
 
 
@@ -80,6 +81,7 @@ def test_among_new_prints_alone_the_most_are_kept(gallery):
     assert refuse_disagreeing(gallery, [entry.label for entry in new[1:]]) == []
 
 
+@pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
 def test_very_many_impressions_are_checked_against_some(gallery):
     gallery.add(entries(*(("a", number, 1, 500.0) for number in range(1, 81)), ("b", 1, 2, 500.0)))
     (check,) = check_fingers(gallery)

@@ -468,6 +468,7 @@ def test_prints_unpacked_of_many_are_compared_as_they_were(
     room.frame = np.zeros((9, 6, many.neighbour.shape[1]), np.float32)
     correlator = ridges.RidgeCorrelator(ROOM)
     for k, case in enumerate(cases):
+        packed.open(k, room)
         packed.unpack(k, room)
         nobody = mesh_of(case, case, np.full(len(case), -1, np.int32), IDENTITY)
         cells = correlator.compare(room, room, nobody, *IDENTITY)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from fpmatch.evaluation.dataset import Dataset, Impression
 from fpmatch.evaluation.extraction import ExtractedSet, Extraction
+from fpmatch.matching._align_kernel import COMPILED
 from fpmatch.matching.score import load_weights
 from fpmatch.matching.score_model import AMOUNTS, MODELS, RATES, SMALL_WITH_RIDGES, WITH_RIDGES
 from fpmatch.minutiae import Minutiae, RidgeField, Template
@@ -23,6 +24,7 @@ from research.training.evidence_quantiles import (
     fit_quantile,
 )
 
+SLOW = pytest.mark.skipif(not COMPILED, reason="minutes where kernels are interpreted")
 FEW = AmountParameters(fragments=(3, 6), windows_px=(96,), probes=6, references=5)
 
 
@@ -77,6 +79,7 @@ def test_the_fit_is_the_same_for_any_order() -> None:
     assert a == pytest.approx(b, rel=1e-4)
 
 
+@SLOW
 def test_parts_of_prints_are_compared(synthetic_set: ExtractedSet) -> None:
     forms = [(name, ridges) for name, forms in FORMS.items() for ridges in forms]
     for name, ridges in forms:
@@ -99,6 +102,7 @@ def test_parts_of_prints_are_compared(synthetic_set: ExtractedSet) -> None:
             assert whole < six < three  # of 1 / (n + 1)
 
 
+@SLOW
 def test_quantiles_of_all_models_are_fitted(synthetic_set: ExtractedSet) -> None:
     weights = load_weights()
     found = fit_amounts(weights, [synthetic_set], workers=1, parameters=FEW)

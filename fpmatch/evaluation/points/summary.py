@@ -115,7 +115,7 @@ def _averages(results: BenchResults, model: PointModel) -> list[str]:
 
 
 def _independent(results: BenchResults, model: PointModel) -> list[str]:
-    """Compare times on independent pairs with those on genuine pairs and with the paper's method."""
+    """Compare times on independent pairs with those on genuine pairs and with the paper matcher."""
     ratios, slower, both = [], 0, 0
     for condition in conditions([model]):
         default, paper = results.cell(condition, "triangles"), results.cell(condition, "paper")
@@ -127,8 +127,8 @@ def _independent(results: BenchResults, model: PointModel) -> list[str]:
     if not ratios:
         return []
     line = (
-        f"triangles on independent pairs, {model}: {median(ratios):.1f} times the time of a genuine "
-        f"pair (median of {len(ratios)} cells, {min(ratios):.1f} to {max(ratios):.1f})"
+        f"triangles on independent pairs, {model}: {median(ratios):.1f} times the time of a "
+        f"genuine pair (median of {len(ratios)} cells, {min(ratios):.1f} to {max(ratios):.1f})"
     )
     return [f"{line}; slower than the paper's method in {slower} of {both} cells" if both else line]
 
@@ -197,7 +197,8 @@ def _answers(results: BenchResults, model: PointModel, matcher: str) -> list[str
     stopped = sum(cell.stopped for cell in cells)
     return [
         f"{matcher}, {model}: recognised {found:,} of {trials:,}, at worst "
-        f"{worst.true_positives} of {worst.trials} ({_short_name(worst)}); false positives {false:,} of {independent:,}"
+        f"{worst.true_positives} of {worst.trials} ({_short_name(worst)}); "
+        f"false positives {false:,} of {independent:,}"
         + (f"; stopped for taking too long {stopped}" if stopped else "")
     ]
 
@@ -209,8 +210,8 @@ def _short_name(cell: PointCell) -> str:
 def _not_run(results: BenchResults) -> list[str]:
     keys = [(cell.condition.model, cell.matcher) for cell in results.skipped]
     return [
-        f"{matcher}, {model}: {keys.count((model, matcher))} cells not run, for a match there or on "
-        f"smaller sets takes over {results.settings['budget_s']:g} s"
+        f"{matcher}, {model}: {keys.count((model, matcher))} cells not run, for a match there or "
+        f"on smaller sets takes over {results.settings['budget_s']:g} s"
         for model in POINT_MODELS
         for matcher in MATCHER_NAMES
         if (model, matcher) in keys

@@ -252,7 +252,7 @@ class _Search:
         self.passed = 0
 
     def run(self) -> bool:
-        """Search the triangulations, then their one-rings with gaps; return whether it succeeded."""
+        """Search the triangulations, then one-rings with gaps; return whether it succeeded."""
         return self._search(delaunay_triangles) or self._search(ring_triangles)
 
     def pair(self) -> tuple[Ints, float]:

@@ -115,7 +115,7 @@ def _gather(
 def _chord_angles(
     xy: NDArray[np.float64], start: NDArray[np.int32], vertex: NDArray[np.int32]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the angle of each ring point on its circle (eq. 3), and the angle of the side after it."""
+    """Return the angle of each ring point on its circle (eq. 3), and that of the side after it."""
     following = np.arange(1, len(vertex) + 1)
     following[start[1:] - 1] = start[:-1]
     x, y = xy[:, vertex]

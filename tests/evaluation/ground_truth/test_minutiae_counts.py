@@ -1,4 +1,4 @@
-"""`fpmatch.evaluation.ground_truth.minutiae_counts`: the best assignment, and what is counted of it."""
+"""`fpmatch.evaluation.ground_truth.minutiae_counts`: the best assignment, and its counts."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@
 
 DIR are FVC-style databases of prints, compared as by `fpmatch evaluate --protocol extended`. On
 random point sets, those of `fpmatch points bench` up to 200 points, it measures the area tolerance,
-the rule of decision, and an early exit of the default matcher. Times are processor times.
+the decision rule, and an early exit of the default matcher. Times are processor times.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 @click.command(cls=Command, help=__doc__.splitlines()[0])
 @folders
 @click.option("--json", "json_file", metavar="FILE", required=True, type=PATH, help="Results.")
-@click.option("--trials", default=40, show_default=True, help="Pairs of point sets a place.")
+@click.option("--trials", default=40, show_default=True, help="Pairs of point sets per condition.")
 def main(folders: tuple[Path, ...], json_file: Path, trials: int) -> None:
     """Run the measurements and write them."""
     results: dict[str, Any] = {"prints": _prints(folders)}
@@ -42,7 +42,7 @@ def main(folders: tuple[Path, ...], json_file: Path, trials: int) -> None:
 
 
 def _prints(folders: tuple[Path, ...]) -> list[dict[str, Any]]:
-    """Return the pairs that match for each area tolerance, a database each."""
+    """Return the numbers of pairs that match, by area tolerance and database."""
     rows = []
     with processes(1) as engine:
         sets = extract_datasets(with_unique_names(load_datasets(folders)), engine=engine)

@@ -21,8 +21,8 @@ from research.marked_blocks import write_marked_block
 if TYPE_CHECKING:
     from pathlib import Path
 
-MAX_FALSE_ALARMS: Final = 0.01  # share of the pairs at their right resolutions
-EVERY: Final = 7  # genuine pair whose resolution is claimed wrong
+MAX_FALSE_ALARMS: Final = 0.01  # share of the pairs with correct resolutions
+EVERY: Final = 7  # n-th genuine pair gets a wrong resolution
 SCALES: Final = {"569": 569 / 500, "600": 600 / 500, "400": 400 / 500, "250": 0.5, "1000": 2.0}
 READ_AS_500: Final = (200, 250, 300, 350, 400, 600, 700, 800, 1000)
 WRONG: Final = "wrong resolution"
@@ -39,7 +39,7 @@ class DatabaseCheck:
     images : int
         Its images.
     doubted : list of str
-        Files whose right resolution was doubted.
+        Files whose correct resolution was doubted.
     first : list of (GreyImage, float)
         The first image of each finger, and its resolution.
     fingers : dict of int to list of Template
@@ -63,11 +63,12 @@ def command(
 ) -> None:
     r"""Measure how often a wrong resolution is detected, on FVC-style databases DIR.
 
-    For all genuine pairs: does the scale between the two prints seem to differ? The same for every
-    seventh pair with the probe's resolution claimed wrong. For all images, and for each finger's
-    first image at a wrong resolution: do the ridges show it? The tables are printed and, with
-    --into, written between the marks of a page. The exit status is 1 where an image's right
-    resolution was doubted, or the scale of more than 1 % of the pairs.
+    The first table has the pairs whose scale is found to differ: of all genuine pairs with correct
+    resolutions, and of every seventh pair with a wrong resolution of the probe. The second table
+    has the images whose ridge period contradicts the resolution: of all images as they are, and of
+    each finger's first image at wrong resolutions. The tables are printed and, with --into, written
+    between the marks of a page. The exit status is 1 where the correct resolution of an image is
+    reported as wrong, or that of more than 1 % of the pairs.
 
     \b
     Example:
@@ -76,7 +77,7 @@ def command(
     checks = [read_database(folder) for folder in folders]
     for check in checks:
         for name in check.doubted:
-            click.echo(f"{check.name}: {name}: its resolution is doubted")
+            click.echo(f"{check.name}: {name}: the correct resolution is reported as wrong")
     prints = [prints for check in checks for prints in check.fingers.values()]
     scales, too_many = scale_table(prints, every)
     resolutions, doubted = resolution_table(checks)
@@ -105,14 +106,14 @@ def read_database(folder: Path) -> DatabaseCheck:
 
 
 def scale_table(fingers: list[list[Template]], every: int) -> tuple[str, bool]:
-    """Return the table of scales, and whether too many right ones are doubted."""
+    """Return the table of scales, and whether too many correct ones are reported as wrong."""
     pairs = [pair for prints in fingers for pair in combinations(prints, 2)]
-    right = _scale_row("right", pairs, 1.0, set())
+    right = _scale_row("stated correctly", pairs, 1.0, set())
     some = pairs[::every]
     matching = {k for k, pair in enumerate(some) if verify(*pair).match}
     rows = [right, *(_scale_row(label, some, s, matching) for label, s in SCALES.items())]
-    head = ["claimed to be 500, is", "scale", "pairs", "match", "detected"]
-    head += ["detected, of those that match at the right one"]
+    head = ["true resolution, stated as 500", "scale", "pairs", "match", "detected"]
+    head += ["detected, of those that match with the correct one"]
     head += ["measured: median (5 % to 95 %)"]
     return markdown_table([head, *rows]), int(right[4]) > MAX_FALSE_ALARMS * len(pairs)
 
@@ -120,7 +121,7 @@ def scale_table(fingers: list[list[Template]], every: int) -> tuple[str, bool]:
 def _scale_row(
     label: str, pairs: list[tuple[Template, Template]], factor: float, matching: set[int]
 ) -> list[str]:
-    """Return a row of the table: what is found where probes claim another resolution."""
+    """Return a row of the table: scales found where probes state another resolution."""
     matches, ratios = 0, {}
     for k, (probe, reference) in enumerate(pairs):
         decision = verify(replace(probe, dpi=probe.dpi / factor), reference)
@@ -134,21 +135,21 @@ def _scale_row(
 
 
 def resolution_table(checks: list[DatabaseCheck]) -> tuple[str, bool]:
-    """Return the table of resolutions by the ridges, and whether right ones are doubted."""
+    """Return the table of resolutions by ridges, and whether correct ones are reported as wrong."""
     first = [one for check in checks for one in check.first]
     images, doubted = sum(one.images for one in checks), sum(len(one.doubted) for one in checks)
-    rows = [["right", str(images), str(doubted), "–"]]
+    rows = [["read correctly", str(images), str(doubted), "–"]]
     for true in READ_AS_500:
         likely = []
         for image, dpi in first:
-            # an image of 500 dpi that claims 1000 is one of 250 that claims 500, at twice its size
-            claimed = dpi * STANDARD_DPI / true
-            reasons = assess(image, claimed).quality.reasons
+            # 500 dpi stated as 1000 are like 250 dpi stated as 500, at twice the size
+            stated = dpi * STANDARD_DPI / true
+            reasons = assess(image, stated).quality.reasons
             probable = next((reason.dpi for reason in reasons if reason.code == WRONG), None)
             if probable is not None:
-                likely.append(probable / claimed * STANDARD_DPI)
+                likely.append(probable / stated * STANDARD_DPI)
         rows.append([str(true), str(len(first)), str(len(likely)), _range(likely, 0)])
-    head = ["taken for 500, is", "images", "detected", "estimate: median (5 % to 95 %)"]
+    head = ["true resolution, read as 500", "images", "detected", "estimate: median (5 % to 95 %)"]
     return markdown_table([head, *rows]), doubted > 0
 
 

@@ -1,7 +1,7 @@
 """Choices that the paper leaves open, measured on random point sets.
 
-They are the area tolerance and the rule of decision; also how soon the default matcher may give up.
-The pairs of sets are those of ``fpmatch points bench``.
+They are the area tolerance, the decision rule, and the largest number of proposals of the default
+matcher. The pairs of sets are those of ``fpmatch points bench``.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 AREA_TOLERANCES: Final = (0.1, 0.03, 0.01)
 EXITS: Final = (1, 4, 16, 64, 0)
-"""Proposals a point of Q after which the default matcher gives up; 0 for its default."""
+"""Largest numbers of proposals per point of Q of the default matcher; 0 for its default."""
 LARGEST_M: Final = 200
 FORMER_SHARE: Final = 0.8
-"""Share of ⌈ρm⌉ points that this project once took for a match."""
+"""Share of ⌈ρm⌉ points in the decision rule of an earlier version."""
 SEED: Final = 0
 _ANY_AREA: Final = 8.0  # more than any two areas on the unit circle differ
 _MS: Final = 1e3
@@ -47,16 +47,21 @@ def measure_paper(
     -------
     dict
         JSON values: the condition; ``passing``, the share of similar pairs among the ring pairs of
-        equal degree; ``median_ms`` of a genuine pair and ``independent_ms`` of another; ``right``
-        and ``false``, matches by the paper's rule, more than ρ of the points; ``right_at`` and
-        ``false_at`` by ρ or more of them, and ``right_80`` and ``false_80`` by 80 % of ⌈ρm⌉.
+        equal degree; ``median_ms`` of a genuine pair and ``independent_ms`` of an independent
+        pair; ``true_positives`` and ``false_positives`` by the paper's rule, more than ρ of the
+        points; the same with the suffix ``_at_rho`` by ρ or more of them, and with the suffix
+        ``_80`` by 80 % of ⌈ρm⌉.
     """
     rho, fewest = (
         condition.parameters.rho,
         FORMER_SHARE * share_of(condition.parameters.rho, condition.m),
     )
-    counts = dict.fromkeys(("right", "false", "right_at", "false_at", "right_80", "false_80"), 0)
-    alike = equal = 0
+    counts = {
+        f"{answer}{rule}": 0
+        for rule in ("", "_at_rho", "_80")
+        for answer in ("true_positives", "false_positives")
+    }
+    similar = equal = 0
     seconds: dict[bool, list[float]] = {True: [], False: []}
     for genuine in (True, False):
         for trial in range(trials):
@@ -68,18 +73,18 @@ def measure_paper(
             p, q = prepare_points(pair.p), prepare_points(pair.q)
             match = match_prepared(p, q, given)
             seconds[genuine].append(time.process_time() - start)
-            alike += match.local_matches
+            similar += match.local_matches
             equal += len(similar_rings(p.rings, q.rings, _ANY_AREA))
-            found = "right" if genuine else "false"
+            found = "true_positives" if genuine else "false_positives"
             holds = not genuine or is_recognised(match, pair)
             counts[found] += holds and match.matched_share > rho
-            counts[f"{found}_at"] += holds and match.matched_share >= rho
+            counts[f"{found}_at_rho"] += holds and match.matched_share >= rho
             counts[f"{found}_80"] += holds and len(match.pairs) >= fewest
     return {
         **_named(condition),
         "area_tolerance": area_tolerance,
         "trials": trials,
-        "passing": alike / equal if equal else 0.0,
+        "passing": similar / equal if equal else 0.0,
         "median_ms": _MS * median(seconds[True]),
         "independent_ms": _MS * median(seconds[False]),
         **counts,
@@ -87,24 +92,24 @@ def measure_paper(
 
 
 def measure_exit(
-    condition: Condition, a_point: int, trials: int, independent_trials: int, seed: int = SEED
+    condition: Condition, per_point: int, trials: int, independent_trials: int, seed: int = SEED
 ) -> dict[str, Any]:
-    """Measure the default matcher at one condition where it gives up after so many proposals.
+    """Measure the default matcher at one condition with a limit on its proposals.
 
-    `a_point` is the largest number of proposals a point of Q, 0 for the matcher's default.
+    `per_point` is the largest number of proposals per point of Q, 0 for the matcher's default.
 
     Returns
     -------
     dict
-        JSON values: the condition; ``right`` of ``trials``, the median and the longest time of a
-        genuine pair, and the median time of an independent pair, in ms.
+        JSON values: the condition; ``true_positives`` of ``trials``, the median and the longest
+        time of a genuine pair, and the median time of an independent pair, in ms.
     """
     parameters = TriangleParameters()
-    if a_point:
-        most = min(a_point * condition.n, parameters.max_proposals)
+    if per_point:
+        most = min(per_point * condition.n, parameters.max_proposals)
         parameters = replace(parameters, max_proposals=most)
     times: dict[bool, list[float]] = {True: [], False: []}
-    right = 0
+    recognised = 0
     for genuine, count in ((True, trials), (False, independent_trials)):
         for trial in range(count):
             pair = make_pair(condition, seed, trial, genuine=genuine)
@@ -113,12 +118,12 @@ def measure_exit(
                 pair.p, pair.q, tolerance=pair.tolerance, parameters=parameters
             )
             times[genuine].append(_MS * (time.process_time() - start))
-            right += genuine and is_recognised(match, pair)
+            recognised += genuine and is_recognised(match, pair)
     return {
         **_named(condition),
-        "a_point": a_point,
+        "proposals_per_point": per_point,
         "trials": trials,
-        "right": right,
+        "true_positives": recognised,
         "median_ms": median(times[True]),
         "longest_ms": max(times[True]),
         "independent_ms": median(times[False]),
@@ -128,12 +133,12 @@ def measure_exit(
 def measure_points(
     trials: int, finished: Callable[[str], None] = lambda _: None
 ) -> dict[str, list[dict[str, Any]]]:
-    """Measure both at every condition with up to 200 points of P.
+    """Measure both matchers at every condition with up to 200 points of P.
 
     Parameters
     ----------
     trials : int
-        Genuine pairs, and independent pairs, of a condition; a quarter of them where they are slow.
+        Genuine pairs, and independent pairs, per condition; a quarter of them where they are slow.
     finished : callable
         Called with the name of each condition when it is done.
 
@@ -147,11 +152,11 @@ def measure_points(
     found: dict[str, list[dict[str, Any]]] = {"paper": [], "exits": []}
     for condition in conditions(largest_m=LARGEST_M):
         number = few if condition.m == LARGEST_M else trials
-        measure_paper(condition, AREA_TOLERANCES[0], 1)  # so that nothing is loaded on the clock
+        measure_paper(condition, AREA_TOLERANCES[0], 1)  # loads what the timed runs need
         found["paper"] += [measure_paper(condition, area, number) for area in AREA_TOLERANCES]
-        no = found["paper"][-len(AREA_TOLERANCES)]["independent_ms"]
+        paper_ms = found["paper"][-len(AREA_TOLERANCES)]["independent_ms"]
         found["exits"] += [
-            {**measure_exit(condition, each, few, max(1, few // 2)), "paper_ms": no}
+            {**measure_exit(condition, each, few, max(1, few // 2)), "paper_ms": paper_ms}
             for each in EXITS
         ]
         finished(str(condition))
@@ -160,7 +165,7 @@ def measure_points(
 
 def _named(condition: Condition) -> dict[str, Any]:
     return {
-        "reading": condition.model,
+        "model": condition.model,
         "rho": condition.parameters.rho,
         "m": condition.m,
         "n": condition.n,

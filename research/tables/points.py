@@ -33,9 +33,9 @@ def count_accepted(
     name : str
         The database.
     similarity : ndarray of float64, shape (N,)
-        Share of the smaller template's minutiae that are paired, a pair of prints each.
+        Share of the smaller template's minutiae that are paired, by pair of prints.
     genuine : ndarray of bool, shape (N,)
-        Whether the pair is of one finger.
+        Whether the pair is mated.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def format_paper_choices(results: Mapping[str, Any]) -> dict[str, str]:
     Parameters
     ----------
     results : mapping
-        ``prints``, an entry an area tolerance: ``area_tolerance``, ``ms`` a comparison, and
+        ``prints``, one entry per area tolerance: ``area_tolerance``, ``ms`` per comparison, and
         ``sets`` of `count_accepted`; ``paper`` and ``exits`` of
         `research.experiments.point_choices.measure_points`.
 
@@ -76,7 +76,7 @@ def format_paper_choices(results: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _decision(prints: Sequence[Row]) -> str:
-    """Return the shares accepted at the default area tolerance, a row a database."""
+    """Return the shares accepted at the default area tolerance, by database."""
     (found,) = (row for row in prints if row["area_tolerance"] == DEFAULT_AREA_TOLERANCE)
     head = ["", *(f"ρ = {rho:g}: {kind}" for rho in RHOS for kind in ("genuine", "impostor"))]
     body = [[row["name"], *_accepted(row)] for row in (*found["sets"], _together(found["sets"]))]
@@ -84,7 +84,7 @@ def _decision(prints: Sequence[Row]) -> str:
 
 
 def _area_on_prints(prints: Sequence[Row]) -> str:
-    head = ["area tolerance", *_shares_at(0.6), *_shares_at(0.9), "ms a comparison"]
+    head = ["area tolerance", *_shares_at(0.6), *_shares_at(0.9), "ms per comparison"]
     body = []
     for row in prints:
         accepted = _accepted(_together(row["sets"]))
@@ -119,74 +119,81 @@ def _accepted(row: Row) -> list[str]:
 
 
 def _groups(rows: Sequence[Row]) -> list[tuple[str, float, list[Row]]]:
-    """Return reading, ρ and rows of each group of places."""
-    keys = dict.fromkeys((row["reading"], row["rho"]) for row in rows)
-    return [(*key, [r for r in rows if (r["reading"], r["rho"]) == key]) for key in keys]
+    """Return model, ρ and rows of each group of conditions."""
+    keys = dict.fromkeys((row["model"], row["rho"]) for row in rows)
+    return [(*key, [r for r in rows if (r["model"], r["rho"]) == key]) for key in keys]
 
 
 def _area(rows: Sequence[Row]) -> str:
-    """Return what each area tolerance lets pass, how fast it is, and what it finds."""
-    head = ["reading", "rho", "area tolerance", "ring pairs passing", "times as fast", "right"]
-    base = {_place(r): r["median_ms"] for r in rows if r["area_tolerance"] == 0.1}
+    """Return similar ring pairs, speed-up and true positives of each area tolerance."""
+    head = ["model", "rho", "area tolerance", "similar ring pairs", "speed-up", "TP"]
+    base = {_condition(r): r["median_ms"] for r in rows if r["area_tolerance"] == 0.1}
     body = []
-    for reading, rho, group in _groups(rows):
+    for model, rho, group in _groups(rows):
         for area in dict.fromkeys(row["area_tolerance"] for row in group):
             own = [row for row in group if row["area_tolerance"] == area]
             passing = [100 * row["passing"] for row in own]
-            faster = [base[_place(row)] / row["median_ms"] for row in own]
+            faster = [base[_condition(row)] / row["median_ms"] for row in own]
             body.append(
                 [
-                    *(reading, f"{rho:g}", f"{area:g}"),
+                    *(model, f"{rho:g}", f"{area:g}"),
                     f"{min(passing):.1f} to {max(passing):.1f} %",
                     f"{geometric_mean(faster):.1f} ({min(faster):.1f} to {max(faster):.1f})",
-                    _of(own, "right"),
+                    _share(own, "true_positives"),
                 ]
             )
     return markdown_table([head, *body])
 
 
 def _rule(rows: Sequence[Row]) -> str:
-    """Return the answers by the paper's rule and by the one that this page had before."""
-    head = ["reading", "rho"]
+    """Return the decisions by the paper's rule and by two other rules."""
+    head = ["model", "rho"]
     for rule in ("more than ρ", "ρ or more", "80 % of ⌈ρm⌉"):
-        head += [f"{rule}: right", f"{rule}: false"]
-    keys = ("right", "false", "right_at", "false_at", "right_80", "false_80")
+        head += [f"{rule}: TP", f"{rule}: FP"]
+    keys = (
+        "true_positives",
+        "false_positives",
+        "true_positives_at_rho",
+        "false_positives_at_rho",
+        "true_positives_80",
+        "false_positives_80",
+    )
     usual = [row for row in rows if row["area_tolerance"] == DEFAULT_AREA_TOLERANCE]
     body = [
-        [reading, f"{rho:g}", *(_of(group, key) for key in keys)]
-        for reading, rho, group in _groups(usual)
+        [model, f"{rho:g}", *(_share(group, key) for key in keys)]
+        for model, rho, group in _groups(usual)
     ]
-    return markdown_table([head, *body, ["all", "", *(_of(usual, key) for key in keys)]])
+    return markdown_table([head, *body, ["all", "", *(_share(usual, key) for key in keys)]])
 
 
 def _exit(rows: Sequence[Row]) -> str:
-    """Return what an exit after so many proposals finds, and how long a no takes."""
+    """Return true positives and times by the largest number of proposals."""
     head = [
-        "proposals a point of Q, at most",
-        *(f"patch, {name}: right" for name, _ in _KINDS),
-        *(f"clutter, n = {factor}m: right" for factor in TARGET_FACTORS),
-        *(f"patch, {name}: no over yes" for name, _ in _KINDS),
+        "proposals per point of Q, at most",
+        *(f"patch, {name}: TP" for name, _ in _KINDS),
+        *(f"clutter, n = {factor}m: TP" for factor in TARGET_FACTORS),
+        *(f"patch, {name}: independent / genuine time" for name, _ in _KINDS),
         "patch: slower than the paper's method",
     ]
-    usual = {_place(row): row for row in rows if not row["a_point"]}
+    usual = {_condition(row): row for row in rows if not row["proposals_per_point"]}
     body = []
-    for each in dict.fromkeys(row["a_point"] for row in rows):
-        own = [row for row in rows if row["a_point"] == each]
-        patch = [row for row in own if row["reading"] == "patch"]
+    for each in dict.fromkeys(row["proposals_per_point"] for row in rows):
+        own = [row for row in rows if row["proposals_per_point"] == each]
+        patch = [row for row in own if row["model"] == "patch"]
         kinds = [[row for row in patch if row["rho"] in rhos] for _, rhos in _KINDS]
-        strewn = [
-            [r for r in own if r["reading"] == "clutter" and r["n"] == factor * r["m"]]
+        clutter = [
+            [r for r in own if r["model"] == "clutter" and r["n"] == factor * r["m"]]
             for factor in TARGET_FACTORS
         ]
         ratios = [
-            _range([row["independent_ms"] / usual[_place(row)]["median_ms"] for row in kind])
+            _range([row["independent_ms"] / usual[_condition(row)]["median_ms"] for row in kind])
             for kind in kinds
         ]
         slower = sum(row["independent_ms"] > row["paper_ms"] for row in patch)
         body.append(
             [
                 f"{each}" if each else "the default",
-                *(_of(group, "right") for group in (*kinds, *strewn)),
+                *(_share(group, "true_positives") for group in (*kinds, *clutter)),
                 *ratios,
                 f"{slower} of {len(patch)}",
             ]
@@ -208,18 +215,18 @@ _KINDS: Final = (("ρ ≥ 0.9", (0.9, 0.95)), ("ρ = 0.6", (0.6,)))
 
 
 def _is(row: Row, rhos: tuple[float, ...]) -> bool:
-    return row["reading"] == "patch" and row["rho"] in rhos
+    return row["model"] == "patch" and row["rho"] in rhos
 
 
 def _range(values: Sequence[float]) -> str:
-    """Return the median, and in brackets the least and the most."""
+    """Return the median, and in brackets the smallest and the largest."""
     return f"{median(values):.1f} ({min(values):.1f} to {max(values):.1f})" if values else "-"
 
 
-def _place(row: Row) -> tuple[Any, ...]:
-    return row["reading"], row["rho"], row["m"], row["n"]
+def _condition(row: Row) -> tuple[Any, ...]:
+    return row["model"], row["rho"], row["m"], row["n"]
 
 
-def _of(rows: Iterable[Row], key: str) -> str:
+def _share(rows: Iterable[Row], key: str) -> str:
     counted = list(rows)
     return f"{sum(r[key] for r in counted):,}/{sum(r['trials'] for r in counted):,}"

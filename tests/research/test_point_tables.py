@@ -16,9 +16,14 @@ def counted(name: str = "one") -> dict[str, Any]:
 
 
 def results() -> dict[str, Any]:
-    place = {"reading": "patch", "rho": 0.6, "m": 50}
-    answers = {"right": 3, "false": 0, "right_at": 4, "false_at": 1}
-    answers |= {"right_80": 5, "false_80": 2}
+    place = {"model": "patch", "rho": 0.6, "m": 50}
+    answers = {
+        "true_positives": 3,
+        "false_positives": 0,
+        "true_positives_at_rho": 4,
+        "false_positives_at_rho": 1,
+    }
+    answers |= {"true_positives_80": 5, "false_positives_80": 2}
     paper = [
         {
             **(place | answers),
@@ -29,11 +34,13 @@ def results() -> dict[str, Any]:
     ]
     exits = [
         {
-            **(place | {"reading": reading, "n": 50 * factor, "a_point": each, "trials": 5}),
-            **{"right": 5, "median_ms": 1.0, "longest_ms": 4.0, "paper_ms": 10.0},
+            **(
+                place | {"model": model, "n": 50 * factor, "proposals_per_point": each, "trials": 5}
+            ),
+            **{"true_positives": 5, "median_ms": 1.0, "longest_ms": 4.0, "paper_ms": 10.0},
             "independent_ms": 1.0 if each else 200.0,
         }
-        for reading in ("patch", "clutter")
+        for model in ("patch", "clutter")
         for factor in (2, 4, 8)
         for each in (16, 0)
     ]

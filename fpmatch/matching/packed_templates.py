@@ -1,8 +1,8 @@
 """Many prepared prints in flat arrays, which can be mapped from a file.
 
-The file is a line that names the format, a line of JSON with the place of each array, and the
-arrays, little-endian. It can always be made again from the templates, and must be where they or the
-matcher change.
+The file consists of a line that names the format, a line of JSON with the offset of each array, and
+the arrays, little-endian. It is a cache: it has to be recomputed from the templates whenever they
+or the matcher change.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ class PackedTemplates:
         ndarrays of uint8 (M,), uint16 (M, 12) and uint8 (M, 12); see
         `fpmatch.matching.bit_descriptors.BitDescriptors`.
     cell : ndarray of uint8, shape (C,)
-        Orientation codes of the cells of the print areas, row by row.
+        Quantised ridge orientation of the cells of the print areas, row by row.
     ridges : ndarray of uint64, shape (C,)
-        Pictures of the ridges in these cells; 0 where they are not known.
+        Binary ridge images of these cells; 0 where they are not known.
     shape : ndarray of int32, shape (T, 4)
         Rows and columns of cells, first row and first column.
     step, to_500dpi : ndarray of float64, shape (T,)
@@ -74,7 +74,7 @@ class PackedTemplates:
     has_flow, has_ridges : ndarray of uint8, shape (T,)
         1 where the orientation is known, and where the ridges are.
     inside : ndarray of int32, shape (T,)
-        Numbers of cells inside the regions.
+        Numbers of cells inside the print areas.
     """
 
     minutiae_start: NDArray[np.int64]
@@ -100,22 +100,12 @@ class PackedTemplates:
 
     @classmethod
     def pack(cls, prints: Iterable[PreparedTemplate]) -> PackedTemplates:
-        """Pack prepared prints, in their order.
-
-        Parameters
-        ----------
-        prints : iterable of PreparedTemplate
-            What `prepare` returned, with the usual parameters.
-
-        Returns
-        -------
-        PackedTemplates
-            The prints.
+        """Pack prepared prints, which `prepare` made with its default parameters.
 
         Raises
         ------
         MatcherError
-            If a print has more minutiae than 256.
+            If a print has more than 256 minutiae.
         """
         joined: list[PackedTemplates] = []
         few: list[PackedTemplates] = []
@@ -198,18 +188,7 @@ class PackedTemplates:
         )
 
     def take(self, which: NDArray[np.integer]) -> PackedTemplates:
-        """Return some of the prints.
-
-        Parameters
-        ----------
-        which : ndarray of int, shape (K,)
-            Their numbers, in any order.
-
-        Returns
-        -------
-        PackedTemplates
-            A copy of these, in this order.
-        """
+        """Return a copy of the prints with the numbers `which`, shape (K,), in this order."""
         columns: dict[str, Any] = {name: getattr(self, name)[which] for name in _OF_PRINTS}
         for starts, names in _OWNED.items():
             begin = getattr(self, starts)[which]
@@ -265,8 +244,7 @@ class PackedTemplates:
         Raises
         ------
         MatcherError
-            If the file cannot be read, is damaged, or was made by another version of fpmatch,
-            whose matcher prepares prints in another way.
+            If the file cannot be read, is damaged, or was written by another version of fpmatch.
         """
         try:
             with Path(path).open("rb") as stream:
@@ -274,7 +252,10 @@ class PackedTemplates:
                 header = json.loads(stream.readline()) if known else {}
                 begin = stream.tell()
             if not known or header["prepared"] != _how_prepared():
-                raise MatcherError(f"{path}: not prepared by this version of fpmatch")
+                raise MatcherError(
+                    f"{path}: written by another version of fpmatch; delete it, "
+                    "and the next search of the gallery writes it again"
+                )
             content: Any = np.memmap(path, np.uint8, "r") if mmap else np.fromfile(path, np.uint8)
             found = cls(**{k: _array(content, begin, e) for k, e in header["arrays"].items()})
             whole = len(content) == begin + header["bytes"] and found._is_sound()

@@ -171,10 +171,10 @@ def saved(folder: Path) -> bytes:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        (lambda content: b"", "not prepared by this version"),
-        (lambda content: b"\x89PNG\r\n\x1a\n" + content, "not prepared by this version"),
+        (lambda content: b"", "written by another version"),
+        (lambda content: b"\x89PNG\r\n\x1a\n" + content, "written by another version"),
         (lambda content: FORMAT, "not a file of prepared prints"),
-        (lambda content: content.replace(b"size=12", b"size=11"), "not prepared by this version"),
+        (lambda content: content.replace(b"size=12", b"size=11"), "written by another version"),
         (lambda content: content.replace(b'"arrays"', b"'arrays'"), "not a file of prepared"),
         (lambda content: content[:-1], "damaged"),
         (lambda content: content + b"more", "damaged"),
@@ -234,7 +234,7 @@ def test_a_file_from_before_there_were_codes_is_refused(tmp_path: Path) -> None:
     content = saved(tmp_path)
     assert content.startswith(b"fpmatch prepared prints 4\n")
     (tmp_path / "prints").write_bytes(content.replace(b"prints 4", b"prints 3", 1))
-    with pytest.raises(MatcherError, match="not prepared by this version"):
+    with pytest.raises(MatcherError, match="written by another version"):
         PackedTemplates.load(tmp_path / "prints")
 
 

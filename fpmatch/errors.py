@@ -40,7 +40,7 @@ class ImageError(FpmatchError):
 
 
 class QualityError(FpmatchError):
-    """The image of a print is worse than what was asked for."""
+    """The image of a print is worse than required."""
 
 
 class ResolutionError(FpmatchError):
@@ -68,7 +68,7 @@ class MatcherError(FpmatchError):
 
 
 class OutputError(FpmatchError):
-    """A result could not be written where it was asked for."""
+    """A result could not be written to the requested place."""
 
 
 class EngineError(FpmatchError):

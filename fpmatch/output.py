@@ -137,5 +137,5 @@ def remove_unfinished(folder: str | os.PathLike[str]) -> None:
 
 
 def reason(error: OSError) -> str:
-    """Return what the system says of a failure, to end a sentence with."""
+    """Return the system's message about a failure, in lower case."""
     return (error.strerror or str(error)).lower()

@@ -298,7 +298,7 @@ def _note(report: EvaluationReport) -> None:
     if report.dpi_assumed:
         click.echo(
             f"fpmatch: note: {first_of(report.dpi_assumed)}: {STANDARD_DPI:g} dpi assumed; "
-            "nothing tells the resolution (dpi in dataset.toml does)",
+            "the resolution is unknown (dpi in dataset.toml sets it)",
             err=True,
         )
     say_notes(report.noted)

@@ -23,9 +23,9 @@ Pictures:
   figure_2_triangulations   the sets and their Delaunay triangulations
   figure_3_one_rings        one-rings that correspond
   figure_4_unit_circle      a one-ring on the unit circle, its sectors and weights
-  figure_5_weights          how the weights come about
+  figure_5_weights          the computation of the weights
   figure_6a_two_circles     the unit circles of two rings that correspond
-  figure_6b_rotation        their rotation, and P laid on Q by it
+  figure_6b_rotation        their rotation, and P aligned with Q by it
   figure_7_flow_chart       the matching algorithm, the same for all sets
 
 \b
@@ -88,8 +88,8 @@ def points_draw(
     """Draw Figures 2 to 7 of the paper for the sets P and Q.
 
     Without files, P is random, and Q is P rotated, scaled and jittered. With one, Q is P rotated.
-    With two, `fpmatch points match` says which points are partners. A file is a CSV of points or a
-    template, whose minutiae are drawn as they stand in the image. In the pictures x points to the
+    With two, the partners are those of `fpmatch points match`. A file is a CSV of points or a
+    template, whose minutiae are drawn as they are in the image. In the pictures x points to the
     right; angles are counter-clockwise. Needs matplotlib (the extra "plot").
     """
     from fpmatch.drawing.paper_figures.figures import draw_point_figures, numbers_drawn

@@ -174,8 +174,8 @@ def _note(done: ScoreSummary) -> None:
     """Note on stderr assumed resolutions, notes of reading, and failures to extract."""
     if done.dpi_assumed:
         click.echo(
-            f"fpmatch: note: {first_of(done.dpi_assumed)}: {STANDARD_DPI:g} dpi assumed; nothing "
-            "tells the resolution (--dpi sets it)",
+            f"fpmatch: note: {first_of(done.dpi_assumed)}: {STANDARD_DPI:g} dpi assumed; the "
+            "resolution is unknown (--dpi sets it)",
             err=True,
         )
     say_notes(done.noted)

@@ -59,7 +59,7 @@ KINDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """Size in pixels and resolution in dpi of a print, None where nothing tells."""
+    """Size in pixels and resolution in dpi of a print, None where unknown."""
 
     size: tuple[int, int] | None = None
     dpi: float | None = None
@@ -106,8 +106,8 @@ def _view(
     how: ReadingOptions,
 ) -> View:
     """Return the view that a block of minutiae gives in its frame."""
-    told = frame.dpi or native
-    dpi = told or how.dpi or STANDARD_DPI
+    known_dpi = frame.dpi or native
+    dpi = known_dpi or how.dpi or STANDARD_DPI
     scale = 1.0 if block.pixels else dpi / UNITS_PER_INCH
     x, y, degrees, kind, quality = zip(*block.rows, strict=True) if block.rows else [()] * 5
     px, py = np.array(x) * scale, np.array(y) * scale
@@ -123,7 +123,7 @@ def _view(
         Template(minutiae, width, height, dpi),
         finger=_code(block.finger),
         impression=_code(fields.get(3, b"0")),
-        dpi_known=told is not None,
+        dpi_known=known_dpi is not None,
         size_known=frame.size is not None,
         quality_known=known,
         fields=(("minutiae of", block.name),),
@@ -213,7 +213,7 @@ def _frames(first: Record, others: list[Record]) -> dict[int, _Frame]:
 
 
 def _text_frame(record: Record) -> _Frame:
-    """Return what an image record of text tells: sides in 6 and 7, resolution in 8 to 10."""
+    """Return the frame of an image record of text: sides in 6 and 7, resolution in 8 to 10."""
     fields = record.fields()
     sides = [_code(fields.get(number, b"0")) for number in (6, 7)]
     size = (sides[0], sides[1]) if all(sides) else None
@@ -221,7 +221,7 @@ def _text_frame(record: Record) -> _Frame:
 
 
 def _m1_frame(fields: dict[int, bytes]) -> _Frame:
-    """Return what an M1 block tells: sides in 128 and 129, resolution in 130 to 132."""
+    """Return the frame of an M1 block: sides in 128 and 129, resolution in 130 to 132."""
     sides = [_code(fields.get(number, b"0")) for number in (128, 129)]
     size = (sides[0], sides[1]) if all(sides) else None
     return _Frame(size, _scaled(_code(fields.get(130, b"0")), _code(fields.get(131, b"0"))))

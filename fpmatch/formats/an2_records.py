@@ -116,7 +116,7 @@ def records(data: bytes) -> list[Record]:
 
 
 def _length(data: bytes, at: int, kind: int) -> int:
-    """Return the length that the record at `at`, of type `kind`, tells of itself."""
+    """Return the length that the record at `at`, of type `kind`, declares."""
     if kind in BINARY_TYPES:
         length = int.from_bytes(data[at : at + 4], "big")
     else:
@@ -125,7 +125,7 @@ def _length(data: bytes, at: int, kind: int) -> int:
             raise TemplateError(f"no record of type {kind} at byte {at}, where one is listed")
         length = int(start[2])
     if length < 1:
-        raise TemplateError(f"the record of type {kind} at byte {at} tells no length")
+        raise TemplateError(f"the record of type {kind} at byte {at} declares no length")
     return length
 
 

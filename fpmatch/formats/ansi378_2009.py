@@ -55,7 +55,7 @@ def _draft(data: bytes, how: ReadingOptions, layout: fmr.Layout) -> TemplateReco
         record, end = _read(data, how, layout, certification=0)
     except FpmatchError:
         return None
-    note = "laid out as in the draft of 2007"
+    note = "the layout is that of the draft of 2007"
     return replace(record, notes=(note, *record.notes)) if end == len(data) else None
 
 

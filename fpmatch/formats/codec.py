@@ -28,8 +28,7 @@ class Codec:
     suffixes : tuple of str
         Suffixes of its files, with the dot, in lower case; the first is the one to write.
     recognises : callable
-        Tells from a file's bytes, or its first few thousand, whether they are meant to be this
-        format.
+        Returns whether a file's bytes, or its first few thousand, are meant to be this format.
     decode : callable
         Makes a TemplateRecord of a file's bytes under `ReadingOptions`; raises an `FpmatchError`
         that names the reason (and the line, where the format has lines) but not the file.

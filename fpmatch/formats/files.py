@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
 MAX_TEMPLATE_BYTES: Final = ReadingOptions().limits.max_bytes
-HEAD_BYTES: Final = 4096  # by which a template file is told from others
+HEAD_BYTES: Final = 4096  # enough to recognise a template file
 
 
 def load_template(path: str | os.PathLike[str]) -> Template:
@@ -33,7 +33,7 @@ def load_template(path: str | os.PathLike[str]) -> Template:
     Returns
     -------
     Template
-        The first print in it. `load_record` gives all, and what the file says besides.
+        The first print in it. `load_record` returns all, and the rest of the content.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def load_record(
     file_format: str | None = None,
     how: ReadingOptions | None = None,
 ) -> TemplateRecord:
-    """Load all prints of a template file, with what it says of them.
+    """Load all prints of a template file, and the rest of its content.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def load_record(
     file_format : str, optional
         Name of its format (default: found by its content).
     how : ReadingOptions, optional
-        What holds where the file says nothing, and what is refused (default: `ReadingOptions()`).
+        Values for what the file lacks, and limits (default: `ReadingOptions()`).
 
     Returns
     -------

@@ -54,7 +54,7 @@ class Layout:
     angle_steps : int
         Steps of a turn in which angles are counted.
     zero_is_unknown : bool
-        Whether a quality of 0 means that none is told (the older formats), or 254 and 255 do.
+        Whether a quality of 0 means unknown (the older formats), or 254 and 255 do.
     """
 
     name: str
@@ -63,13 +63,13 @@ class Layout:
 
     @property
     def unknown_quality(self) -> int:
-        """The byte that tells no quality."""
+        """The byte for an unknown quality."""
         return 0 if self.zero_is_unknown else 254
 
     def known(self, quality: NDArray[np.uint8]) -> NDArray[np.bool_]:
-        """Tell which bytes of quality tell one."""
-        told: NDArray[np.bool_] = quality <= 100
-        return told & (quality > 0) if self.zero_is_unknown else told
+        """Return which bytes of quality are known ones."""
+        valid: NDArray[np.bool_] = quality <= 100
+        return valid & (quality > 0) if self.zero_is_unknown else valid
 
 
 ISO_STEPS: Final = 256
@@ -153,11 +153,11 @@ def read_view(
     reader : ByteReader
         Where the number stands.
     frame : Frame
-        What the header says of the print.
+        Size and resolution of the print by the header.
     layout : Layout
         Of the format.
     how : ReadingOptions
-        What holds where the header says nothing, and the limits.
+        Values for what the header lacks, and the limits.
     notes : list of str
         Gets what is odd.
     size : int
@@ -246,7 +246,7 @@ def write_view(view: View, layout: Layout, notes: list[str], *, size: int = 6) -
 
 
 def quality_of(view: View) -> int:
-    """Return the quality of a view, 0 to 100: where none is told, the mean of its minutiae."""
+    """Return the quality of a view, 0 to 100: where it is unknown, the mean of its minutiae."""
     if view.quality is not None:
         return min(100, max(0, view.quality))
     quality = view.template.minutiae.quality
@@ -254,7 +254,7 @@ def quality_of(view: View) -> int:
 
 
 def extended_kinds(extended: ExtendedData | None) -> list[str]:
-    """Return what the blocks of extended data are, in words.
+    """Return the kinds of the blocks of extended data, as texts.
 
     The formats of 2005 leave open whether a block's length counts its own header; the reading
     under which the blocks fill the area is taken.
@@ -305,13 +305,13 @@ def numbered(record: TemplateRecord, most: int = MOST_VIEWS) -> list[View]:
 def check_end(data: bytes, end: int, declared: int, notes: list[str]) -> None:
     """Note where the length in a header, the end of the record and that of the file differ."""
     if declared != end:
-        notes.append(f"the header tells {declared} bytes, the record has {end}")
+        notes.append(f"the header declares {declared} bytes, the record has {end}")
     if data[end:].strip(b"\x00"):  # many writers fill up with zeros
         notes.append(f"{len(data) - end} bytes after the record passed over")
 
 
 def _minutiae(rows: NDArray[np.void], layout: Layout, notes: list[str]) -> tuple[Minutiae, bool]:
-    """Return rows of the file as minutiae, and whether their quality is told."""
+    """Return rows of the file as minutiae, and whether their quality is known."""
     kind = (rows["x"] >> KIND_SHIFT).astype(np.int64)
     strange = kind > max(MinutiaKind)
     if strange.any():
@@ -321,10 +321,10 @@ def _minutiae(rows: NDArray[np.void], layout: Layout, notes: list[str]) -> tuple
         raise AngleError(f"an angle is beyond {layout.angle_steps - 1}, the last of the format")
     quality, known = np.full(len(rows), 100, np.uint8), False
     if "quality" in (rows.dtype.names or ()):
-        told = layout.known(rows["quality"])
-        known = bool(told.any()) or not len(rows)
+        valid = layout.known(rows["quality"])
+        known = bool(valid.any()) or not len(rows)
         if known:
-            quality = np.where(told, rows["quality"], 0).astype(np.uint8)
+            quality = np.where(valid, rows["quality"], 0).astype(np.uint8)
     minutiae = minutiae_of(
         (rows["x"] & COORDINATE_MASK).astype(np.float32),
         (rows["y"] & COORDINATE_MASK).astype(np.float32),

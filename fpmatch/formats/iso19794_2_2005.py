@@ -1,8 +1,8 @@
 """Templates as finger minutiae records of ISO/IEC 19794-2:2005.
 
 One size and resolution for all views; whole pixels, angles in 256 steps of a turn, 255 minutiae a
-view. A quality of 0 tells none. The compact formats for cards, which have no header, are another
-thing and not read.
+view. A quality of 0 means unknown. The compact formats for cards, which have no header, are not
+read.
 """
 
 from __future__ import annotations

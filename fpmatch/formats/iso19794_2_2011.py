@@ -90,20 +90,20 @@ def _read_view(
     size = reader.number() >> 4
     view = fmr.read_view(reader, frame, LAYOUT, how, notes, size=size)
     if reader.at != start + length:
-        notes.append(f"a view tells {length} bytes and has {reader.at - start}")
-    told = [quality for quality in qualities if quality <= 100]
+        notes.append(f"a view declares {length} bytes and has {reader.at - start}")
+    valid = [quality for quality in qualities if quality <= 100]
     return replace(
         view,
         finger=finger,
         number=number,
         impression=impression,
-        quality=told[0] if told else None,
+        quality=valid[0] if valid else None,
         fields=_fields(date, technology, vendor, device),
     )
 
 
 def _fields(date: bytes, technology: int, vendor: int, device: int) -> tuple[tuple[str, str], ...]:
-    """Return in words when and by what a print was taken, as far as the file tells."""
+    """Return date, technology and device of a print as labelled texts, where the file has them."""
     fields = []
     year, month, day = int.from_bytes(date[:2], "big"), date[2], date[3]
     if 1 <= month <= 12 and 1 <= day <= 31:

@@ -10,11 +10,11 @@ A file looks like this::
 
 that is: number; x and y in pixels from the top left; direction in 32 steps, clockwise from
 straight up; reliability, 0 to 1; ridge ending or bifurcation; whether the ridge appears or
-disappears there; the pattern of pixels that gave it away; neighbours with the ridges between.
+disappears there; the pattern of pixels by which it was detected; neighbours with the ridges
+between.
 
-The last three are read past, and on writing there are no neighbours, and ``APP`` and 0 stand for
-the other two, as only mindtct knows them. Other kinds are written as ridge endings. A file tells no
-resolution.
+The last three are not read. A written file has no neighbours, and ``APP`` and 0 for the other two,
+which only mindtct computes. Other kinds are written as ridge endings. A file has no resolution.
 """
 
 from __future__ import annotations
@@ -54,16 +54,16 @@ def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
     how.limits.check_size(*size)
     lines = (line for line in _lines(data) if line[1].strip())
     next(lines)  # the size
-    told = _COUNT.fullmatch(next(lines, (0, ""))[1])
-    if told is None:
+    declared = _COUNT.fullmatch(next(lines, (0, ""))[1])
+    if declared is None:
         raise TemplateError("expected the number of minutiae after the size")
-    how.limits.check_minutiae(int(told[1]))
+    how.limits.check_minutiae(int(declared[1]))
     rows: list[tuple[float, ...]] = []
     for line in lines:
         how.limits.check_minutiae(len(rows) + 1)
         rows.append(_minutia(*line))
-    if len(rows) != int(told[1]):
-        raise TemplateError(f"tells {int(told[1])} minutiae and has {len(rows)}")
+    if len(rows) != int(declared[1]):
+        raise TemplateError(f"declares {int(declared[1])} minutiae and has {len(rows)}")
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
     x, y, step, reliability, kind = table.T
     angle = np.mod(STRAIGHT_UP - step, STEPS) * (2 * np.pi / STEPS)

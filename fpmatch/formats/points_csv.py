@@ -211,7 +211,7 @@ def _find_table(data: bytes, name: str) -> _Table:
 
 
 def _number(text: str, column: str) -> float:
-    """Return a finite number, or raise a ValueError that says what stands there for `column`."""
+    """Return a finite number, or raise a ValueError that names `column` and its text."""
     try:
         value = float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""`TemplateRecord`: all that a template file says, one `View` for each print in it."""
+"""`TemplateRecord`: the content of a template file, one `View` for each print."""
 
 from __future__ import annotations
 
@@ -127,15 +127,15 @@ class View:
     impression : int
         Impression type, as `IMPRESSIONS` names it.
     quality : int or None
-        Quality of the whole print, 0 to 100; None where the file does not tell.
+        Quality of the whole print, 0 to 100; None where the file has none.
     dpi_known, size_known, quality_known : bool
-        Whether the file tells the resolution, the size, and the quality of each minutia. Where it
-        does not, `template` has 500 dpi (or what the reader was told), the box that the minutiae
-        span, and 100.
+        Whether the file contains the resolution, the size, and the quality of each minutia. Where
+        it does not, `template` has 500 dpi (or what `ReadingOptions` has), the box that the
+        minutiae span, and 100.
     extended : ExtendedData or None
         Ridge counts, cores, deltas and makers' own data, kept but not read.
     fields : tuple of (str, str)
-        What else the file says, in words.
+        Further content of the file: labels and texts.
     """
 
     template: Template
@@ -158,7 +158,7 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class TemplateRecord:
-    """Hold what a template file says.
+    """Hold the content of a template file.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ class TemplateRecord:
     views : tuple of View
         Its prints, one at least.
     notes : tuple of str
-        What in the file is odd, or was passed over, each in a few words.
+        Oddities in the file, and parts that were skipped.
     """
 
     format: str

@@ -53,7 +53,7 @@ def codec_of_content(data: bytes) -> Codec:
     Raises
     ------
     TemplateError
-        If none does; where the file says what it is, the message names it.
+        If none does; where the file is of another known kind, the message names it.
     """
     for codec in CODECS:
         if codec.recognises(data):

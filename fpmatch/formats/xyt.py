@@ -1,17 +1,17 @@
 """Templates as the XYT files of NIST's minutiae detector and matcher, mindtct and bozorth3.
 
 A line for each minutia: x, y, angle and, where the file has it, quality, all whole numbers, with
-spaces between. A file tells neither size nor resolution nor kinds. There are two conventions, and
-nothing in a file names the one it follows:
+spaces between. A file contains neither size nor resolution nor kinds. There are two conventions,
+and a file does not name its own:
 
-- ``xyt``, NIST's own, which `mindtct` writes unless told otherwise: origin at the bottom left, y
+- ``xyt``, NIST's own, which `mindtct` writes by default: origin at the bottom left, y
   up; degrees counter-clockwise from +x, in the direction opposite to that of ISO/IEC 19794-2;
 - ``xyt-m1``, that of ANSI/INCITS 378, ``mindtct -m1``: origin at the top left, y down; the
   direction of ISO/IEC 19794-2 in units of two degrees, 0 to 179.
 
-By content, a file without an angle above 179 is taken for the second, any other for the first: of
-a print with n minutiae NIST's convention has no angle above 179 once in some 2ⁿ times. The record's
-note says which was taken.
+By content, a file without an angle above 179 is taken for the second, any other for the first: a
+print with n minutiae in NIST's convention has no angle above 179 with a probability of about 2⁻ⁿ.
+The record's note names the one taken.
 """
 
 from __future__ import annotations

@@ -318,9 +318,9 @@ class Aligner:
         return self.measure()
 
     def pair(self):
-        """Pair minutiae of A with those of B, each with the one it fits best, where it is mutual.
+        """Pair minutiae of A and of B that are each other's best partner.
 
-        Those of A lie where `predicted` says. A pair at distance d within the reach r of its
+        `predicted` has the positions of those of A. A pair at distance d within the reach r of its
         minutia, with directions at cosine t, weighs
         ``(1 - d²/2r²)·(t - min_cosine)/(1 - min_cosine)``. The sum of the weights is returned.
         """

@@ -326,7 +326,7 @@ class EvidenceScorer:
         Impostors are prints that were not made to match. The commonest arrangement of a few
         minutiae, which a search finds, matches far more prints than an arrangement drawn by chance.
         Of very many minutiae a good many fall on others wherever they lie: there, a Poisson
-        distribution says how rare so many pairs are. Ridges count by how well they agree.
+        distribution gives the probability of so many pairs. Ridges count by their correlation.
         """
         pairs = self.evidence[PAIRS]
         chance = self.evidence[CHANCE]

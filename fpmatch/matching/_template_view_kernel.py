@@ -57,7 +57,7 @@ class TemplateView:
         self.orientation_bins = orientation_bins
 
     def set_region(self, code, ridges, first_row, first_column, step, inside, has_flow) -> None:
-        """Take the region: `code` (rows, columns) is 0 outside, else says the orientation.
+        """Take the region: `code` (rows, columns) is 0 outside, else encodes the orientation.
 
         `ridges`, of the same shape, are pictures of the ridges, or None.
         """

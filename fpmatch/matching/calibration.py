@@ -39,11 +39,11 @@ class Provenance:
     sets : tuple of str
         Names of the databases.
     impostors, fingers : int
-        Comparisons of different fingers, and how many fingers they are of; 0 where nobody says.
+        Comparisons of different fingers, and the number of fingers; 0 where unknown.
     version, command : str
         The fpmatch that fitted it, and how.
     matcher : str
-        The matcher whose similarities it is for; "" where nobody says.
+        The matcher whose similarities it is for; "" where unknown.
     """
 
     sets: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""The reasons why two prints do not match, in words."""
+"""The reasons why two prints do not match, as texts."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def explain(
     competing: int = 0,
     parameters: ExplanationParameters | None = None,
 ) -> str:
-    """Return the reasons against one finger in words, the main one first.
+    """Return the reasons against one finger as texts, the main one first.
 
     Parameters
     ----------

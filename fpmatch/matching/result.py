@@ -60,7 +60,7 @@ class Comparison:
     overlap : float
         Share (0..1) of the smaller print that lies inside the other's region.
     reason : str
-        What speaks most against one finger, or why nothing was found; "" if the matcher gives none.
+        The main reason against one finger, or why nothing was found; "" if the matcher gives none.
     compared : Compared or None
         How much was compared, where it was computed.
     detail : object
@@ -229,7 +229,7 @@ class Verification:
 
     @property
     def reason(self) -> str:
-        """Why the answer is no, in words; "" for a match."""
+        """The main reason for a non-match; "" for a match."""
         return "" if self.match else self.evidence.reason
 
     @property

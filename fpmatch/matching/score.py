@@ -38,8 +38,9 @@ the FMR falls at most tenfold for every 12 cells of ridges compared, and by 10^1
 after the first: a place within 12 pixels and 30 degrees of a minutia has another, of the 40 of a
 usual print, about once in 20 times. Ridges count so where their correlation is 0.4 or more, and
 less down to 0.2, that of different fingers. Of very many minutiae a good many fall on others
-wherever they lie: where chance is expected to give more than 3 pairs, the FMR is at least what a
-Poisson distribution says of so many. Genuine whole prints do not come near these bounds.
+wherever they lie: where chance is expected to give more than 3 pairs, the FMR is at least the
+probability of so many pairs in a Poisson distribution. Genuine whole prints stay far from these
+bounds.
 
 What comes out is an estimate of -ln(FMR), the same for prints with ridges and without, and
 ``log(1 + e^that)``, which is positive, is the similarity. Prints that the prefilter rejects get an

@@ -278,8 +278,8 @@ def test_what_was_noticed_on_reading_is_said_once(fpmatch, database, monkeypatch
     (database / "dataset.toml").unlink()
     notes = fpmatch(database, "--workers", workers).stderr.splitlines()
     assert notes == [
-        f"fpmatch: note: {database}/1_1.tif and 18 others: 500 dpi assumed; nothing tells the "
-        "resolution (dpi in dataset.toml does)",
+        f"fpmatch: note: {database}/1_1.tif and 18 others: 500 dpi assumed; the resolution is "
+        "unknown (dpi in dataset.toml sets it)",
         f"fpmatch: note: {database}/2_1.tif and 3 others: its ridges are green",
         f"fpmatch: note: no template: {database}/3_3.tif: broken",
     ]

@@ -60,7 +60,7 @@ def test_a_header_one_byte_short_is_that_of_the_draft_of_2007() -> None:
     draft = ANSI_2009[:16] + ANSI_2009[17:]
     record = codec_of_content(draft).decode(draft, ReadingOptions())
     assert record.format == "ansi2009"
-    assert record.notes[0] == "laid out as in the draft of 2007"
+    assert record.notes[0] == "the layout is that of the draft of 2007"
     assert record.views[0].template.minutiae.xy.tolist() == [[100, 50]]
 
 

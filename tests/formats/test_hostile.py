@@ -94,7 +94,7 @@ def test_limits_hold_for_every_format(name: str) -> None:
         (b"FMR\x00 20\x00\x00\x00\x00\x18" + bytes(12), "holds no print"),
         (b"1.001:99\x1d1.003:1\x1f1\x1e9\x1f01\x1c", "cut short"),
         (b"1.001:26\x1d1.003:1\x1f1\x1e9\x1f01\x1c99", "no record of type 9"),
-        (b"Image (w,h) 9 9\n\n2 Minutiae Detected\n\n", "tells 2 minutiae and has 0"),
+        (b"Image (w,h) 9 9\n\n2 Minutiae Detected\n\n", "declares 2 minutiae and has 0"),
         (b"Image (w,h) 9 9\n\n1 Minutiae Detected\n\nx\n", "line 5: not a minutia"),
         (b"1 2 3 4\n1 2\n", "line 2: expected x, y, angle"),
         (b"1 2 3 4\n1 2 3\n", "some lines have a quality"),

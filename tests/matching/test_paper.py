@@ -140,7 +140,9 @@ def test_transform_that_matches_no_minutia_is_none() -> None:
     sides = (exact.prepare(template_of(positions(seed, 9))) for seed in (1, 2))
     found = exact.compare(*sides)
     assert found.transform is None
-    assert found.reason == "no transform lays minutiae of the probe on minutiae of the reference"
+    assert (
+        found.reason == "no transform aligns minutiae of the probe with minutiae of the reference"
+    )
 
 
 crowded = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=0, max_size=14).map(

@@ -18,10 +18,12 @@ if TYPE_CHECKING:
 
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
-_MAX_INVISIBLE: Final = 3  # grey levels between all pixels of an image that shows nothing
+_MAX_INVISIBLE: Final = 3  # grey levels between all pixels of an image without content
 
-ON_WHITE: Final = "its transparent background was laid over white"
-ON_BLACK: Final = "its transparent background was laid over black, white showing nothing"
+ON_WHITE: Final = "its transparent background was composed over white"
+ON_BLACK: Final = (
+    "its transparent background was composed over black, as nothing is visible over white"
+)
 ALL_TRANSPARENT: Final = "its transparency was ignored: every pixel is fully transparent"
 
 

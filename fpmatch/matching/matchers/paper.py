@@ -9,11 +9,11 @@ It decides as the paper does: two prints match where more than a share ρ of the
 smaller template is paired. The calibrated score stands beside that decision and does not make it,
 unless a threshold is given.
 
-What the paper leaves open: the area tolerance of alike one-rings; of which set ρ is a share; the
-turn of one circle on the other; the unit of λ; and which transform is kept. How these are settled,
-and where the method departs from Fig. 7 (points are paired one to one, degree and area are looked
-up before the loop, the winner is refitted once, all transforms are tried), says the docstring of
-`fpmatch.pointset.unit_circle.matcher`.
+What the paper leaves open: the area tolerance of similar one-rings; of which set ρ is a share; the
+rotation between the circles; the unit of λ; and which transform is kept. The docstring of
+`fpmatch.pointset.unit_circle.matcher` states the choices made, and where the method departs from
+Fig. 7 (points are paired one to one, degree and area are looked up before the loop, the winner is
+refitted once, all transforms are tried).
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ def _why_nothing(alike: int, probe: PreparedPoints, reference: PreparedPoints) -
             return f"no minutia of the {side} has others all round it"
     if not alike:
         return "no one-ring of the probe is like one of the reference"
-    return "no transform lays minutiae of the probe on minutiae of the reference"
+    return "no transform aligns minutiae of the probe with minutiae of the reference"
 
 
 def _in_input_pixels(move: Similarity, probe_dpi: float, reference_dpi: float) -> Similarity:

@@ -150,7 +150,7 @@ class UnitCircleMatcher:
         Parameters
         ----------
         probe, reference : PreparedTemplate
-            Two prints, the smaller of which says how much there is.
+            Two prints, the smaller of which bounds the skin that they share.
         factor : float
             So many times as many minutiae, and as large an area.
 

@@ -114,7 +114,7 @@ def _sort(
         strip = cython.cast(cython.Py_ssize_t, x[i] * scale)
         end[strip] -= 1
         order[end[strip]] = cython.cast(cython.int, i)
-    # `end` now says where each strip begins
+    # `end` now holds where each strip begins
     for strip in range(1, n):
         if end[strip] - begin > 1:
             _sort_strip(x, y, order, spare, begin, end[strip])

@@ -4,11 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from pointset_strategies import any_finite_points, crowded_pixels, seeds
+from pointset_strategies import (
+    any_finite_points,
+    beyond_reach,
+    check_sound,
+    crowded_pixels,
+    seeds,
+)
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.frames import MAX_EXPONENT, UnitFrame
-from fpmatch.pointset.point_match import PointMatch, fewest_above
+from fpmatch.pointset.point_match import fewest_above
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.pointset.unit_circle.matcher import (
     UnitCircleParameters,
@@ -30,21 +35,6 @@ def moved_and_worn(p: np.ndarray, move: Similarity, seed: int) -> np.ndarray:
     gone = rng.random(len(p)) < 0.1
     q[gone] = rng.uniform(0, 400, (int(gone.sum()), 2))
     return rng.permutation(move.apply(q))
-
-
-def check_sound(match: PointMatch, p: np.ndarray, q: np.ndarray) -> None:
-    assert 0 <= match.matched_share <= 1
-    assert match.pairs.dtype == np.int32
-    assert match.pairs[:, 0].tolist() == sorted(set(match.pairs[:, 0].tolist()))
-    assert len(set(match.pairs[:, 1].tolist())) == len(match.pairs)
-    if match.transform is None:
-        assert (match.matched_share, match.rms, len(match.pairs)) == (0, 0, 0)
-        return
-    assert match.matched_share == len(match.pairs) / min(len(p), len(q))
-    residual = match.transform.apply(p[match.pairs[:, 0]]) - q[match.pairs[:, 1]]
-    rms = np.sqrt((residual**2).sum(axis=1).mean())
-    extent = max(np.ptp(q, axis=0))
-    assert match.rms == pytest.approx(rms, rel=1e-6, abs=1e-9 * (extent + np.abs(q).max()))
 
 
 @given(
@@ -115,11 +105,6 @@ def test_crowded_pixels_match_soundly_and_symmetrically(p: np.ndarray, q: np.nda
     check_sound(forth, p, q)
     check_sound(back, q, p)
     assert forth.matched_share == back.matched_share
-
-
-def beyond_reach(points: np.ndarray) -> bool:
-    frame = UnitFrame.of(points)
-    return len(points) > 0 and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT
 
 
 @given(any_finite_points, any_finite_points)

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pointset_strategies import any_finite_points, crowded_pixels, seeds
+from pointset_strategies import (
+    any_finite_points,
+    beyond_reach,
+    check_sound,
+    crowded_pixels,
+    seeds,
+)
 
 from fpmatch.errors import PointSetError
-from fpmatch.pointset.frames import MAX_EXPONENT, UnitFrame
 from fpmatch.pointset.point_match import PointMatch
 from fpmatch.pointset.random_sets import independent_pair, random_pair
 from fpmatch.pointset.similarity import Similarity
@@ -21,20 +26,6 @@ TRIALS = 10 if COMPILED else 2
 LITTLE_WORK = 200_000 if COMPILED else 20_000
 
 SETTINGS = [(0.95, 0.175, 0.428), (0.6, 0.25, 0.61), (0.9, 0.4, 0.84)]
-
-
-def check_sound(match: PointMatch, p: np.ndarray, q: np.ndarray) -> None:
-    assert match.pairs.dtype == np.int32
-    assert match.pairs[:, 0].tolist() == sorted(set(match.pairs[:, 0].tolist()))
-    assert len(set(match.pairs[:, 1].tolist())) == len(match.pairs)
-    if match.transform is None:
-        assert (match.matched_share, match.rms, len(match.pairs)) == (0, 0, 0)
-        return
-    assert match.local_matches > 0
-    assert match.matched_share == len(match.pairs) / min(len(p), len(q))
-    residual = match.transform.apply(p[match.pairs[:, 0]]) - q[match.pairs[:, 1]]
-    rms = np.sqrt((residual**2).sum(axis=1).mean())
-    assert match.rms == pytest.approx(rms, rel=1e-6, abs=1e-9 * max(1, np.abs(q).max()))
 
 
 @given(seeds, st.integers(20, 50))
@@ -223,11 +214,6 @@ def test_work_is_bounded_whatever_the_sets() -> None:
 @given(crowded_pixels, crowded_pixels)
 def test_crowded_pixels_match_soundly(p: np.ndarray, q: np.ndarray) -> None:
     check_sound(match_van_wamelen(p, q, rho=0.6, lambda_=0.61, max_steps=LITTLE_WORK // 10), p, q)
-
-
-def beyond_reach(points: np.ndarray) -> bool:
-    frame = UnitFrame.of(points)
-    return len(points) > 0 and max(frame.magnitude, -frame.exponent) > MAX_EXPONENT
 
 
 @given(any_finite_points, any_finite_points)

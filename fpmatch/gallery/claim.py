@@ -20,15 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedClaim:
-    """Hold the decision on a claimed identity.
-
-    Parameters
-    ----------
-    entries : tuple of Entry
-        The impressions of the claimed subject or finger.
-    result : FingerVerification
-        The decision.
-    """
+    """Hold the decision on a claimed identity, and the impressions enrolled under it."""
 
     entries: tuple[Entry, ...]
     result: FingerVerification
@@ -89,11 +81,6 @@ def check_claim(
         The claimed finger (default: any; the score is of the impressions of all fingers).
     matcher, threshold, calibration
         As for `fpmatch.matching.finger.verify_finger`.
-
-    Returns
-    -------
-    CheckedClaim
-        The decision.
 
     Raises
     ------

@@ -51,18 +51,13 @@ _TOO_LARGE: Final = "template too large to be kept in a gallery"
 
 
 def pack_template(template: Template) -> bytes:
-    """Return a template in few bytes.
+    """Return a template in few bytes; an unpacked template gives the same bytes again.
 
     Parameters
     ----------
     template : Template
         Minutiae within 32,767 pixels of the origin at 500 dpi, at most 65,535 of them; a ridge
         field of at most a million cells.
-
-    Returns
-    -------
-    bytes
-        The packed template; packing an unpacked template gives the same bytes.
 
     Raises
     ------
@@ -101,17 +96,7 @@ def pack_template(template: Template) -> bytes:
 
 
 def unpack_template(data: bytes) -> Template:
-    """Return the template that `pack_template` packed.
-
-    Parameters
-    ----------
-    data : bytes
-        What `pack_template` returned.
-
-    Returns
-    -------
-    Template
-        The template, its numbers rounded once.
+    """Return the template that `pack_template` packed, its numbers rounded once.
 
     Raises
     ------

@@ -46,15 +46,9 @@ class Disagreement:
 
 @dataclass(frozen=True, slots=True)
 class FingerCheck:
-    """Hold the groups of impressions of one finger that match each other.
+    """Hold the groups of impressions of one finger that match each other, the largest first.
 
-    Parameters
-    ----------
-    groups : tuple of tuple of Entry
-        Impressions of which each matches another of its group, and none of any other group; the
-        largest group first.
-    disagreements : tuple of Disagreement
-        The best-scoring pair of each further group and the first.
+    `disagreements` are the best-scoring pairs of each further group and the first.
     """
 
     groups: tuple[tuple[Entry, ...], ...]
@@ -93,11 +87,12 @@ def check_fingers(
     calibration: Calibration | None = None,
     progress: Progress = no_progress,
 ) -> Iterator[FingerCheck]:
-    """Compare the impressions of each finger with each other.
+    """Compare the impressions of each finger with each other; yield fingers by first entry.
 
     Small touches of one finger that share no skin do not match either: two groups are a reason to
     inspect them, no proof. Two impressions match from a score of 30, or of more, up to 55, where
     they form many pairs. Of more than 64 impressions, all are compared with 64 spread over them.
+    Fingers with one impression are left out.
 
     Parameters
     ----------
@@ -111,11 +106,6 @@ def check_fingers(
         Turns its similarities into scores (default: that of the package).
     progress : callable
         Called with stage "check" and numbers of impressions.
-
-    Yields
-    ------
-    FingerCheck
-        For each finger with at least two impressions, in the order of their first entries.
 
     Raises
     ------
@@ -144,18 +134,6 @@ def refuse_disagreeing(gallery: Gallery, new: Collection[Label]) -> list[Failure
 
     Of each finger, the largest group with an impression that was enrolled before is kept, or else
     the largest. What is removed becomes failures.
-
-    Parameters
-    ----------
-    gallery : Gallery
-        An open gallery.
-    new : collection of Label
-        The labels of the new impressions.
-
-    Returns
-    -------
-    list of Failure
-        What was removed, and why.
     """
     fresh = set(new)
     failures: list[Failure] = []
@@ -199,9 +177,6 @@ def _check(
 
 
 def _link_score(count: int) -> float:
-    """Return the score from which two of `count` impressions match.
-
-    One false match would join two fingers, so the score grows with the number of pairs.
-    """
-    pairs = count * (count - 1) / 2
+    """Return the score from which two of `count` impressions match; it grows with the pairs."""
+    pairs = count * (count - 1) / 2  # one false match would join two fingers
     return min(LINK_SCORE + 10.0 * math.log10(pairs), HIGHEST_LINK_SCORE)

@@ -24,17 +24,7 @@ FINGERS_KEPT: Final = 200
 
 
 class ConsolidatedFingers:
-    """The fingers of an open gallery, each prepared when it is first a candidate.
-
-    Parameters
-    ----------
-    gallery : Gallery
-        The open gallery.
-    search : Search
-        From `fpmatch.gallery.search.open_search` of it.
-    calibration : Calibration, optional
-        Turns similarities into scores (default: that of the package).
-    """
+    """Hold the fingers of an open gallery, each prepared when it is first a candidate."""
 
     def __init__(
         self, gallery: Gallery, search: Search, calibration: Calibration | None = None
@@ -46,24 +36,9 @@ class ConsolidatedFingers:
         self._finger = lru_cache(maxsize=FINGERS_KEPT)(self._prepared)
 
     def rerank(self, probe: Any, candidates: Sequence[Candidate]) -> list[Candidate]:
-        """Score candidates by `fpmatch.matching.finger.Finger`, and rank them again.
+        """Score fingers by `fpmatch.matching.finger.Finger`, and rank them again.
 
-        Parameters
-        ----------
-        probe : object
-            The probe, as the matcher's `prepare` returned it.
-        candidates : sequence of Candidate
-            Fingers, not single impressions.
-
-        Returns
-        -------
-        list of Candidate
-            The same fingers, best first. The score of a finger with one impression is unchanged.
-
-        Raises
-        ------
-        GalleryError
-            If the gallery cannot be read.
+        The score of a finger with one impression is unchanged.
         """
         scored = [self._scored(probe, candidate) for candidate in candidates]
         scored.sort(key=lambda one: (-one.score, -one.similarity, one.number))

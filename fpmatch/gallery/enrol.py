@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.engine import processes
 from fpmatch.engine.workers import Attempt, Progress, attempt_each, no_progress
-from fpmatch.gallery.conflicts import ENROLLED
 from fpmatch.gallery.consistency import refuse_disagreeing
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, NewEntry
 from fpmatch.gallery.names import NamePattern, as_text
@@ -21,6 +20,7 @@ from fpmatch.gallery.prints import (
     extract_request,
     folder_reader,
 )
+from fpmatch.gallery.tables import ENROLLED
 from fpmatch.output import reason
 from fpmatch.reading import group_by_note
 
@@ -39,17 +39,7 @@ PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
 
 @dataclass(frozen=True, slots=True)
 class Enrolment:
-    """Hold the outcome of enrolling some prints.
-
-    Parameters
-    ----------
-    enrolled, known : int
-        Number enrolled now, and number enrolled before.
-    failures : tuple of Failure
-        The others, with the reasons.
-    noted : dict of str to tuple of Path
-        What was noticed on or assumed of prints that were enrolled now, and of which.
-    """
+    """Hold numbers of prints enrolled now and before, the failures, and notes on prints."""
 
     enrolled: int
     known: int
@@ -70,7 +60,8 @@ def enrol(
     """Enrol prints in a gallery, those that are not in it.
 
     Every few prints are committed: a run that was killed continues when it is started again, and
-    two runs may enrol at the same time.
+    two runs may enrol at the same time. A print that cannot be enrolled does not stop the run; it
+    is a failure, in the outcome and in the gallery, until it is enrolled.
 
     Parameters
     ----------
@@ -90,12 +81,6 @@ def enrol(
     strict : bool
         Whether to refuse, once all are extracted, impressions that do not match the others of
         their finger; see `fpmatch.gallery.consistency`.
-
-    Returns
-    -------
-    Enrolment
-        The outcome. A print that cannot be enrolled does not stop the run; it is listed there,
-        and in the gallery until it is enrolled.
 
     Raises
     ------

@@ -45,16 +45,8 @@ class Label:
 class EnrolmentRequest:
     """Hold what is known of a print before its template is extracted.
 
-    Parameters
-    ----------
-    label : Label
-        Its label.
-    content : bytes
-        SHA-256 of its file, by which it is recognised under any name.
-    dpi : float or None
-        Resolution that was given; None for that in the file.
-    path : Path or None
-        Its file, where there is one.
+    `content` is the SHA-256 of its file, by which it is recognised under any name; `dpi` is None
+    for the resolution in the file.
     """
 
     label: Label
@@ -77,20 +69,8 @@ class NewEntry:
 class Entry:
     """Hold one enrolled impression without its template.
 
-    Parameters
-    ----------
-    id : int
-        Its number, never given twice; later entries have greater ones.
-    label : Label
-        Its label.
-    source : str
-        Name of the file that was enrolled.
-    content : bytes
-        SHA-256 of that file.
-    dpi : float
-        Resolution in dots per inch.
-    minutiae : int
-        Number of minutiae of the template.
+    `id` is never given twice, and later entries have greater ones. `content` is the SHA-256 of the
+    file `source`; `minutiae` is the number of minutiae.
     """
 
     id: int

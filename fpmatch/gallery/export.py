@@ -30,7 +30,7 @@ def export_templates(
     progress: Progress = no_progress,
     noted: Callable[[Path, str], None] = lambda path, note: None,
 ) -> int:
-    """Write the templates of a gallery into a folder, under their labels.
+    """Write the templates of a gallery into a folder, under their labels; return their number.
 
     Parameters
     ----------
@@ -46,11 +46,6 @@ def export_templates(
         Called with stage "export" and numbers of templates.
     noted : callable
         Called with a file and what its format cannot hold, for each such note.
-
-    Returns
-    -------
-    int
-        Number of templates.
 
     Raises
     ------

@@ -11,7 +11,6 @@ import sqlalchemy as sa
 
 from fpmatch.errors import GalleryError, TemplateError
 from fpmatch.gallery.compact import pack_template, unpack_entry
-from fpmatch.gallery.conflicts import Conflicts
 from fpmatch.gallery.database import Database
 from fpmatch.gallery.entry import EnrolmentRequest, Entry, Failure
 from fpmatch.gallery.tables import (
@@ -20,6 +19,7 @@ from fpmatch.gallery.tables import (
     FAILURE,
     GALLERY,
     VERSION,
+    Conflicts,
     as_entry,
     as_packed,
     create_tables,
@@ -40,7 +40,7 @@ ROWS_PER_READ: Final = 1000
 
 
 def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gallery:
-    """Open a gallery.
+    """Open a gallery; as a context manager it is closed at the end.
 
     Parameters
     ----------
@@ -49,11 +49,6 @@ def open_gallery(where: str | os.PathLike[str], *, create: bool = False) -> Gall
         ``postgresql://user:password@host:port/database`` (extra ``fpmatch[postgres]``).
     create : bool
         Whether to make it where it is missing.
-
-    Returns
-    -------
-    Gallery
-        A context manager that closes it.
 
     Raises
     ------
@@ -115,37 +110,17 @@ class Gallery:
             return int(connection.scalar(sa.select(sa.func.count()).select_from(ENTRY)) or 0)
 
     def find_conflicts(self, requests: Sequence[EnrolmentRequest]) -> list[str | None]:
-        """Find out which prints can be enrolled.
-
-        Parameters
-        ----------
-        requests : sequence of EnrolmentRequest
-            The prints.
-
-        Returns
-        -------
-        list of str or None
-            For each, None where it can be; "" where it is enrolled already; else the reason.
-        """
+        """Return for each print None if it can be enrolled, `ENROLLED`, or why it cannot."""
         with self.database.reading() as connection:
             conflicts = Conflicts(connection, requests)
         return [conflicts.find(request) for request in requests]
 
     def add(self, new: Sequence[NewEntry], failures: Sequence[Failure] = ()) -> list[str | None]:
-        """Enrol impressions and record failures, in one transaction.
+        """Enrol impressions and record failures, in one transaction; return conflicts.
 
-        Parameters
-        ----------
-        new : sequence of NewEntry
-            The impressions. One that is refused becomes a failure; one that is enrolled, now or
-            before, is a failure no longer.
-        failures : sequence of Failure
-            Files that could not be enrolled; they replace failures of the same source.
-
-        Returns
-        -------
-        list of str or None
-            For each impression the conflict as of `find_conflicts`; None where it is enrolled now.
+        The conflicts are as of `find_conflicts`: None for an impression that is enrolled now. An
+        impression that is refused becomes a failure; one that is enrolled, now or before, is a
+        failure no longer. A new failure replaces those of the same source.
         """
         packed = [_pack(entry) for entry in new]
         with self._changing() as connection:
@@ -175,36 +150,18 @@ class Gallery:
         yield from self._rows(query, as_entry)
 
     def numbers_of(self, subject: str) -> list[int]:
-        """Return the numbers of the entries of a subject.
-
-        Raises
-        ------
-        GalleryError
-            If there is none (code "unknown").
-        """
+        """Return the numbers of a subject's entries; GalleryError (code "unknown") if none."""
         numbers = [entry.id for entry in self.entries(subject=subject)]
         if not numbers:
             raise self.database.error(f"no impression of subject {subject}", "unknown")
         return numbers
 
     def entry(self, number: int) -> Entry:
-        """Return the entry of a number.
-
-        Raises
-        ------
-        GalleryError
-            If there is none (code "unknown").
-        """
+        """Return the entry of a number; GalleryError (code "unknown") if there is none."""
         return self._one(sa.select(*ABOUT), number, as_entry)
 
     def template(self, number: int) -> Template:
-        """Return the template of the entry of a number.
-
-        Raises
-        ------
-        GalleryError
-            If there is none (code "unknown"), or it is damaged.
-        """
+        """Return the template of an entry; GalleryError if there is none or it is damaged."""
         query = sa.select(ENTRY.c.id, ENTRY.c.template)
         _, data = self._one(query, number, as_packed)
         return unpack_entry(data, number, self.name)
@@ -240,10 +197,7 @@ class Gallery:
     def remove(self, numbers: Collection[int]) -> int:
         """Remove entries by their numbers; return how many.
 
-        Raises
-        ------
-        GalleryError
-            If one of the numbers is unknown (code "unknown"); then none is removed.
+        If one of the numbers is unknown, none is removed: GalleryError (code "unknown").
         """
         with self._changing() as connection:
             for number in dict.fromkeys(numbers):

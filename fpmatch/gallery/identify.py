@@ -108,18 +108,10 @@ class Identification:
         return self.compared < self.enrolled
 
     def candidate_dicts(self, entries: Sequence[Entry]) -> list[dict[str, Any]]:
-        """Return the candidates as ``fpmatch identify --json`` prints them.
+        """Return the candidates, with their entries, as ``fpmatch identify --json`` prints them.
 
-        Parameters
-        ----------
-        entries : sequence of Entry
-            The entries of the candidates' numbers, in their order.
-
-        Returns
-        -------
-        list of dict
-            JSON values only. ``transform``, ``pairs`` and ``rms_px`` are there if requested, the
-            first and the last None where no transform was found.
+        ``transform``, ``pairs`` and ``rms_px`` are there if requested, the first and the last None
+        where no transform was found.
         """
         return [
             self._candidate_dict(candidate, entry)
@@ -192,11 +184,6 @@ def identify(
     consolidated : ConsolidatedFingers, optional
         Compares each candidate also with the consolidated template of its impressions and ranks
         the candidates again; the same fingers are candidates (default: this is not done).
-
-    Returns
-    -------
-    Identification
-        The candidates.
 
     Raises
     ------
@@ -312,10 +299,7 @@ def _best(
     finger: NDArray[np.intp],
     count: int,
 ) -> NDArray[np.intp]:
-    """Return the indices of the most similar impressions of the `count` fingers of highest score.
-
-    Of equal ones, the more similar, then the one of the lowest number comes first.
-    """
+    """Return the most similar impression of each of the `count` fingers of highest score."""
     order = np.lexsort((numbers, -similarities, -scores))
     _, first = np.unique(finger[order], return_index=True)
     best: NDArray[np.intp] = order[np.sort(first)[:count]]

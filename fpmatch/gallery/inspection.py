@@ -38,30 +38,11 @@ class InspectedImage:
 
 @dataclass(frozen=True, slots=True)
 class InspectedPrint:
-    """Hold properties of one print of a template file.
+    """Hold properties of one print of a template file; None where they are unknown.
 
-    Parameters
-    ----------
-    width, height : int
-        Size in pixels; of the box around the minutiae where the file does not contain it.
-    size_known : bool
-        Whether the file contains it.
-    dpi : float or None
-        Resolution; None where it is unknown.
-    minutiae, endings, bifurcations : int
-        Number of minutiae, of endings and of bifurcations.
-    finger, impression : str
-        Names of finger position and impression type.
-    quality : int or None
-        Quality of the print, 0 to 100; None where it is unknown.
-    minutia_quality : float or None
-        Mean quality of the minutiae; None where it is unknown.
-    ridge_field : bool
-        Whether there is a ridge orientation field.
-    extended : tuple of str
-        Kinds of extended data.
-    fields : dict of str
-        Other data in the file.
+    Width and height are those of the box around the minutiae unless `size_known`. Qualities are 0
+    to 100, that of the minutiae a mean. `extended` names kinds of extended data, and `fields` holds
+    other data in the file.
     """
 
     width: int
@@ -82,20 +63,9 @@ class InspectedPrint:
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
-    """Hold the content of a file.
+    """Hold the content of a file: its format, short and in full, its image and its templates.
 
-    Parameters
-    ----------
-    path : str
-        The file.
-    format, title : str
-        Short and full name of its format.
-    image : InspectedImage or None
-        Its image, if it has one.
-    prints : tuple of InspectedPrint
-        Its templates.
-    notes : tuple of str
-        Anomalies, and data that were skipped.
+    `notes` are anomalies, and data that were skipped.
     """
 
     path: str

@@ -41,12 +41,8 @@ _ENTRY: Final = np.dtype([("number", "<i8"), ("finger", "<i8"), ("digest", "V16"
 class Prepared:
     """Hold the prepared prints of a gallery.
 
-    Parameters
-    ----------
-    entries : ndarray of (number, finger, digest), shape (N,)
-        Number of each entry, lowest number of an entry of its finger, and a digest of its template.
-    prints : PackedTemplates
-        The prints, in the same order.
+    For each, `entries` holds the number of its entry, the lowest number of an entry of its finger,
+    and a digest of its template.
     """
 
     entries: NDArray[np.void]
@@ -56,30 +52,9 @@ class Prepared:
 def prepare_gallery(
     gallery: Gallery, matcher: Matcher, *, engine: Engine | None, progress: Progress
 ) -> Prepared:
-    """Return the prepared prints of a gallery, from files where it has not changed.
+    """Return the prepared prints of a gallery by number, from files where it has not changed.
 
-    Parameters
-    ----------
-    gallery : Gallery
-        An open gallery.
-    matcher : Matcher
-        A matcher whose prepared prints can be packed.
-    engine : Engine or None
-        Where prints are prepared (default: all cores).
-    progress : callable
-        Called with stage "prepare" and numbers of prints that are in no file.
-
-    Returns
-    -------
-    Prepared
-        The prints, in the order of their numbers.
-
-    Raises
-    ------
-    GalleryError
-        If the gallery cannot be read, or a template is damaged.
-    EngineError
-        If the engine broke down.
+    `progress` is called with stage "prepare" and numbers of prints that are in no file.
     """
     content = gallery.content_hash()
     folders = _folders(gallery)

@@ -31,15 +31,7 @@ _HEAD_BYTES: Final = 4096
 
 @dataclass(frozen=True, slots=True)
 class PrintFile:
-    """Hold the file of an image or a template, and its resolution.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    dpi : float or None
-        In dots per inch; None for that in the file.
-    """
+    """Hold the file of an image or a template, and its resolution (None: that in the file)."""
 
     path: Path
     dpi: float | None = None
@@ -47,17 +39,7 @@ class PrintFile:
 
 @dataclass(frozen=True, slots=True)
 class ExtractedPrint:
-    """Hold the template of a print.
-
-    Parameters
-    ----------
-    template : Template
-        Its template.
-    dpi_assumed : bool
-        Whether its resolution was assumed.
-    notes : tuple of str
-        What was noticed on reading it.
-    """
+    """Hold the template of a print, whether its resolution was assumed, and notes on reading it."""
 
     template: Template
     dpi_assumed: bool = False
@@ -76,7 +58,7 @@ if TYPE_CHECKING:
 def find_prints(
     places: Iterable[str | os.PathLike[str]], dpi: float | None = None
 ) -> list[PrintFile]:
-    """Find the prints of some files and folders.
+    """Find the prints of some files and folders, each once, those of a folder by name.
 
     Parameters
     ----------
@@ -86,11 +68,6 @@ def find_prints(
     dpi : float, optional
         Resolution of them all (default: that in the ``dataset.toml`` beside a file, else the
         file's own).
-
-    Returns
-    -------
-    list of PrintFile
-        In the order given, those of a folder by name; each file once.
 
     Raises
     ------
@@ -121,18 +98,8 @@ def folder_reader(
 ) -> PolarityReader[GreyImage | TemplateRecord]:
     """Return a reader of prints that reads the images of a folder with one polarity.
 
-    Parameters
-    ----------
-    prints : iterable of PrintFile
-        From `find_prints`.
-    polarity, dpi, reader
-        As for `fpmatch.image.quality.folder_polarity.find_polarities` (default reader:
-        `PrintReader`).
-
-    Returns
-    -------
-    PolarityReader
-        A reader for `extract_print`.
+    `polarity`, `dpi` and `reader` are as for
+    `fpmatch.image.quality.folder_polarity.find_polarities` (default reader: `PrintReader`).
     """
     from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities  # noqa: PLC0415
 
@@ -156,11 +123,6 @@ def extract_print(
         Reads it (default: `PrintReader`).
     min_quality : int
         Lowest quality of an image, 0 to 100; templates are not graded.
-
-    Returns
-    -------
-    ExtractedPrint
-        Its template, with at least one minutia.
 
     Raises
     ------
@@ -207,9 +169,8 @@ def _files(place: Path) -> list[Path]:
 def _templates_in(folder: Path) -> list[Path]:
     """Return the files of a folder that are named like templates, one of each name, by name.
 
-    JSON and CSV are suffixes of other files too: of these, files that begin like templates are
-    taken and, if there are such, files that are no JSON or CSV at all, so that a damaged template
-    is an error.
+    JSON and CSV files are taken if they begin like templates or, beside such, are no JSON or CSV at
+    all, so that a damaged template is an error.
     """
     from fpmatch.formats.files import is_template_file  # noqa: PLC0415
     from fpmatch.formats.registry import CODECS  # noqa: PLC0415

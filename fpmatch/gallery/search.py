@@ -36,16 +36,8 @@ class References(Protocol):
 class Search:
     """Hold the prints of a gallery, prepared for a matcher.
 
-    Parameters
-    ----------
-    matcher : Matcher
-        The matcher.
-    numbers : ndarray of int64, shape (N,)
-        Numbers of the entries.
-    fingers : ndarray of int64, shape (N,)
-        For each entry, the lowest number of an entry of the same finger.
-    references : References
-        The prepared templates, in the same order.
+    For each print, `numbers` holds the number of its entry, `fingers` the lowest number of an entry
+    of its finger, and `references` the prepared template.
     """
 
     matcher: Matcher
@@ -79,13 +71,6 @@ class Search:
     def candidate_list(self, probe: Any, count: int) -> NDArray[np.intp]:
         """Return the ascending indices of the `count` prints with the most similar descriptors.
 
-        Parameters
-        ----------
-        probe : object
-            The probe, as the matcher's `prepare` returned it.
-        count : int
-            Length of the list.
-
         Raises
         ------
         MatcherError
@@ -98,20 +83,7 @@ class Search:
     def similarities(
         self, probe: Any, which: NDArray[np.intp] | None = None
     ) -> NDArray[np.float64]:
-        """Compare a probe with the prints.
-
-        Parameters
-        ----------
-        probe : object
-            The probe, as the matcher's `prepare` returned it.
-        which : ndarray of intp, optional
-            Indices of the prints to compare (default: all).
-
-        Returns
-        -------
-        ndarray of float64
-            The similarity to each, as the matcher's `compare` returns it.
-        """
+        """Return the similarity of a prepared probe to each print, or to those of `which`."""
         if hasattr(self.matcher, "similarities") and isinstance(self.references, PackedTemplates):
             compared = self.references if which is None else self.references.take(which)
             found: NDArray[np.float64] = self.matcher.similarities(probe, compared)
@@ -129,7 +101,7 @@ def open_search(
     engine: Engine | None = None,
     progress: Progress = no_progress,
 ) -> Search:
-    """Prepare the prints of a gallery for a search.
+    """Prepare the prints that are in a gallery now for a search.
 
     Parameters
     ----------
@@ -141,11 +113,6 @@ def open_search(
         Where prints are prepared (default: all cores).
     progress : callable
         Called with stage "prepare" and numbers of prints.
-
-    Returns
-    -------
-    Search
-        The prints that are in the gallery now.
 
     Raises
     ------

@@ -15,21 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class GallerySummary:
-    """Hold counts and sizes of a gallery.
-
-    Parameters
-    ----------
-    version : int
-        Version of the format.
-    impressions, subjects : int
-        Number of enrolled impressions, and of their subjects.
-    minutiae, template_bytes : int
-        Minutiae and bytes of all templates together.
-    dpi : dict of int
-        Number of impressions by resolution.
-    failures : int
-        Number of files that could not be enrolled.
-    """
+    """Hold counts and sizes of a gallery; `dpi` counts impressions by resolution."""
 
     version: int
     impressions: int
@@ -46,13 +32,7 @@ class GallerySummary:
 
 
 def summarise(gallery: Gallery) -> GallerySummary:
-    """Count what is in a gallery.
-
-    Raises
-    ------
-    GalleryError
-        If it cannot be read.
-    """
+    """Count what is in a gallery."""
     by_dpi = sa.select(ENTRY.c.dpi, sa.func.count()).group_by(ENTRY.c.dpi).order_by(ENTRY.c.dpi)
     totals = sa.select(
         sa.func.count(),

@@ -1,13 +1,18 @@
-"""Tables of a gallery's database."""
+"""Tables of a gallery's database, and conflicts of new prints with their entries."""
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import sqlalchemy as sa
 
 from fpmatch.gallery.database import DamagedRowError
 from fpmatch.gallery.entry import Entry, Label
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fpmatch.gallery.entry import EnrolmentRequest
 
 VERSION: Final = 1
 """Version of these tables and of their content; it grows with every change of either."""
@@ -48,6 +53,12 @@ FAILURE: Final = sa.Table(
     sa.Column("reason", sa.Text, nullable=False),
 )
 
+ENROLLED: Final = ""
+"""What `Conflicts.find` returns for a print that is enrolled already."""
+DPI_TOLERANCE: Final = 0.05  # resolutions in files have one decimal
+PRINTS_PER_QUERY: Final = 500
+_LABEL: Final = (ENTRY.c.subject, ENTRY.c.finger, ENTRY.c.impression)
+
 
 def create_tables(connection: sa.Connection, state: str) -> None:
     """Make the tables of an empty gallery, within the transaction of `connection`."""
@@ -56,13 +67,7 @@ def create_tables(connection: sa.Connection, state: str) -> None:
 
 
 def as_entry(row: Any) -> Entry:
-    """Return a row of the columns `ABOUT` as an entry.
-
-    Raises
-    ------
-    DamagedRowError
-        If a column is of another type.
-    """
+    """Return a row of the columns `ABOUT` as an entry, or raise DamagedRowError."""
     names, numbers = (row.subject, row.finger, row.impression, row.source), (row.id, row.minutiae)
     if (
         not all(isinstance(name, str) for name in names)
@@ -79,3 +84,39 @@ def as_packed(row: Any) -> tuple[int, bytes]:
     if not (isinstance(row.id, int) and isinstance(row.template, bytes)):
         raise DamagedRowError(f"entry {row.id} has no template")
     return row.id, row.template
+
+
+class Conflicts:
+    """Entries of a gallery that have the content or the label of some requests."""
+
+    def __init__(self, connection: sa.Connection, requests: Sequence[EnrolmentRequest]) -> None:
+        self._by_content: dict[bytes, Entry] = {}
+        self._by_label: dict[Label, Entry] = {}
+        for k in range(0, len(requests), PRINTS_PER_QUERY):
+            part = requests[k : k + PRINTS_PER_QUERY]
+            labels = [(r.label.subject, r.label.finger, r.label.impression) for r in part]
+            for condition in (
+                ENTRY.c.content.in_([request.content for request in part]),
+                sa.tuple_(*_LABEL).in_(labels),
+            ):
+                for row in connection.execute(sa.select(*ABOUT).where(condition)):
+                    self.add(as_entry(row))
+
+    def add(self, entry: Entry) -> None:
+        """Take another entry into account."""
+        self._by_content[entry.content] = entry
+        self._by_label[entry.label] = entry
+
+    def find(self, request: EnrolmentRequest) -> str | None:
+        """Return why a print cannot be enrolled, `ENROLLED`, or None where it can be."""
+        known = self._by_content.get(request.content)
+        if known is not None:
+            if known.label != request.label:
+                return f"the same picture is enrolled as {known.label} already ({known.source})"
+            if request.dpi is not None and abs(request.dpi - known.dpi) > DPI_TOLERANCE:
+                return f"enrolled already, at {known.dpi:g} dpi, not {request.dpi:g}"
+            return ENROLLED
+        other = self._by_label.get(request.label)
+        if other is not None:
+            return f"another picture is enrolled as {request.label} already ({other.source})"
+        return None

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
-from fpmatch.gallery.conflicts import ENROLLED
 from fpmatch.gallery.entry import EnrolmentRequest, Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.summary import summarise
+from fpmatch.gallery.tables import ENROLLED
 from fpmatch.web.errors import ConflictError, RequestError
 from fpmatch.web.prints import open_upload_with_minutiae
 

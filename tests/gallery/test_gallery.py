@@ -10,8 +10,8 @@ import sys
 import pytest
 
 from fpmatch.errors import GalleryError
-from fpmatch.gallery import conflicts
 from fpmatch.gallery import gallery as gallery_module
+from fpmatch.gallery import tables
 from fpmatch.gallery.compact import pack_template, unpack_template
 from fpmatch.gallery.entry import EnrolmentRequest, Failure, Label
 from fpmatch.gallery.gallery import open_gallery
@@ -401,7 +401,7 @@ def test_a_lost_connection_is_one_line_and_is_made_anew(where, make_entry):
 
 
 def test_more_prints_at_once_than_a_query_takes(where, make_entry, monkeypatch):
-    monkeypatch.setattr(conflicts, "PRINTS_PER_QUERY", 7)
+    monkeypatch.setattr(tables, "PRINTS_PER_QUERY", 7)
     monkeypatch.setattr(gallery_module, "ROWS_PER_READ", 5)
     with open_gallery(where, create=True) as gallery:
         assert gallery.add([make_entry(k) for k in range(20)]) == [None] * 20

@@ -150,7 +150,7 @@ def without_folders(app: Sphinx, page: str, source: list[str]) -> None:
 
 
 def as_plain_words(app: Sphinx, ctx: click.Context, lines: list[str]) -> None:
-    """Keep what a command's help says from being read as markup."""
+    """Escape a command's help so that it is not read as markup."""
     lines[:] = [line for paragraph in _paragraphs(lines) for line in _in_markup(paragraph)]
 
 

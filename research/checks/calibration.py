@@ -25,7 +25,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research check calibration fvc/*/* --synthetic --json calibration.json
+""",
+)
 @folders
 @click.option("--matcher", default=DEFAULT_MATCHER, show_default=True)
 @click.option("--synthetic", is_flag=True, help="Also compare eight synthetic databases.")
@@ -42,17 +48,13 @@ def command(
     json_file: Path | None,
     workers: int | None,
 ) -> None:
-    r"""Compare the false match rates at calibrated scores with the stated ones.
+    """Compare the false match rates at calibrated scores with the stated ones.
 
     All impressions of different fingers within each FVC-style database DIR are compared. For the
     scores 20, 30 and 40 the share of comparisons that reach them stands beside the stated 1 %,
     0.1 % and 0.01 %. --synthetic adds a row of 1.8 million comparisons by the default matcher, of
     eight synthetic databases that nothing was trained on, and a row of everything together. The
     exit status is 0 if the last row lies within a factor of two of the stated rates, 1 otherwise.
-
-    \b
-    Example:
-      python -m research check calibration fvc/*/* --synthetic --json calibration.json
     """
     if json_file:
         check_writable(json_file)

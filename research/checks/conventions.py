@@ -28,22 +28,24 @@ def within_limits(agreement: Agreement) -> bool:
     )
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research check conventions fvc/fvc2002 minutiae
+""",
+)
 @click.argument("prints", type=PATH)
 @click.argument("minutiae", type=PATH)
 @workers
 @click.pass_context
 def command(context: click.Context, prints: Path, minutiae: Path, workers: int | None) -> None:
-    r"""Compare minutia directions with those of other extractors on the same prints.
+    """Compare minutia directions with those of other extractors on the same prints.
 
     PRINTS holds databases, such as DB1_B/101_1.tif; MINUTIAE the extractors' minutiae, such as
     mindtct/fvc2002/DB1_B/101_1.csv, where fvc2002 is the name of PRINTS. Of the minutiae that both
     find within 8 px, at least 85 % must agree in direction within 30 degrees, and at most 8 % may
     be flipped (over 150 degrees apart); otherwise the exit status is 1.
-
-    \b
-    Example:
-      python -m research check conventions fvc/fvc2002 minutiae
     """
     folders = _minutiae_folders(prints, minutiae)
     sets = extract_datasets([load_dataset(prints / name) for name in folders], workers=workers)

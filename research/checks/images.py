@@ -53,7 +53,13 @@ class DatabaseCheck:
     fingers: dict[int, list[Template]] = field(default_factory=dict)
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research check images fvc/*/* --into docs/explanation/images.md
+""",
+)
 @folders
 @click.option("--into", metavar="PAGE.md", type=PATH, help="Write the tables into this page.")
 @click.option("--every", default=EVERY, show_default=True, help="Every n-th pair is scaled.")
@@ -61,7 +67,7 @@ class DatabaseCheck:
 def command(
     context: click.Context, folders: tuple[Path, ...], into: Path | None, every: int
 ) -> None:
-    r"""Measure how often a wrong resolution is detected, on FVC-style databases DIR.
+    """Measure how often a wrong resolution is detected, on FVC-style databases DIR.
 
     The first table has the pairs whose scale is found to differ: of all genuine pairs with correct
     resolutions, and of every seventh pair with a wrong resolution of the probe. The second table
@@ -69,10 +75,6 @@ def command(
     each finger's first image at wrong resolutions. The tables are printed and, with --into, written
     between the marks of a page. The exit status is 1 where the correct resolution of an image is
     reported as wrong, or that of more than 1 % of the pairs.
-
-    \b
-    Example:
-      python -m research check images fvc/*/* --into docs/explanation/images.md
     """
     checks = [read_database(folder) for folder in folders]
     for check in checks:

@@ -14,18 +14,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research check points docs/data/pointsets_bench.json
+""",
+)
 @click.argument("results", metavar="FILE", type=PATH)
 @click.pass_context
 def command(context: click.Context, results: Path) -> None:
-    r"""List the results on random point sets that miss their targets.
+    """List the results on random point sets that miss their targets.
 
     FILE is what ``fpmatch points bench --json`` wrote; `research.experiments.point_targets` defines
     the targets. The exit status is 1 if any is missed.
-
-    \b
-    Example:
-      python -m research check points docs/data/pointsets_bench.json
     """
     missed = missed_targets(read_results(results))
     click.echo("\n".join(missed) if missed else "no cell misses a target")

@@ -58,7 +58,13 @@ class Counts:
         self.evidence_of_negatives.append(polarity_evidence(negative))
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research check polarity fvc/*/* --into docs/explanation/images.md
+""",
+)
 @folders
 @click.option("--into", metavar="PAGE.md", type=PATH, help="Write the table into this page.")
 @click.option("--fingers", default=5, show_default=True, help="Synthetic fingers of a preset.")
@@ -66,16 +72,12 @@ class Counts:
 def command(
     context: click.Context, folders: tuple[Path, ...], into: Path | None, fingers: int
 ) -> None:
-    r"""Count the prints with dark ridges, and their negatives, that are taken for inverted.
+    """Count the prints with dark ridges, and their negatives, that are taken for inverted.
 
     The images of the FVC-style databases DIR are taken as they are, as squares that the print
     fills, and with a darkened background. Synthetic prints of presets and fingers that the polarity
     was not trained on are added. The table is printed and, with --into, written between the marks
     of a page. The exit status is 1 where the images of a database are together taken for inverted.
-
-    \b
-    Example:
-      python -m research check polarity fvc/*/* --into docs/explanation/images.md
     """
     head = ["prints", "background", "images", "taken for inverted", "negatives taken for inverted"]
     table, wrong = [[*head, "together", "negatives together"]], False

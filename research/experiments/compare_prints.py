@@ -20,7 +20,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research compare-prints synthetic/* --against fvc/fvc2002/DB1_B --json prints.json
+""",
+)
 @folders
 @click.option(
     "--against", metavar="DIR", type=PATH, multiple=True, help="Compare with it (repeatable)."
@@ -33,15 +39,11 @@ def command(
     json_file: Path | None,
     workers: int | None,
 ) -> None:
-    r"""Compare statistics of the prints of FVC-style databases DIR.
+    """Compare statistics of the prints of FVC-style databases DIR.
 
     Ridge period, area, minutiae, grey levels and foreground of every print are measured and their
     distributions shown side by side; with --against, also the share of prints outside the range of
     those databases (from the least 5 % to the greatest 95 %).
-
-    \b
-    Example:
-      python -m research compare-prints synthetic/* --against fvc/fvc2002/DB1_B --json prints.json
     """
     if json_file:
         check_writable(json_file)

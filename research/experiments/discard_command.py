@@ -17,19 +17,21 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Examples:
+  python -m research error-vs-discard fvc/*/* --json fvc.json
+  python -m research tables quality --fvc fvc.json
+""",
+)
 @folders
 @json_file
 @workers
 def command(folders: tuple[Path, ...], json_file: Path | None, workers: int | None) -> None:
-    r"""Measure the false non-match rate where the worst prints are discarded.
+    """Measure the false non-match rate where the worst prints are discarded.
 
     Prints are discarded in the order of their quality, on FVC-style databases DIR.
-
-    \b
-    Examples:
-      python -m research error-vs-discard fvc/*/* --json fvc.json
-      python -m research tables quality --fvc fvc.json
     """
     if json_file:
         check_writable(json_file)

@@ -25,23 +25,25 @@ SHOWN: Final = ("103_1", "103_2")
 """The pair of the sample prints that docs/tutorial/case_study.md shows."""
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research case-study fvc/fvc2002/DB1_B --pair 103_1 103_2
+""",
+)
 @click.argument("folder", metavar="[DIR]", type=PATH, default=SAMPLES)
 @click.option("--pair", nargs=2, metavar="FFF_M FFF_M", help="Names of two prints.")
 @click.option("--out", type=PATH, default="case_study", show_default=True, help="Output folder.")
 @click.option("--format", "file_format", type=click.Choice(FILE_FORMATS), default="png")
 def command(folder: Path, pair: tuple[str, str] | None, out: Path, file_format: FileFormat) -> None:
-    r"""Draw the paper's case study (section 4.1) and its Figures 1, 3 and 8 on two prints.
+    """Draw the paper's case study (section 4.1) and its Figures 1, 3 and 8 on two prints.
 
     DIR is an FVC-style database, by default the sample prints. Without --pair, the first two
     impressions of its first finger are taken. The pictures are: both prints with their minutiae
     (Figure 1), the triangulations (Figure 3), the pairs by the default and by the paper's matcher,
     the mesh of the pairs, a one-ring of each print on the unit circle, and P over Q by either
     matcher (Figure 8).
-
-    \b
-    Example:
-      python -m research case-study fvc/fvc2002/DB1_B --pair 103_1 103_2
     """
     figures = case_study(folder, pair or (), file_format)
     for path, figure in zip(write_point_figures(figures, out), figures, strict=True):

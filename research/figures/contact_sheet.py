@@ -26,7 +26,13 @@ if TYPE_CHECKING:
 GREYS: Final = 64  # the eye sees no difference, and the file is a third smaller
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research contact-sheet fvc/fvc2002/* -o sheet.png
+""",
+)
 @folders
 @click.option("-o", "--out", type=PATH, required=True, help="The PNG file to write.")
 @click.option("--each", "count", default=6, show_default=True, help="Prints of a database.")
@@ -36,14 +42,10 @@ GREYS: Final = 64  # the eye sees no difference, and the file is a third smaller
 def command(
     folders: tuple[Path, ...], out: Path, count: int, across: bool, others: bool, dpi: float
 ) -> None:
-    r"""Draw prints of FVC-style databases DIR on one sheet, all at one scale.
+    """Draw prints of FVC-style databases DIR on one sheet, all at one scale.
 
     A row shows one print of each of a database's first fingers: the first impression of the first
     finger, the second of the second, and so on, so that many placements are seen.
-
-    \b
-    Example:
-      python -m research contact-sheet fvc/fvc2002/* -o sheet.png
     """
     check_writable(out)
     datasets = with_unique_names(load_datasets(folders))

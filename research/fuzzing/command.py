@@ -19,7 +19,14 @@ if TYPE_CHECKING:
 SECONDS: Final = 60.0
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Examples:
+  python -m research fuzz --seconds 120
+  python -m research fuzz --seconds 60 --target iso2005 --target an2 my.iso their.an2
+""",
+)
 @click.argument("files", metavar="[FILE]...", nargs=-1, type=PATH)
 @click.option("--seconds", type=float, help="For all targets together.  [default: 60]")
 @click.option("--files", "count", type=int, metavar="N", help="Damaged files for each target.")
@@ -38,18 +45,13 @@ def command(
     into: Path,
     json_file: Path | None,
 ) -> None:
-    r"""Feed damaged files to every reader of templates and images.
+    """Feed damaged files to every reader of templates and images.
 
     A reader may read a file or refuse it by one of fpmatch's own errors. Anything else, such as a
     crash, a minute without an end or 2 GB of memory, is a failure: the input is saved and named,
     and the exit status is 1. Each FILE is another file to damage; a saved input shows whether it
     still fails. The time is shared evenly among the targets; with --files each gets so many damaged
     files, however long it takes.
-
-    \b
-    Examples:
-      python -m research fuzz --seconds 120
-      python -m research fuzz --seconds 60 --target iso2005 --target an2 my.iso their.an2
     """
     known = [target.name for target in all_targets()]
     if count is not None and seconds is not None:

@@ -13,20 +13,23 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-@click.group(invoke_without_command=True, no_args_is_help=True)
+@click.group(
+    invoke_without_command=True,
+    no_args_is_help=True,
+    epilog="""\b
+Examples:
+  python -m research tables accuracy --learned learned.json --wolves wolves.json
+  python -m research tables quality
+  python -m research tables --check
+""",
+)
 @click.option("--check", is_flag=True, help="Compare all pages with the results; write nothing.")
 @click.pass_context
 def command(context: click.Context, check: bool) -> None:
-    r"""Write measured results into the pages of the documentation.
+    """Write measured results into the pages of the documentation.
 
     The results are kept in docs/data; a part that is not given stays as it is. --check ends with
     exit status 1 where a page shows anything else than these results.
-
-    \b
-    Examples:
-      python -m research tables accuracy --learned learned.json --wolves wolves.json
-      python -m research tables quality
-      python -m research tables --check
     """
     if check:
         outdated = outdated_blocks()

@@ -26,7 +26,13 @@ ALONE: Final = 1 / 6
 """Weight of the same prints on minutiae alone."""
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research calibrate fvc/*/* --synthetic
+""",
+)
 @folders
 @click.option("--synthetic", is_flag=True, help="Also use eight synthetic databases.")
 @click.option("--matcher", "matchers", multiple=True, help="Only this matcher (repeatable).")
@@ -41,17 +47,13 @@ def command(
     prints: Path | None,
     workers: int | None,
 ) -> None:
-    r"""Fit the package's calibrations to the FVC-style databases DIR.
+    """Fit the package's calibrations to the FVC-style databases DIR.
 
     Each matcher's calibration is fitted to all impostor comparisons of the extended protocol. With
     --synthetic eight synthetic databases of thirty fingers are added. The default matcher then
     compares all synthetic prints with one another, and all prints with their ridges as well as on
     minutiae alone; real and synthetic prints have half of the weight each, and two thirds of that
     belong to comparisons with ridges. The same prints give the same files to the last bit.
-
-    \b
-    Example:
-      python -m research calibrate fvc/*/* --synthetic
     """
     real = extract_datasets(load_datasets(folders), workers=workers)
     made = extract_synthetic_sets(TRAINING_SEED, prints, workers) if synthetic else []

@@ -25,7 +25,13 @@ if TYPE_CHECKING:
     from research.training.score_samples import ScoreSample
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Example:
+  python -m research train score --ablation ablation.json --check fvc/fvc2002/DB1_B
+""",
+)
 @click.option("--into", type=PATH, default=WEIGHTS_FILE, help="File to write.")
 @click.option("--ablation", type=PATH, help="Write the ablation of features to this file.")
 @click.option(
@@ -40,7 +46,7 @@ def command(
     prints: Path | None,
     workers: int | None,
 ) -> None:
-    r"""Train the weights of the default matcher's score on synthetic prints.
+    """Train the weights of the default matcher's score on synthetic prints.
 
     Eight synthetic databases are made and all their impressions compared. The weights of the
     features are fitted to these comparisons; then the sums that impostor comparisons reach are
@@ -50,10 +56,6 @@ def command(
     --ablation measures the error rates with all features and without each: on every synthetic
     database, trained on the others, and on the databases of --check, trained on the synthetic ones
     and, for comparison, on the others of --check.
-
-    \b
-    Example:
-      python -m research train score --ablation ablation.json --check fvc/fvc2002/DB1_B
     """
     into.parent.mkdir(parents=True, exist_ok=True)
     for target in filter(None, (into, ablation)):

@@ -31,7 +31,21 @@ if TYPE_CHECKING:
     from research.wolves.scores import Row
 
 
-@click.command(cls=Command)
+@click.command(
+    cls=Command,
+    epilog="""\b
+Templates:
+- whole prints: the prints as they are;
+- fragments: 2 to 12 neighbouring minutiae of a print, with the ridges around them or without;
+- crops: squares of 48 to 200 pixels at 500 dpi at random places of the images, extracted again,
+  of those that show a minutia;
+- random minutiae, 2 to 12 in a small square, and templates of 100 to 250 minutiae: grids,
+  clusters of coincident or nearly coincident minutiae, fans of lines; without ridges, or with
+  drawn stripes or arches of any period;
+- wolves: templates and images found by hill climbing, to match as many as possible of the
+  prints of every other finger; measured on the prints of the others.
+""",
+)
 @click.argument("folders", metavar="[DIR]...", nargs=-1, type=PATH)
 @click.option("--synthetic", is_flag=True, help="Eight synthetic databases as well.")
 @synthetic_folder
@@ -60,29 +74,18 @@ def command(
     keep: Path | None,
     workers: int | None,
 ) -> None:
-    r"""Measure whether stated false match rates hold for fragments and adversarial templates.
+    """Measure whether stated false match rates hold for fragments and adversarial templates.
 
-    Each DIR is an FVC-style database. Templates of these kinds are compared with the whole prints
-    of all other fingers, with their ridges and on their minutiae alone:
-
-    \b
-    - whole prints: the prints as they are;
-    - fragments: 2 to 12 neighbouring minutiae of a print, with the ridges around them or without;
-    - crops: squares of 48 to 200 pixels at 500 dpi at random places of the images, extracted again,
-      of those that show a minutia;
-    - random minutiae, 2 to 12 in a small square, and templates of 100 to 250 minutiae: grids,
-      clusters of coincident or nearly coincident minutiae, fans of lines; without ridges, or with
-      drawn stripes or arches of any period;
-    - wolves: templates and images found by hill climbing, to match as many as possible of the
-      prints of every other finger; measured on the prints of the others.
+    Each DIR is an FVC-style database. Templates of the kinds below are compared with the whole
+    prints of all other fingers, with their ridges and on their minutiae alone.
 
     For each kind and size are printed the number of templates and of comparisons, the share of them
     at a score of 20, 30 and 40 or more, its ratio to the stated share, the highest score, and the
     share of unseen prints that the worst template matches at 40: the one that matches the most
     prints of every other finger, measured on the prints of the others. The shares should be at most
-    twice the stated ones (nothing is stated of wolves), and no template should match more than 1 %
-    of the unseen prints; "!" marks what exceeds its limit. The exit status is 0 if nothing does, 1
-    otherwise, 2 for bad input.
+    twice the stated ones (none is stated for wolves), and no template should match more than 1 %
+    of the unseen prints; "!" marks values above their limits. The exit status is 0 if there
+    are none, 1 otherwise, 2 for bad input.
 
     --json writes what ``python -m research tables accuracy --wolves`` reads; --keep writes the
     worst template of every row that matches any unseen print. With --steps the search is the same

@@ -12,6 +12,8 @@ from PIL import Image
 
 from fpmatch import assess, extract, load_template, save_template
 
+from .conftest import assert_refused
+
 
 def names(folder: Path) -> set[str]:
     return {entry.name for entry in folder.iterdir()}
@@ -42,6 +44,7 @@ def test_what_is_wrong_with_an_image_is_noted(run: Any, prints: Path, tmp_path: 
     assert result.exit_code == 0
     (note,) = result.stderr.splitlines()
     assert note.startswith(f"fpmatch: note: {prints / 'blank.png'}: quality 0; no ridges: ")
+    assert len(load_template(tmp_path / "blank.json").minutiae) == 0
 
 
 def test_json_tells_files_and_quality(run: Any, prints: Path, tmp_path: Path) -> None:
@@ -83,14 +86,6 @@ def test_failures_are_listed_at_the_end_and_the_rest_is_kept(
         assert line.startswith(f"fpmatch: error: {prints / name}: ")
 
 
-def test_a_picture_without_ridges_gives_an_empty_template(
-    run: Any, prints: Path, tmp_path: Path
-) -> None:
-    result = run("extract", prints / "blank.png", "-o", tmp_path)
-    assert result.exit_code == 0
-    assert len(load_template(tmp_path / "blank.json").minutiae) == 0
-
-
 def test_images_of_one_name_do_not_overwrite_each_other(
     run: Any, prints: Path, tmp_path: Path
 ) -> None:
@@ -99,9 +94,7 @@ def test_images_of_one_name_do_not_overwrite_each_other(
     shutil.copy(prints / "1_1.png", other / "1_1.PNG")
     out = tmp_path / "out"
     result = run("extract", prints / "1_1.png", other / "1_1.PNG", "-o", out)
-    assert result.exit_code == 2
-    assert "would both be written as 1_1" in result.stderr
-    assert result.stderr.count("\n") == 1
+    assert_refused(result, "would both be written as 1_1")
     assert not out.exists()
 
 
@@ -118,27 +111,14 @@ def test_the_assumed_resolution_is_said_once_for_many(
 
 
 @pytest.mark.parametrize("command", ["extract", "stages"])
-def test_an_absurd_resolution_is_one_line(
+def test_resolutions_and_folders_that_cannot_be_are_one_line(
     run: Any, prints: Path, tmp_path: Path, command: str
 ) -> None:
-    out = tmp_path / "out"
-    result = run(command, prints / "1_1.png", "-o", out, "--dpi", 5000)
-    assert result.exit_code == 2
-    assert result.stderr.count("\n") == 1
-    assert "5000 dpi is outside the usable range" in result.stderr
+    out, file = tmp_path / "out", tmp_path / "file"
+    file.touch()
+    assert_refused(run(command, prints / "1_1.png", "-o", out, "--dpi", 5000), "5000 dpi")
+    assert_refused(run(command, prints / "1_1.png", "-o", file), str(file))
     assert not out.exists()
-
-
-@pytest.mark.parametrize("command", ["extract", "stages"])
-def test_a_folder_that_cannot_be_made_is_one_line(
-    run: Any, prints: Path, tmp_path: Path, command: str
-) -> None:
-    (tmp_path / "file").touch()
-    result = run(command, prints / "1_1.png", "-o", tmp_path / "file")
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    assert result.stderr.startswith(f"fpmatch: error: {tmp_path / 'file'}")
-    assert result.stderr.count("\n") == 1
 
 
 def test_stages_are_pictures_with_a_sheet_of_them_all(
@@ -156,8 +136,5 @@ def test_stages_are_pictures_with_a_sheet_of_them_all(
 
 def test_stages_of_a_bad_image_leave_nothing(run: Any, prints: Path, tmp_path: Path) -> None:
     result = run("stages", prints / "text.png", "-o", tmp_path / "stages")
-    assert result.exit_code == 2
-    assert result.stderr == (
-        f"fpmatch: error: {prints / 'text.png'}: not an image of a known format\n"
-    )
+    assert_refused(result, f"{prints / 'text.png'}: ")
     assert not (tmp_path / "stages").exists()

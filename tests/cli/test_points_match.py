@@ -18,6 +18,8 @@ from fpmatch.cli.group import fpmatch as main
 from fpmatch.pointset.match import POINT_MATCHERS
 from fpmatch.pointset.similarity import Similarity
 
+from .conftest import assert_refused
+
 MOVE = Similarity(1.7, math.radians(-130), 250.0, -40.0)
 KEYS = [
     "match",
@@ -64,15 +66,6 @@ def found(result: Any) -> dict[str, Any]:
     return document
 
 
-def refused(result: Any) -> str:
-    """Return the one line that a command that could not decide says."""
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    (line,) = result.stderr.splitlines()
-    assert line.startswith("fpmatch: error: ")
-    return str(line).removeprefix("fpmatch: error: ")
-
-
 @pytest.mark.parametrize("matcher", POINT_MATCHERS)
 def test_a_known_transform_is_printed(run: Any, stars: Any, matcher: str) -> None:
     result = run("points", "match", *stars, "--matcher", matcher)
@@ -96,8 +89,9 @@ def test_a_known_transform_is_printed(run: Any, stars: Any, matcher: str) -> Non
     assert (document["p"], document["q"]) == tuple(map(str, stars))
 
 
-def test_no_match_is_status_1_and_null(run: Any, unlike: Any) -> None:
-    result = run("points", "match", *unlike, "--tolerance", "0.5", "--json")
+@pytest.mark.parametrize("matcher", ["triangles", "paper"])
+def test_no_match_is_status_1_and_null(run: Any, unlike: Any, matcher: str) -> None:
+    result = run("points", "match", *unlike, "--tolerance", "0.5", "--json", "--matcher", matcher)
     document = found(result)
     assert result.exit_code == 1
     assert list(document) == KEYS
@@ -106,6 +100,7 @@ def test_no_match_is_status_1_and_null(run: Any, unlike: Any) -> None:
     assert document["pairs"] == []
     assert document["matched_share"] == 0
     assert document["tolerance"] == 0.5
+    assert bool(document["reason"]) == (matcher == "paper")
 
 
 def test_the_words_of_a_match(run: Any, stars: Any) -> None:
@@ -145,13 +140,6 @@ def test_the_papers_method_decides_by_rho(run: Any, stars: Any, rho: str, status
     assert (why in text) == (status == 1)
 
 
-def test_sets_that_share_nothing_do_not_match_by_the_papers_method(run: Any, unlike: Any) -> None:
-    result = run("points", "match", *unlike, "--matcher", "paper", "--tolerance", "0.5")
-    assert result.exit_code == 1
-    assert found(result)["transform"] is None
-    assert found(result)["reason"]
-
-
 def test_a_smaller_area_tolerance_follows_fewer_local_matches(run: Any, stars: Any) -> None:
     words = ["points", "match", *stars, "--matcher", "paper", "--area-tolerance"]
     few, many = (found(run(*words, area)) for area in ("0.001", "1"))
@@ -160,23 +148,22 @@ def test_a_smaller_area_tolerance_follows_fewer_local_matches(run: Any, stars: A
     assert few["area_tolerance"] == 0.001
 
 
-@pytest.mark.parametrize("matcher", ["paper", "van-wamelen"])
-@pytest.mark.parametrize("rho", ["-0.1", "1.1", "nan"])
-def test_bad_rhos_are_one_line(run: Any, stars: Any, matcher: str, rho: str) -> None:
-    line = refused(run("points", "match", *stars, "--matcher", matcher, "--rho", rho))
-    assert line == f"rho must lie in 0..1, not {rho}"
-
-
-@pytest.mark.parametrize("area", ["0", "-1", "nan"])
-def test_bad_area_tolerances_are_one_line(run: Any, stars: Any, area: str) -> None:
-    words = ["points", "match", *stars, "--matcher", "paper", "--area-tolerance", area]
-    assert refused(run(*words)) == f"area tolerance must be positive, not {area}"
-
-
-def test_parameters_of_other_matchers_are_refused(run: Any, stars: Any) -> None:
-    for words, names in ((["--rho", "0.5"], "rho"), (["--area-tolerance", "1"], "area tolerance")):
-        line = refused(run("points", "match", *stars, *words))
-        assert line.startswith(f"{names} is a parameter of the matcher")
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        *((["--matcher", "paper", "--rho", rho], "rho must") for rho in ("-0.1", "1.1", "nan")),
+        (["--matcher", "van-wamelen", "--rho", "1.1"], "rho must"),
+        *(
+            (["--matcher", "paper", "--area-tolerance", area], "area tolerance must")
+            for area in ("0", "-1", "nan")
+        ),
+        (["--rho", "0.5"], "rho is a parameter of"),
+        (["--area-tolerance", "1"], "area tolerance is a parameter of"),
+        (["--tolerance", "-1"], "-1"),
+    ],
+)
+def test_bad_parameters_are_one_line(run: Any, stars: Any, words: list[str], reason: str) -> None:
+    assert_refused(run("points", "match", *stars, *words), reason)
 
 
 def test_pairs_are_written_as_a_table(run: Any, stars: Any, tmp_path: Path) -> None:
@@ -222,7 +209,7 @@ def test_a_dash_reads_standard_input(stars: Any) -> None:
 def test_standard_input_is_named_in_errors(run: Any, stars: Any, monkeypatch: Any) -> None:
     words = ["points", "match", str(stars[0]), "-"]
     result = CliRunner().invoke(main, words, input=b"1,2\n3,a\n")
-    assert refused(result) == "standard input, line 2: expected a number for y, not 'a'"
+    assert_refused(result, "standard input, line 2: ")
     both = run("points", "match", "-", "-")
     assert both.exit_code == 2
     assert "only one of the sets can come from standard input" in both.stderr
@@ -240,15 +227,10 @@ def test_repeated_points_are_noted_once(run: Any, stars: Any) -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("x,y\n", ": too few points: 0 of at least 3"),
         ("1,2\n3,4\n", ": too few points: 2 of at least 3"),
         ("0,0\n0.1,0.3\n0.2,0.6\n0.7,2.1\n", ": all points lie on one line"),
-        ("5,5\n5,5\n5,5\n", ": all points lie on one line"),
-        ("0,0\n0,0\n0,0\n", ": all points lie on one line"),
         ("1e300,0\n0,1e300\n-1e300,2e300\n", ": all points lie on one line"),
         ("1,2\n3,4\nx,6\n", ", line 3: expected a number for x, not 'x'"),
-        ("1,2\n3,4\n5,nan\n", ", line 3: expected a finite number for y, not 'nan'"),
-        ("a,b\n1,2\n", ", line 1: expected a header with columns x and y"),
         ("", ": the file is empty"),
     ],
 )
@@ -259,22 +241,14 @@ def test_bad_sets_are_one_line(
     bad.write_text(text)
     for files in ((bad, stars[1]), (stars[0], bad)):
         result = run("points", "match", *files, "--pairs", tmp_path / "pairs.csv")
-        assert refused(result).startswith(f"{bad}{reason}")
+        assert_refused(result, f"{bad}{reason}")
     assert not (tmp_path / "pairs.csv").exists()
 
 
 def test_files_that_are_not_there(run: Any, stars: Any, tmp_path: Path) -> None:
     gone = tmp_path / "gone.csv"
-    assert refused(run("points", "match", gone, stars[1])) == f"{gone}: no such file"
-    folder = refused(run("points", "match", stars[0], tmp_path))
-    assert folder == f"{tmp_path}: is a folder, not a CSV file"
-
-
-@pytest.mark.parametrize("matcher", POINT_MATCHERS)
-@pytest.mark.parametrize("tolerance", ["-1", "nan", "inf"])
-def test_bad_tolerances_are_one_line(run: Any, stars: Any, matcher: str, tolerance: str) -> None:
-    result = run("points", "match", *stars, "--tolerance", tolerance, "--matcher", matcher)
-    assert tolerance in refused(result)
+    assert_refused(run("points", "match", gone, stars[1]), f"{gone}: no such file")
+    assert_refused(run("points", "match", stars[0], tmp_path), f"{tmp_path}: is a folder")
 
 
 @pytest.mark.parametrize(
@@ -288,15 +262,14 @@ def test_bad_tolerances_are_one_line(run: Any, stars: Any, matcher: str, toleran
 def test_bad_outputs_are_refused_before_anything_is_read(
     run: Any, words: list[str], reason: str
 ) -> None:
-    assert refused(run("points", "match", "gone.csv", "gone.csv", *words)).startswith(reason)
+    assert_refused(run("points", "match", "gone.csv", "gone.csv", *words), reason)
 
 
 def test_without_matplotlib_there_is_no_plot(
     run: Any, stars: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    line = refused(run("points", "match", *stars, "--plot", tmp_path / "plot.png"))
-    assert line.endswith("a plot needs matplotlib: pip install 'fpmatch[plot]'")
+    assert_refused(run("points", "match", *stars, "--plot", tmp_path / "plot.png"), "matplotlib")
     assert run("points", "match", *stars).exit_code == 0
 
 

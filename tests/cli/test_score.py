@@ -15,6 +15,8 @@ from PIL import Image, ImageOps
 from fpmatch.evaluation.batch import score as scoring
 from fpmatch.image.quality.polarity import INVERTED
 
+from .conftest import assert_refused
+
 
 @pytest.fixture
 def pair(prints: Path, tmp_path: Path) -> Path:
@@ -121,11 +123,7 @@ def test_bad_input_is_one_line_and_status_2(
     (tmp_path / "list.csv").write_text("x,y\n")
     usual = ["--references", pair, "--probes", pair, "-o", tmp_path / "scores.csv"]
     result = run("score", *usual, "--workers", 1, *(word.format(tmp_path) for word in words))
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    (line,) = result.stderr.splitlines()
-    assert line.startswith("fpmatch: error: ")
-    assert reason in line
+    assert_refused(result, reason)
     assert not list(tmp_path.glob("scores*"))
 
 
@@ -138,9 +136,7 @@ def test_no_scheduler_is_one_line_and_status_2(
     monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
     usual = ("--references", pair, "--probes", pair, "-o", tmp_path / "scores.csv")
     result = run("score", *usual, "--scheduler", "tcp://127.0.0.1:1")
-    assert result.exit_code == 2
-    (line,) = result.stderr.splitlines()
-    assert line.startswith("fpmatch: error: tcp://127.0.0.1:1: no Dask scheduler answers: ")
+    assert_refused(result, "tcp://127.0.0.1:1: no Dask scheduler answers")
     result = run("score", *usual, "--scheduler", "tcp://127.0.0.1:1", "--workers", 2)
     assert result.exit_code == 2
     assert "--workers and --scheduler exclude each other" in result.stderr
@@ -191,28 +187,18 @@ def test_scores_of_fingers_are_written_beside_those_of_pairs(
     assert float(found[0]["score"]) == pytest.approx(float(other["1_1.png", "1_2.png"]))
 
 
-@pytest.mark.parametrize(
-    ("extra", "said"),
-    [
-        (("--threshold", 40), "no threshold"),
-        (("--matcher", "paper", "--threshold", 40), "no threshold"),
-    ],
-)
-def test_scores_of_fingers_need_all_scores(
-    run: Any, pair: Path, tmp_path: Path, extra: tuple[Any, ...], said: str
+@pytest.mark.parametrize("matcher", ["unit-circle", "paper"])
+def test_scores_of_fingers_need_all_scores_and_another_file(
+    run: Any, pair: Path, tmp_path: Path, matcher: str
 ) -> None:
     output, fingers = tmp_path / "scores.csv", tmp_path / "fingers.csv"
-    words = ("score", "--references", pair, "--probes", pair, "-o", output, "--workers", 1)
-    result = run(*words, "--fingers", fingers, *extra)
-    assert result.exit_code == 2
-    assert said in result.stderr
+    words = ("score", "--references", pair, "--probes", pair, "-o", output, "--matcher", matcher)
+    for extra, reason in (
+        ((fingers, "--threshold", 40), "no threshold"),
+        ((output,), "both the scores of pairs and those of fingers"),
+    ):
+        result = run(*words, "--workers", 1, "--fingers", *extra)
+        assert result.exit_code == 2
+        assert reason in result.stderr
     assert not output.exists()
     assert not fingers.exists()
-
-
-def test_scores_of_fingers_are_another_file(run: Any, pair: Path, tmp_path: Path) -> None:
-    output = tmp_path / "scores.csv"
-    words = ("score", "--references", pair, "--probes", pair, "-o", output, "--workers", 1)
-    result = run(*words, "--fingers", output)
-    assert result.exit_code == 2
-    assert "both the scores of pairs and those of fingers" in result.stderr

@@ -111,7 +111,6 @@ def test_a_picture_without_a_print_is_no_match_with_a_reason(
     assert decision(run("verify", prints / name, prints / name, "--json"))["match"] is False
 
 
-@pytest.mark.parametrize("command", ["verify", "overlay"])
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
@@ -125,17 +124,13 @@ def test_a_picture_without_a_print_is_no_match_with_a_reason(
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(
-    run: Any, prints: Path, tmp_path: Path, command: str, name: str, reason: str
+    run: Any, prints: Path, tmp_path: Path, name: str, reason: str
 ) -> None:
-    option = {"verify": "--overlay", "overlay": "-o"}[command]
-    good = prints / "1_1.png"
-    for pair in ((prints / name, good), (good, prints / name)):
-        result = run(command, *pair, option, tmp_path / "out.png")
-        assert result.exit_code == 2
-        assert result.stdout == ""
-        assert re.fullmatch(
-            rf"fpmatch: error: {re.escape(str(prints / name))}: .*{reason}.*\n", result.stderr
-        )
+    good, bad = prints / "1_1.png", prints / name
+    for words in (("verify", bad, good, "--overlay"), ("overlay", good, bad, "-o")):
+        result = run(*words, tmp_path / "out.png")
+        assert_refused(result, f"{bad}: ")
+        assert reason in result.stderr
     assert list(tmp_path.iterdir()) == []
 
 
@@ -143,19 +138,13 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     ("words", "reason"),
     [
         (["--dpi", "99"], "99 dpi is outside"),
-        (["--probe-dpi", "4001"], "4001 dpi is outside"),
-        (["--reference-dpi", "0"], "0 dpi is outside"),
-        (["--dpi", "nan"], "nan dpi is outside"),
+        (["--probe-dpi", "4001"], "4001 dpi"),
+        (["--reference-dpi", "0"], "0 dpi"),
         (["--fmr", "0"], "false match rate"),
-        (["--fmr", "2"], "false match rate"),
-        (["--threshold", "101"], "threshold must lie in 0..100"),
-        (["--threshold", "nan"], "threshold must lie in 0..100"),
+        (["--threshold", "101"], "threshold"),
         (["--matcher", "best"], "unknown matcher 'best'"),
         (["--matcher", "paper", "--rho", "1.1"], "rho must lie in 0..1, not 1.1"),
-        (["--matcher", "paper", "--rho", "-1"], "rho must lie in 0..1, not -1"),
-        (["--matcher", "paper", "--rho", "nan"], "rho must lie in 0..1, not nan"),
         (["--matcher", "paper", "--area-tolerance", "0"], "area tolerance must be positive"),
-        (["--matcher", "paper", "--area-tolerance", "-1"], "area tolerance must be positive"),
         (["--rho", "0.5"], "parameters of matcher paper, not unit-circle"),
         (["--area-tolerance", "0.5"], "parameters of matcher paper, not unit-circle"),
         (["--calibration", "no/such.json"], "no/such.json: cannot be read: no such file"),
@@ -184,16 +173,7 @@ def test_a_calibration_file_says_what_similarities_are_worth(
     assert decision(found)["extrapolated"] is True
     assert "measured up to 1 in 1.3" in run("verify", *pair, "--calibration", file).stdout
     other = run("verify", *pair, "--calibration", file, "--matcher", "paper")
-    assert other.exit_code == 2
-    assert other.stderr == (
-        f"fpmatch: error: {file}: calibrates matcher 'unit-circle', not 'paper'\n"
-    )
-
-
-def test_rate_and_threshold_exclude_each_other(run: Any, prints: Path) -> None:
-    both = run("verify", prints / "1_1.png", prints / "1_2.png", "--fmr", 0.1, "--threshold", 9)
-    assert both.exit_code == 2
-    assert "exclude each other" in both.stderr
+    assert_refused(other, f"{file}: calibrates matcher 'unit-circle', not 'paper'")
 
 
 def test_a_print_matches_itself_by_the_papers_matcher(run: Any, prints: Path) -> None:
@@ -266,9 +246,11 @@ def test_rate_and_threshold_move_the_decision(run: Any, prints: Path) -> None:
     lax = decision(run("verify", *pair, "--json", "--threshold", 0))
     assert lax["match"] is True
     assert lax["threshold"] == 0
-    assert decision(run("verify", *pair, "--json", "--fmr", 0.001))["threshold"] == fmr_to_score(
-        0.001
-    )
+    by_rate = decision(run("verify", *pair, "--json", "--fmr", 0.001))
+    assert by_rate["threshold"] == fmr_to_score(0.001)
+    both = run("verify", *pair, "--fmr", 0.1, "--threshold", 9)
+    assert both.exit_code == 2
+    assert "exclude each other" in both.stderr
 
 
 def test_the_assumed_resolution_is_said_once(run: Any, prints: Path) -> None:

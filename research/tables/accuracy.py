@@ -29,7 +29,7 @@ _ABLATED: Final = {
 
 
 def error_rates_kept(evaluation: Row) -> dict[str, Any]:
-    """Return what the page shows of the JSON that ``fpmatch evaluate --json`` prints."""
+    """Select what the page shows from the JSON of ``fpmatch evaluate --json``."""
 
     def kept(row: Row) -> dict[str, Any]:
         return {key: row[key] for key in _KEPT if key in row}
@@ -39,7 +39,7 @@ def error_rates_kept(evaluation: Row) -> dict[str, Any]:
 
 
 def format_accuracy(results: Row) -> str:
-    """Return the tables of the page in Markdown, of the parts of ``PAGES["accuracy"]``."""
+    """Format the parts of ``PAGES["accuracy"]`` as Markdown tables."""
     return "\n\n".join(
         [
             "### Error rates",
@@ -48,22 +48,24 @@ def format_accuracy(results: Row) -> str:
             "### Minutiae by place",
             "Known minutiae, the share of them that is found, and the share of the extracted ones "
             "that is known, within 12 px and 22.5°; `benchmarks/minutiae_places.py` measures it. "
-            "Known are the true minutiae of synthetic prints, and what LEADER found in real ones.",
+            "The known minutiae are the true ones of synthetic prints, and those that LEADER found "
+            "in real ones.",
             format_places(results["places"]["rows"]),
             "### What each feature is worth",
             "Mean over the databases, then pooled; EER / FMR1000 in percent.",
             _feature_table(results["ablation"]),
             "### What each part of the matcher is worth",
-            "Six FVC sets and two of FVC2000; EER / FMR1000 in percent, each row learned anew. The "
-            "changes are differences from the base, in percentage points, with 95 % bootstrap "
-            "intervals over fingers. Identical are scores under the weights of the base.",
+            "Six FVC sets and two of FVC2000; EER / FMR1000 in percent, weights learned again for each "
+            "row. The changes are differences from the base, in percentage points, with 95 % bootstrap "
+            "intervals over fingers. The last column has the share of scores that stay identical "
+            "with the weights of the base.",
             format_ablation(results["parts"]),
             "### Scores of impostors",
             _calibration_table(results["calibration"]["sets"]),
             "### Fragments and wolves",
             "How many times the stated share of impostor comparisons reaches 20 / 30 / 40, and the "
-            "share of unseen prints that the worst template matches at 40. Sizes are minutiae, of "
-            "crops and composed images pixels. `benchmarks/wolves.py` measures it.",
+            "share of unseen prints that the worst template matches at 40. Sizes are in minutiae, "
+            "those of crops and composed images in pixels. `benchmarks/wolves.py` measures it.",
             format_wolves(results["wolves"]["rows"]),
             "### Distortion",
             *_distortion_tables(results["distortion_before"], results["distortion"]),
@@ -87,7 +89,7 @@ def format_databases(results: Row) -> str:
 
 
 def format_ablation(rows: Sequence[Row]) -> str:
-    """Return the rows that ``benchmarks/ablation.py --json`` wrote, as a table for each form."""
+    """Format the rows of ``benchmarks/ablation.py --json``, one table per form."""
     columns = ["mean EER / FMR1000", "pooled", "change of the mean EER"]
     columns += ["change of the mean FMR1000", "identical scores"]
     return "\n\n".join(

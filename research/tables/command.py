@@ -29,12 +29,12 @@ def command(context: click.Context, check: bool) -> None:
     """Write measured results into the pages of the documentation.
 
     The results are kept in docs/data; a part that is not given stays as it is. --check ends with
-    exit status 1 where a page shows anything else than these results.
+    exit status 1 where a page differs from these results.
     """
     if check:
         outdated = outdated_blocks()
         for line in outdated:
-            click.echo(f"{line} is not what the results give")
+            click.echo(f"{line} differs from the results")
         context.exit(1 if outdated else 0)
 
 

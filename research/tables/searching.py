@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def format_searching(results: Mapping[str, Any]) -> str:
-    """Return the tables in Markdown, of what ``benchmarks/large_galleries.py --json`` wrote."""
+    """Format the results of ``benchmarks/large_galleries.py --json`` as Markdown tables."""
     speed = [
         [
             *("prints", "encoding", "prefilter", "with a candidate list", "comparing all"),

@@ -27,19 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """Hold one matcher's evaluation and what was computed from it.
-
-    Parameters
-    ----------
-    report : EvaluationReport
-        The evaluation.
-    intervals : ReportIntervals or None
-        The intervals of its rates, if requested.
-    baseline : RunComparison or None
-        The comparison with an earlier run, if there is one.
-    baseline_name : str
-        Name of the earlier run.
-    """
+    """Hold one matcher's evaluation, intervals of its rates, and the comparison with a baseline."""
 
     report: EvaluationReport
     intervals: ReportIntervals | None = None
@@ -75,17 +63,9 @@ def analyse(
 ) -> Analysis:
     """Analyse an evaluation.
 
-    Parameters
-    ----------
-    report : EvaluationReport
-        The evaluation.
-    bootstrap, seed : int
-        Bootstrap replicates for the 95 % intervals (0: no intervals), and the seed of their draws.
-    baseline : sequence of ScoresSet, optional
-        The comparisons of an earlier run: by the same matcher where the run has it, else by its
-        only one.
-    baseline_name : str
-        Name of the earlier run.
+    `bootstrap` is the number of bootstrap replicates for the 95 % intervals (0: no intervals), and
+    `seed` the seed of their draws. The report is compared with `baseline`, an earlier run: with its
+    comparisons by the same matcher, or by its only one.
 
     Raises
     ------

@@ -40,17 +40,7 @@ _SHARE_KEPT: Final = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trials:
-    """Hold the comparisons of one database.
-
-    Parameters
-    ----------
-    similarity : ndarray of float64, shape (N,)
-        The similarities.
-    probe, reference : ndarray of intp, shape (N,)
-        The two fingers of each, numbered from 0; the same finger for a genuine pair.
-    fingers : int
-        Number of fingers.
-    """
+    """Hold the comparisons of one database: similarity and the two fingers, numbered from 0."""
 
     similarity: NDArray[np.float64]
     probe: NDArray[np.intp]
@@ -68,12 +58,8 @@ class Trials:
 class Replicates:
     """Hold the rates of every draw of fingers; NaN where a draw left no pairs of a kind.
 
-    Parameters
-    ----------
-    sets : ndarray of float64, shape (S, B, R)
-        Of each database and draw the rates named in `BOOTSTRAPPED`.
-    pooled : ndarray of float64, shape (B, R)
-        The same of all databases' scores under one threshold.
+    `sets` has shape (databases, draws, rates), with the rates of `BOOTSTRAPPED`; `pooled` has shape
+    (draws, rates), of all databases' scores under one threshold.
     """
 
     sets: NDArray[np.float64]
@@ -87,12 +73,9 @@ class Replicates:
 
 
 def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) -> NDArray[np.int64]:
-    """Draw as many fingers as there are, `bootstrap` times; each database has its own draws.
+    """Draw as many fingers as there are, `bootstrap` times; return how often each was drawn.
 
-    Returns
-    -------
-    ndarray of int64, shape (bootstrap, fingers)
-        How often each finger was drawn.
+    The array has the shape (bootstrap, fingers). Each database has its own draws.
 
     Examples
     --------
@@ -108,13 +91,6 @@ def bootstrap_rates(trials: Sequence[Trials], bootstrap: int, seed: int) -> Repl
 
     The same seed draws the same fingers, whatever the similarities, so that two runs over the same
     prints can be compared draw by draw.
-
-    Parameters
-    ----------
-    trials : sequence of Trials
-        The databases.
-    bootstrap, seed : int
-        Number of draws, and their seed.
     """
     counts = [draw_fingers(t.fingers, bootstrap, seed, k) for k, t in enumerate(trials)]
     result = Replicates(
@@ -158,11 +134,7 @@ def _replicate(
     draws: NDArray[np.intp],
     result: Replicates,
 ) -> NDArray[np.intp]:
-    """Fill in the rates of some draws from the scores above `lowest`; return those left open.
-
-    `lowest` holds the lowest similarity of ranked impostors of each database, then of all pooled.
-    The draws returned are those for which the ranked scores do not reach low enough.
-    """
+    """Fill in the rates of draws from scores above `lowest`; return draws that need lower ones."""
     everything = (*trials, _together(trials))
     ranked = [
         RankedScores.of(t.similarity, t.genuine, low)
@@ -216,15 +188,7 @@ def _impostor_weight(between: NDArray[np.float64], counts: NDArray[np.int64]) ->
 def bootstrap_fmr(
     trials: Sequence[Trials], threshold: float, bootstrap: int, seed: int
 ) -> NDArray[np.float64]:
-    """Compute the false match rate at one threshold for draws of fingers, all databases pooled.
-
-    Other parameters are as for `bootstrap_rates`.
-
-    Returns
-    -------
-    ndarray of float64, shape (bootstrap,)
-        The rates; NaN where a draw left no impostors.
-    """
+    """Return the FMR at a threshold for draws of fingers, databases pooled; NaN if undefined."""
     matches, total = np.zeros(bootstrap), np.zeros(bootstrap)
     for k, t in enumerate(trials):
         counts = draw_fingers(t.fingers, bootstrap, seed, k)

@@ -57,16 +57,8 @@ def calibrate_on(
     """Fit a calibration to the impostor comparisons of some databases together.
 
     With ten fingers a database, the FMR below one in a thousand is an extrapolation with a wide
-    confidence interval, since comparisons of the same two fingers are not independent.
-
-    Parameters
-    ----------
-    sets : sequence of ImpostorSet
-        The databases.
-    matcher, command : str
-        The matcher that compared, and the command that runs, for the calibration's provenance.
-    shares : sequence of float, optional
-        Weight of each database (default: every comparison has the same weight).
+    confidence interval, since comparisons of the same two fingers are not independent. `shares` are
+    weights of the databases (default: every comparison has the same weight).
 
     Raises
     ------
@@ -93,7 +85,7 @@ def fit_calibration(
     impostor_similarities: ArrayLike,
     weights: ArrayLike | None = None,
 ) -> Calibration:
-    """Fit a calibration to the similarities of impostor comparisons.
+    """Fit a calibration to the similarities of impostor comparisons, in any order.
 
     Parameters
     ----------
@@ -101,11 +93,6 @@ def fit_calibration(
         Similarities of comparisons of different fingers.
     weights : array_like of float, shape (N,), optional
         Weight of each (default: the same).
-
-    Returns
-    -------
-    Calibration
-        The fit, without provenance; the same for the same similarities in any order.
 
     Raises
     ------

@@ -31,21 +31,9 @@ CHECKED_SCORES: Final = (20.0, 30.0)
 class CalibrationReport:
     """Hold what a calibration is based on.
 
-    Parameters
-    ----------
-    matcher : str
-        The matcher.
-    sets, fingers, impostors : int
-        Numbers of databases, fingers and impostor comparisons.
-    largest_measured_score : float
-        Score up to which these measure the false match rate; above, it is extrapolated.
-    fmr_interval : Interval or None
-        The 95 % interval over fingers of the false match rate at that score.
-    highest_score : float
-        Highest score of an impostor comparison.
-    package : tuple of (float, float)
-        Scores of the package's own calibration, and the share of these comparisons that reach
-        each; empty where the package has none.
+    Its comparisons measure the FMR up to `largest_measured_score`, where its 95 % interval over
+    fingers is `fmr_interval`; above, it is extrapolated. `package` holds scores of the package's
+    own calibration, if any, and the share of these comparisons that reach each.
     """
 
     matcher: str

@@ -160,7 +160,9 @@ def compare_sets(
     probes: Sequence[ExtractedSet] | None = None,
     enrolled: Sequence[Enrolled] | None = None,
 ) -> list[NDArray[np.void]]:
-    """Compare the chosen pairs of every database, one to one.
+    """Compare the chosen pairs of every database, one to one; return their `OUTCOME` arrays.
+
+    Where a side has no template, the similarity is 0 and the CPU time not a number.
 
     Parameters
     ----------
@@ -178,12 +180,6 @@ def compare_sets(
         For each database, by the reference of a pair, the impressions that are enrolled with it as
         one finger. The similarity is then the score of the finger; all else is that of its most
         similar impression.
-
-    Returns
-    -------
-    list of ndarray of `OUTCOME`
-        One array a database, in the order of its pairs. Where a side has no template, the
-        similarity is 0 and the CPU time not a number.
 
     Raises
     ------
@@ -231,17 +227,8 @@ def compare_all_pairs(
 ) -> NDArray[np.float64]:
     """Compare each template with every later one, by the default matcher's 1:N comparison.
 
-    Parameters
-    ----------
-    templates : sequence of Template
-        N templates.
-    workers : int, optional
-        Threads to use (default: one a core). The similarities are the same for any number.
-
-    Returns
-    -------
-    ndarray of float64, shape (N * (N - 1) / 2,)
-        Similarities in the order of ``numpy.triu_indices(N, 1)``, that of the extended protocol.
+    The similarities are in the order of ``numpy.triu_indices(N, 1)``, that of the extended
+    protocol, and the same for any number of threads `workers` (default: one a core).
 
     Examples
     --------

@@ -26,21 +26,9 @@ if TYPE_CHECKING:
 def crop_about_centroid(image: GreyImage, template: Template, side_px: float) -> GreyImage:
     """Cut a square about the centroid of a print out of its image.
 
-    Parameters
-    ----------
-    image : GreyImage
-        The image.
-    template : Template
-        Its template: the mask of the ridge field gives the area of the print, or the minutiae where
-        there is no ridge field.
-    side_px : float
-        Side of the square in pixels at 500 dpi.
-
-    Returns
-    -------
-    GreyImage
-        The square, moved inwards where it would reach beyond the image, and smaller where the image
-        is narrower.
+    The mask of the template's ridge field, else its minutiae, give the area of the print. The side
+    is in pixels at 500 dpi. The square is moved inwards where it would reach beyond the image, and
+    smaller where the image is narrower.
 
     Raises
     ------

@@ -50,19 +50,9 @@ class Dataset:
 
 
 def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
-    """Find the prints of an FVC-style folder and read its description, but no image.
+    """Find the prints of an FVC-style folder, by finger and number, and read its description.
 
-    Files that are not named like a print (``FFF_M`` and an image extension) are ignored.
-
-    Parameters
-    ----------
-    folder : path
-        The folder.
-
-    Returns
-    -------
-    Dataset
-        Its prints, sorted by finger and number.
+    No image is read. Files that are not named ``FFF_M`` and an image extension are ignored.
 
     Raises
     ------

@@ -24,16 +24,10 @@ SCORES_CHECKED: Final = (20.0, 30.0, 40.0)
 
 @dataclass(frozen=True, slots=True)
 class Enrolment:
-    """Set which impressions are enrolled, and further impostors.
+    """Set how many impressions of each finger are enrolled, and databases of further impostors.
 
-    Parameters
-    ----------
-    count : int
-        Impressions of each finger that are enrolled.
-    seed : int or None
-        Seed of a random choice; None for the first impressions.
-    impostors : tuple of Dataset
-        Further databases, of other fingers: their prints are probes.
+    The first impressions are enrolled, or with a `seed` random ones. The prints of the databases,
+    of other fingers, are probes.
 
     Raises
     ------
@@ -52,14 +46,9 @@ class Enrolment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EnrolmentPlan:
-    """Hold the comparisons within one database.
+    """Hold the pairs of each probe with each enrolled finger, within one database.
 
-    Parameters
-    ----------
-    pairs : Pairs
-        Each probe with each enrolled finger, which its first enrolled impression represents.
-    enrolled : mapping of int to tuple of int
-        All enrolled impressions of a finger, by the one that represents it.
+    The first enrolled impression of a finger represents it, and maps to all of them in `enrolled`.
     """
 
     pairs: Pairs
@@ -69,22 +58,11 @@ class EnrolmentPlan:
 def plan_enrolment(
     impressions: Sequence[Impression], enrolment: Enrolment, own: int | None = None
 ) -> EnrolmentPlan:
-    """Choose the impressions to enrol and the pairs to compare.
+    """Choose the impressions to enrol and the pairs to compare, by finger and then probe.
 
-    Parameters
-    ----------
-    impressions : sequence of Impression
-        A database's impressions.
-    enrolment : Enrolment
-        How many are enrolled. Fingers with fewer impressions are not enrolled; all of their
-        impressions are probes.
-    own : int, optional
-        Only the fingers of the first `own` impressions are enrolled (default: all).
-
-    Returns
-    -------
-    EnrolmentPlan
-        Pairs by finger and then probe.
+    Fingers with fewer impressions than are to be enrolled are not enrolled; all of their
+    impressions are probes. If `own` is given, only fingers of the first `own` impressions are
+    enrolled.
 
     Raises
     ------

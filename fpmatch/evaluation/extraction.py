@@ -30,20 +30,9 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class Extraction:
-    """Hold the result of extracting one image.
+    """Hold the template of one image, None where extraction failed or found no minutiae.
 
-    Parameters
-    ----------
-    template : Template or None
-        Its template; None where extraction failed or found no minutiae.
-    reason : str
-        Why there is none; else "".
-    cpu_ms : float
-        CPU time of the attempt in milliseconds.
-    dpi_assumed : bool
-        Whether its resolution had to be assumed.
-    notes : tuple of str
-        Notes on reading it.
+    `reason` is then the reason, else "".
     """
 
     template: Template | None
@@ -130,6 +119,8 @@ def extract_datasets(
 ) -> list[ExtractedSet]:
     """Extract a template from every impression of some databases.
 
+    Images that cannot be used are kept as failures.
+
     Parameters
     ----------
     datasets : sequence of Dataset
@@ -140,11 +131,6 @@ def extract_datasets(
         `extract_image`, the images of a folder read with one polarity.
     workers, engine, progress, stage
         As for `fpmatch.engine.workers.attempt_all`, in images.
-
-    Returns
-    -------
-    list of ExtractedSet
-        The databases in their order. Images that cannot be used are kept as failures.
     """
     found = attempt_each_image(
         datasets,

@@ -29,15 +29,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Identification:
-    """Hold the results of searching each probe of a database.
+    """Hold the results of searching each probe of a database, in the impressions' order.
 
-    Parameters
-    ----------
-    fingers : int
-        Number of fingers searched, the probe's own included.
-    rank, finger : ndarray of intp, shape (P,)
-        Rank of each probe's own finger, from 1 to `fingers`, and that finger as an index into the
-        database's fingers; in the impressions' order.
+    `rank` holds the ranks of the probes' own fingers among `fingers`, from 1 on, and `finger` these
+    fingers as indices into the database's.
     """
 
     fingers: int
@@ -60,11 +55,8 @@ def identify_all(
 ) -> Identification | None:
     """Search each impression of a database among all others, by the similarities of all pairs.
 
-    Returns
-    -------
-    Identification or None
-        The ranks; None where not all pairs were compared (protocol "fvc"), or where there are not
-        two fingers, one of them with two impressions.
+    Returns None where not all pairs were compared (protocol "fvc"), or where there are not two
+    fingers, one of them with two impressions.
 
     Examples
     --------

@@ -54,11 +54,6 @@ def gather_impostors(
     workers, progress, extractor
         As for `evaluate`.
 
-    Returns
-    -------
-    list of ImpostorSet
-        One a database: of the files, then of the folders.
-
     Raises
     ------
     DatasetError

@@ -60,17 +60,7 @@ class RateIntervals:
 
 @dataclass(frozen=True, slots=True)
 class ReportIntervals:
-    """Hold the intervals of an `EvaluationReport`.
-
-    Parameters
-    ----------
-    bootstrap, seed : int
-        Number of bootstrap replicates, and the seed of their draws.
-    sets : tuple of RateIntervals
-        Of each database.
-    mean, pooled : RateIntervals
-        Of the mean and of all scores pooled.
-    """
+    """Hold the intervals of an `EvaluationReport`, and number and seed of bootstrap replicates."""
 
     bootstrap: int
     seed: int
@@ -99,17 +89,7 @@ def rate_intervals(
     rates scatter with other fingers on the same sensor. With ten fingers it is rough, and where
     no error was seen it is 0 to 0, which does not mean that there are none.
 
-    Parameters
-    ----------
-    report : EvaluationReport
-        The evaluation.
-    bootstrap, seed : int
-        Number of replicates, and the seed of their draws.
-
-    Returns
-    -------
-    ReportIntervals
-        The intervals; None for databases of fewer than `MIN_FINGERS` fingers.
+    Databases of fewer than `MIN_FINGERS` fingers have none.
     """
     trials = [trials_of(row) for row in report.sets]
     replicates = bootstrap_rates(trials, bootstrap, seed)
@@ -160,10 +140,7 @@ def trials_of(row: SetResult) -> Trials:
 def _rank_one(
     row: SetResult, bootstrap: int, seed: int, set_index: int
 ) -> NDArray[np.float64] | None:
-    """Return hits and probes of each draw, of shape (2, draws); None without identification.
-
-    The probes of the fingers drawn are searched among all fingers.
-    """
+    """Return hits and probes of each draw, (2, draws); the drawn are searched among all fingers."""
     if row.identification is None:
         return None
     counts = draw_fingers(row.identification.fingers, bootstrap, seed, set_index)

@@ -59,11 +59,6 @@ def choose_pairs(impressions: Sequence[Impression], protocol: str = "extended") 
     protocol : str
         "extended" or "fvc".
 
-    Returns
-    -------
-    Pairs
-        The pairs, by probe and then reference.
-
     Raises
     ------
     DatasetError

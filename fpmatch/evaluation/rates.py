@@ -87,11 +87,6 @@ def error_rates(genuine: ArrayLike, impostor: ArrayLike) -> Rates:
     genuine, impostor : array_like of float, shapes (G,) and (I,)
         Scores, greater for more similar prints; either may be empty.
 
-    Returns
-    -------
-    Rates
-        The rates as fractions.
-
     Raises
     ------
     DatasetError
@@ -120,11 +115,6 @@ def error_curves(genuine: ArrayLike, impostor: ArrayLike) -> ErrorCurves:
     ----------
     genuine, impostor : array_like of float, shapes (G,) and (I,), neither empty
         Scores, greater for more similar prints.
-
-    Returns
-    -------
-    ErrorCurves
-        The thresholds and both rates.
 
     Raises
     ------

@@ -53,11 +53,6 @@ def evaluate(
     extractor : callable
         Makes a template from a path and a resolution; see `extract_datasets`.
 
-    Returns
-    -------
-    EvaluationReport
-        A row a database, their mean, all scores pooled, and every comparison's outcome.
-
     Raises
     ------
     DatasetError
@@ -101,11 +96,6 @@ def evaluate_matchers(
     Where `probe_extractor` is given, it makes the templates of the probes, the first prints of the
     pairs, and `extractor` those of the references; `progress` is called for the stage "extract
     probes", too. `enrolment` is as for `evaluate_templates`.
-
-    Returns
-    -------
-    list of EvaluationReport
-        One a matcher, in their order.
     """
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]

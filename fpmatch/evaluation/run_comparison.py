@@ -37,16 +37,9 @@ DECISION_LIMITS: Final = ("fmr1000", "fmr100")
 
 @dataclass(frozen=True, slots=True)
 class RateDifference:
-    """Hold a rate before and now.
+    """Hold a rate before and now, over the pairs that both runs compared.
 
-    Parameters
-    ----------
-    rate : str
-        Name of the rate, as in `Rates`.
-    before, now : float
-        The rate of either run, over the pairs that both compared.
-    interval : Interval or None
-        The 95 % interval of ``now - before``; None where there are too few fingers.
+    `interval` is the 95 % interval of ``now - before``; None where there are too few fingers.
     """
 
     rate: str
@@ -79,16 +72,9 @@ class ChangedPair:
 class DecisionChange:
     """Hold how decisions on genuine pairs changed, all databases under one threshold.
 
-    Parameters
-    ----------
-    fmr : float
-        The false match rate at which either run has its threshold.
-    genuine : int
-        Genuine pairs compared.
-    gained, lost : tuple of ChangedPair
-        Pairs that only the later, and only the earlier run accepts.
-    p_value : float
-        McNemar's exact test: the probability of a split as uneven if neither run is better.
+    Either run has its threshold at the false match rate `fmr`. `gained` and `lost` are the pairs
+    that only the later, and only the earlier run accepts. `p_value` is that of McNemar's exact
+    test: the probability of a split as uneven if neither run is better.
     """
 
     fmr: float
@@ -122,22 +108,11 @@ class SetComparison:
 
 @dataclass(frozen=True, slots=True)
 class RunComparison:
-    """Hold the comparison of two runs.
+    """Hold the comparison of the runs of two matchers.
 
-    Parameters
-    ----------
-    before, now : str
-        The two matchers.
-    only_before, only_now : int
-        Pairs that just one of them compared; they are left out.
-    identical : int
-        Pairs whose similarity is the same in both, to the last bit.
-    sets : tuple of SetComparison
-        A database each.
-    mean, pooled : SetComparison
-        The mean over the databases, and all their scores together.
-    decisions : DecisionChange or None
-        None where there are too few pairs for a threshold.
+    Pairs that just one of them compared are left out; `identical` counts those whose similarity is
+    the same in both, to the last bit. `decisions` is None where there are too few pairs for a
+    threshold.
     """
 
     before: str
@@ -196,14 +171,7 @@ def compare_runs(
     bootstrap: int = DEFAULT_BOOTSTRAP,
     seed: int = 0,
 ) -> RunComparison:
-    """Compare two runs over the same prints, on the pairs that both have.
-
-    Parameters
-    ----------
-    before, now : sequence of ScoresSet
-        The databases of either run; databases and images are identified by their names.
-    bootstrap, seed : int
-        Bootstrap replicates for the intervals, and the seed of their draws.
+    """Compare two runs over the same prints, on the pairs that both have, identified by names.
 
     Raises
     ------

@@ -124,14 +124,8 @@ def read_rows(
 ) -> Iterator[tuple[int, list[Any]]]:
     """Yield line number and cells of each row of a file of scores, CSV or Parquet.
 
-    Parameters
-    ----------
-    path : path
-        The file.
-    columns : sequence of str
-        Columns to read, in this order; empty cells are "".
-    optional : sequence of str
-        Those of them that may be missing, and are then "".
+    The cells are those of `columns`, in this order, "" where they are empty or where a column that
+    is `optional`, too, is missing.
 
     Raises
     ------
@@ -184,14 +178,7 @@ def _parquet_rows(path: Path) -> Iterator[tuple[int, list[Any]]]:
 
 
 def check_format(path: Path) -> None:
-    """Refuse the name of a file of scores that cannot be written.
-
-    Raises
-    ------
-    OutputError
-        If it does not end in one of `FORMATS`, or in ``.parquet`` where pyarrow (extra
-        ``fpmatch[parquet]``) is missing.
-    """
+    """Raise an OutputError unless scores can be written to a file of this name."""
     if path.suffix.lower() not in FORMATS:
         raise OutputError(f"{path}: scores are written as {' or '.join(FORMATS)}")
     if is_parquet(path):

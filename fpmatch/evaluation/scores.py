@@ -31,22 +31,10 @@ _PRINT_NAME: Final = re.compile(r"(\d+)_\d+(\.\w+)?", re.ASCII)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoresSet:
-    """Hold the comparisons of one database by one matcher.
+    """Hold the comparisons of one database by one matcher ("" where it is not known).
 
-    Parameters
-    ----------
-    matcher : str
-        The matcher; "" where it is not known.
-    name : str
-        The database.
-    prints : tuple of str
-        Names of the images.
-    probe, reference : ndarray of intp, shape (N,)
-        Indices of the two images of each comparison.
-    trials : Trials
-        Similarities and fingers.
-    compared : ndarray of bool, shape (N,)
-        False where a side has no template; the similarity is then 0.
+    `probe` and `reference` are indices into `prints`, the names of the images. `compared` is False
+    where a side has no template; the similarity is then 0.
     """
 
     matcher: str
@@ -86,16 +74,11 @@ def scores_of(report: EvaluationReport) -> list[ScoresSet]:
 
 
 def read_scores(path: str | os.PathLike[str]) -> list[ScoresSet]:
-    r"""Read a file of scores; see `fpmatch.evaluation.score_file`.
+    r"""Read a file of scores, see `fpmatch.evaluation.score_file`, by matcher and database.
 
     Prints are named after their fingers: FFF_M. Comparisons of a print with itself are left out,
     and pairs that come in both orders count once. Without the column ``set`` the database is named
     after the file.
-
-    Returns
-    -------
-    list of ScoresSet
-        One a matcher and database, in the order of the file.
 
     Raises
     ------

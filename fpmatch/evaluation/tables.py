@@ -150,20 +150,10 @@ def format_intervals(report: EvaluationReport, intervals: ReportIntervals) -> st
 
 
 def format_comparison(comparison: RunComparison, name: str) -> str:
-    """Return the rates before and now, and the decisions that changed.
+    """Return the rates before and now, and the decisions on genuine pairs that changed.
 
-    Parameters
-    ----------
-    comparison : RunComparison
-        The comparison.
-    name : str
-        Name of the earlier run.
-
-    Returns
-    -------
-    str
-        A table: EER of each database, then all rates of mean and pooled scores; below it the
-        decisions on genuine pairs.
+    The table has the EER of each database, then all rates of mean and pooled scores. `name` is that
+    of the earlier run.
     """
     c = comparison
     by = f", by matcher {c.before}" if c.before not in {"", c.now, name} else ""

@@ -21,15 +21,9 @@ class RankedScores:
     """Hold the order of scores, so that rates need only the weights of the pairs.
 
     Impostors below a lowest score may be left out; of them only the total weight must be known.
-
-    Parameters
-    ----------
-    genuine, impostor : ndarray of intp
-        Indices of the pairs, by increasing score; impostors from the lowest score on.
-    genuine_below, impostor_below : ndarray of intp, shape (T,)
-        Number of them below each threshold: every distinct score from the lowest on, then infinity.
-    genuine_up_to : ndarray of intp
-        Number of genuine scores that are at most as high as each impostor score.
+    Pairs are indices by increasing score. A threshold is every distinct score from the lowest on,
+    then infinity: `genuine_below` and `impostor_below` count the scores below each. For each
+    impostor score, `genuine_up_to` counts the genuine scores that are at most as high.
     """
 
     genuine: NDArray[np.intp]
@@ -63,20 +57,10 @@ class RankedScores:
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Return the rates of draws, and whether the ranked scores determine them.
 
-        Parameters
-        ----------
-        genuine, impostor : ndarray of int, shapes (B, G) and (B, I)
-            Weight of each pair of `self.genuine` and `self.impostor` in each draw, of a type that
-            holds their sums.
-        total_impostor : ndarray of int64, shape (B,)
-            Weight of all impostors of each draw, those left out included.
-
-        Returns
-        -------
-        rates : ndarray of float64, shape (B, 1 + number of `FMR_LIMITS`)
-            EER and the FNMR at each limit; NaN where a draw has no pairs of a kind.
-        complete : ndarray of bool, shape (B,)
-            False where a rate depends on impostors that were left out.
+        The weights of each pair of `self.genuine` and `self.impostor` in each draw, shape (draws,
+        pairs), are of a type that holds their sums; `total_impostor` is the weight of all
+        impostors, those left out included. The rates are the EER and the FNMR at each of
+        `FMR_LIMITS`; NaN where a draw has no pairs of a kind.
         """
         below_g, below_i = _cumulated(genuine), _cumulated(impostor)
         total_g, total_i = below_g[:, -1], total_impostor

@@ -57,25 +57,11 @@ def write_fingers(
     *,
     same: bool = False,
 ) -> int:
-    """Write the scores of fingers, and return the number of rows.
+    """Write the scores of fingers, with the columns `FINGER_COLUMNS`; return the number of rows.
 
     There is a row for each probe and finger of which a pair has a score, in the order of the sides.
-
-    Parameters
-    ----------
-    scores : Path
-        The file of scores, written without a threshold.
-    target : Path
-        The CSV file to write or replace; its columns are `FINGER_COLUMNS`.
-    probes, references, fingers : sequence of str
-        Names of the prints of the two sides, and the finger of each reference.
-    same : bool
-        Whether both sides are the same prints: a print is then not compared with itself.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
+    The file of scores is one that was written without a threshold, `fingers` holds the finger of
+    each reference, and with `same` a print is not compared with itself.
     """
     probe_number = {name: k for k, name in enumerate(probes)}
     reference_number = {name: k for k, name in enumerate(references)}

@@ -30,13 +30,7 @@ REFERENCE: Final = "reference"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PairChunk:
-    """Hold some pairs, as numbers of prints of the two sides.
-
-    Parameters
-    ----------
-    probe, reference : ndarray of int32, shape (N,)
-        The prints of each pair.
-    """
+    """Hold some pairs, as numbers of prints of the two sides; shape (N,) each."""
 
     probe: NDArray[np.int32]
     reference: NDArray[np.int32]
@@ -64,20 +58,11 @@ class Plan(Protocol):
 
 
 class AllPairs:
-    """All probes with all references.
+    """All probes with all references, which come in bands.
 
-    The references come in bands: every probe with the first band, one probe after the other, then
-    every probe with the next. Each reference is thus prepared once, and only the templates of a
-    band and of some probes are in memory.
-
-    Parameters
-    ----------
-    probes, references : int
-        Numbers of prints.
-    band : int
-        References in a band.
-    pairs_per_chunk : int
-        Approximate number of pairs in a chunk.
+    Every probe is compared with the first band, one probe after the other, then every probe with
+    the next. Each reference is thus prepared once, and only the templates of a band and of some
+    probes are in memory.
 
     Examples
     --------

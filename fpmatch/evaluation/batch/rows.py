@@ -21,15 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SideRows:
-    """Hold what rows tell of the prints of one side.
-
-    Parameters
-    ----------
-    names, fingers : sequence of str
-        Name and finger of each print.
-    failures : mapping of int to str
-        Why some of them have no template, by number.
-    """
+    """Hold names and fingers of the prints of one side, and why some have no template."""
 
     names: Sequence[str]
     fingers: Sequence[str]
@@ -40,19 +32,9 @@ class SideRows:
 class RowWriter:
     """Write pairs and their similarities as rows of `fpmatch.evaluation.score_file.COLUMNS`.
 
-    Parameters
-    ----------
-    matcher, database : str
-        The first two cells of every row.
-    probes, references : SideRows
-        The two sides.
-    same : bool
-        Whether both sides are the same prints, so that genuine pairs are known.
-    calibration : Calibration or None
-        Turns similarities into scores; without one, scores are left empty.
-    threshold : float or None
-        Least score of the rows that are kept; None keeps all. Rows of prints without a template are
-        always kept, since their score is not known.
+    Genuine pairs are known only if both sides are the `same` prints. Without a calibration, scores
+    are left empty. With a `threshold`, rows of lower scores are left out, but not those of prints
+    without a template, whose score is not known.
     """
 
     matcher: str

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.batch.compare import BytesComparer, ComparisonTask, compare_pairs
+from fpmatch.evaluation.batch.sources import unpack
 from fpmatch.evaluation.batch.store import Position, flush
+from fpmatch.evaluation.comparison import Comparer
 from fpmatch.evaluation.score_file import COLUMNS, convert_to_parquet, csv_lines, is_parquet
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator, Sequence
+    from collections.abc import Generator, Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from fpmatch.engine.engine import Engine
     from fpmatch.engine.workers import Progress
@@ -24,9 +27,47 @@ if TYPE_CHECKING:
     from fpmatch.evaluation.batch.sources import PrintSource
     from fpmatch.evaluation.batch.store import Store
     from fpmatch.matching.result import Matcher
+    from fpmatch.minutiae import Template
 
 COMPARE: Final = "compare"
 HEADER: Final = csv_lines([COLUMNS])
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonTask:
+    """Hold the pairs of a chunk with the templates they need, in bytes; failed prints have none."""
+
+    pairs: PairChunk
+    probes: Mapping[int, bytes]
+    references: Mapping[int, bytes]
+
+
+class BytesComparer(Comparer[bytes]):
+    """Compare templates that are kept as bytes."""
+
+    def template(self, key: bytes) -> Template:
+        """Return the template that the bytes hold."""
+        return unpack(key)
+
+
+def compare_pairs(comparer: BytesComparer, task: ComparisonTask) -> NDArray[np.float64]:
+    """Return the similarity of each pair; not a number where a print has no template.
+
+    A probe that is paired with all references of the chunk is compared with them at once.
+    """
+    similarity = np.full(len(task.pairs), np.nan)
+    usable = np.isin(task.pairs.reference, list(task.references))
+    every = sorted(task.references)
+    packed = [task.references[number] for number in every]
+    for probe, data in task.probes.items():
+        rows = np.flatnonzero((task.pairs.probe == probe) & usable)
+        numbers = task.pairs.reference[rows].tolist()
+        if numbers == every:
+            similarity[rows] = comparer.similarities(data, packed)
+        else:
+            references = [task.references[number] for number in numbers]
+            similarity[rows] = comparer.one_by_one(data, references)
+    return similarity
 
 
 def collect(
@@ -55,22 +96,9 @@ def collect(
 
 @dataclass(frozen=True, slots=True)
 class Comparing:
-    """Compare the pairs of a plan and write their rows.
+    """Compare the pairs of a plan and write their rows; every `save_every_s` the position is saved.
 
-    Parameters
-    ----------
-    store : Store
-        Holds the templates, and the position that the rows have reached.
-    plan : Plan
-        The pairs.
-    probes, references : str
-        Names of the two sides in the store.
-    matcher : Matcher
-        The matcher; it is sent to the workers.
-    writer : RowWriter
-        Writes the rows.
-    save_every_s : float
-        Seconds of work between two saved positions, about.
+    `probes` and `references` name the two sides in the store, which holds the templates.
     """
 
     store: Store

@@ -52,30 +52,9 @@ class ImageFailure:
 class ScoreSummary:
     """Hold counts, failures and times of a run of `score`.
 
-    Parameters
-    ----------
-    output : Path
-        The file of scores.
-    references, probes : int
-        Prints of the two sides that were needed.
-    pairs, rows : int
-        Pairs compared, and rows written of them.
-    resumed : int
-        Pairs among them that an earlier, interrupted run had compared.
-    failed_pairs : int
-        Rows without a score, because a print has no template.
-    failures : tuple of ImageFailure
-        Those prints.
-    dpi_assumed : tuple of str
-        Names of the prints whose resolution was assumed.
-    seconds : float
-        Wall time of the comparisons, without extraction.
-    noted : dict of str to tuple of str
-        Notes on reading prints, and the names of those prints.
-    fingers : Path or None
-        The file of finger scores; None without one.
-    finger_rows : int or None
-        Number of rows in it.
+    `references` and `probes` count the prints that were needed, `resumed` the pairs that an
+    earlier, interrupted run had compared, and `failed_pairs` the rows without a score because a
+    print has no template. `seconds` is the wall time of the comparisons, without extraction.
     """
 
     output: Path
@@ -146,11 +125,6 @@ def score(
         Called with the stages "references", "probes" (in prints) and "compare" (in pairs).
     save_every_s : float
         Seconds of work between two saved positions, about.
-
-    Returns
-    -------
-    ScoreSummary
-        Counts, failures and times.
 
     Raises
     ------

@@ -39,19 +39,7 @@ _COLUMNS: Final = ("x", "y", "angle", "kind", "quality")
 
 @dataclass(frozen=True, slots=True)
 class StoredTemplate:
-    """Hold the template of one print.
-
-    Parameters
-    ----------
-    data : bytes or None
-        Its template, for `unpack`; None where there is none.
-    reason : str
-        Why there is none; else "".
-    dpi_assumed : bool
-        Whether its resolution had to be assumed.
-    notes : tuple of str
-        Notes on reading it.
-    """
+    """Hold the template of one print in bytes, for `unpack`, or the reason why there is none."""
 
     data: bytes | None
     reason: str = ""
@@ -85,25 +73,11 @@ def open_source(
     polarity: Polarity = "auto",
     reader: Callable[..., GreyImage | TemplateRecord] | None = None,
 ) -> PrintSource:
-    """Open one side of `fpmatch score`.
+    """Open one side of `fpmatch score`; its prints are read later.
 
-    Parameters
-    ----------
-    place : path-like or str
-        A folder of prints, or a gallery: a file or the URL of a database.
-    dpi : float, optional
-        Resolution of all prints of a folder (default: that in its ``dataset.toml``, else each
-        file's own).
-    polarity : str
-        Polarity of all images of a folder; see
-        `fpmatch.image.quality.folder_polarity.find_polarities`.
-    reader : callable
-        Reads the file of a print (default: `PrintReader`).
-
-    Returns
-    -------
-    PrintSource
-        Its prints, none of them read yet.
+    `place` is a folder of prints, or a gallery: a file or the URL of a database. Resolution,
+    polarity and reader apply to the files of a folder; by default the resolution is that in its
+    ``dataset.toml``, else each file's own.
 
     Raises
     ------

@@ -43,16 +43,9 @@ CREATE TABLE IF NOT EXISTS item (
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """Hold the position that a run has reached.
+    """Hold the position that a run has reached: chunks, pairs and rows written, and bytes of rows.
 
-    Parameters
-    ----------
-    chunks, pairs : int
-        Chunks whose rows are written, and the pairs in them.
-    rows, size : int
-        Rows written, and the length of their file in bytes.
-    failed : int
-        Rows among them without a score.
+    `failed` counts the rows without a score.
     """
 
     chunks: int = 0
@@ -65,12 +58,7 @@ class Position:
 class Store:
     """Keep an unfinished run on disk; a context manager that leaves it there.
 
-    Parameters
-    ----------
-    output : Path
-        The file to write in the end.
-    run : mapping of str to str
-        Describes the run; a run of another description cannot resume it.
+    A run of another description than `run` cannot resume it.
 
     Raises
     ------

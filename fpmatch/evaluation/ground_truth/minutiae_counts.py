@@ -22,15 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Set the largest differences of an extracted and a true minutia that are assigned.
-
-    Parameters
-    ----------
-    distance_px : float
-        Largest distance, inclusive, in pixels of the minutiae's frame.
-    turn : float
-        Largest difference of direction, inclusive, in radians; π allows any.
-    """
+    """Set the largest distance and turn (radians; π allows any) of an assigned pair."""
 
     distance_px: float
     turn: float
@@ -133,11 +125,6 @@ def assign_minutiae(
         How far the two of a pair may differ.
     with_kind : bool
         Whether the two of a pair must be of one kind.
-
-    Returns
-    -------
-    ndarray of intp, shape (K, 2)
-        Indices into `found` and `true`, sorted by the first.
     """
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415
 

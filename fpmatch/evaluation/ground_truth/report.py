@@ -37,12 +37,8 @@ _DIGITS: Final = 4  # of shares, degrees and pixels in JSON
 class MinutiaeResult:
     """Hold the extraction results of one or more prints; results add up.
 
-    Parameters
-    ----------
-    counts, with_kind : tuple of MinutiaeCounts
-        One for each of `TOLERANCES`; with any kinds, and with equal ones.
-    causes : Counter of Cause
-        The false positives at `MAIN_TOLERANCE`, with any kinds, by cause.
+    Counts are one for each of `TOLERANCES`; with any kinds, and with equal ones. `causes` counts
+    the false positives at `MAIN_TOLERANCE`, with any kinds.
     """
 
     counts: tuple[MinutiaeCounts, ...] = (MinutiaeCounts(),) * len(TOLERANCES)
@@ -85,16 +81,8 @@ class MinutiaeResult:
 class MinutiaeSetResult:
     """Hold the results on one database, or on several pooled.
 
-    Parameters
-    ----------
-    name : str
-        The database.
-    prints : tuple of (str, MinutiaeResult)
-        Each image's name and result.
-    genuine : int
-        Number of genuine pairs, judged or not.
-    errors : tuple of TransformError
-        One a judged genuine pair.
+    `prints` holds each image's name and result, `genuine` the number of genuine pairs, and `errors`
+    those of the pairs that were judged.
     """
 
     name: str

@@ -31,22 +31,11 @@ class TransformError:
     """Hold the error of one transform; NaN where none was found.
 
     The true transform is ``reference.after(probe.inverse())`` of the two prints' own transforms.
-    The overlap is sampled at the true minutiae that are visible in both.
-
-    Parameters
-    ----------
-    match : bool
-        Whether the decision is a match, as `fpmatch.verify` decides by default.
-    rotation_deg : float
-        Error of the rotation, 0 to 180 degrees.
-    shift_px : float
-        Distance between the mapped and the true middle of the overlap.
-    scale : float
-        Ratio of the found scale to the true one.
-    residual_px : float
-        Root mean square distance between mapped and true positions over the overlap.
-    least_residual_px : float
-        The same of the best similarity, which is not 0 because skin stretches.
+    The overlap is sampled at the true minutiae that are visible in both: `shift_px` is the distance
+    between its mapped and its true middle, and `residual_px` the root mean square distance between
+    mapped and true positions. `least_residual_px` is that of the best similarity, which is not 0
+    because skin stretches. The rotation's error is 0 to 180 degrees, the scale's the ratio of found
+    to true.
     """
 
     match: bool
@@ -139,19 +128,9 @@ def _residual(transform: Similarity, p: NDArray[np.float64], q: NDArray[np.float
 class TransformSummary:
     """Summarise the errors of some judged pairs; NaN where there are none.
 
-    Parameters
-    ----------
-    judged : int
-        Number of pairs.
-    match : float
-        Share of these that are decided a match.
-    rotation_in_limits, shift_in_limits, in_place : float
-        Shares with the rotation, the shift, and both within `MAX_ROTATION_DEG` and `MAX_SHIFT_PX`;
-        a pair without a transform has neither.
-    rotation_deg, rotation_deg_p95, shift_px, shift_px_p95, scale_percent, scale_percent_p95 : float
-        Median and 95th percentile of each error; lengths at 500 dpi.
-    residual_px, least_residual_px : float
-        Medians of the residuals of the found transform and of the best similarity.
+    `match` is the share of pairs that are decided a match, `in_place` that of pairs with rotation
+    and shift within `MAX_ROTATION_DEG` and `MAX_SHIFT_PX`; a pair without a transform has neither.
+    Errors are medians and 95th percentiles, residuals medians; lengths at 500 dpi.
     """
 
     judged: int

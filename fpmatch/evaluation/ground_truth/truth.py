@@ -28,21 +28,10 @@ TRUTH_FOLDER: Final = "truth"
 class ImpressionTruth:
     """Hold the ground truth of one impression; positions in pixels of its image.
 
-    Parameters
-    ----------
-    transform : Similarity
-        Maps the finger's master print onto the image, up to the displacement.
-    minutiae : Minutiae
-        The N true minutiae listed for the image.
-    master : ndarray of int64, shape (N,)
-        Index of each in the finger's minutiae.
-    visible : ndarray of bool, shape (N,)
-        Whether it is visible.
-    hidden_xy : ndarray of float64, shape (K, 2)
-        Positions of the finger's other minutiae, in the image or beyond it: those that are not
-        visible, and those not listed.
-    displacement : DisplacementField, optional
-        Displacement of the skin from where `transform` alone maps it.
+    `transform` maps the finger's master print onto the image, up to the `displacement` of the skin.
+    For each minutia listed for the image, `master` holds its index in the finger's minutiae. The
+    positions `hidden_xy`, in the image or beyond it, are those of the finger's other minutiae:
+    listed but not visible, and not listed.
     """
 
     transform: Similarity
@@ -88,16 +77,6 @@ def load_truth(dataset: Dataset) -> tuple[ImpressionTruth, ...]:
     rows ``dx`` and ``dy`` of the nodes of a `fpmatch.synthesis.displacement.DisplacementField`,
     such that the point p of the image comes from ``transform.inverse().apply(p + (dx, dy))``.
     Other keys are ignored.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        The database.
-
-    Returns
-    -------
-    tuple of ImpressionTruth
-        One for each impression, in the order of `dataset`.
 
     Raises
     ------

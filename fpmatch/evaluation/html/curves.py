@@ -162,11 +162,5 @@ def _line(
 
 
 def _in_percent(share: float) -> str:
-    """Write a share in percent without needless digits.
-
-    Examples
-    --------
-    >>> _in_percent(0.0001), _in_percent(0.4)
-    ('0.01', '40')
-    """
+    """Write a share in percent without needless digits."""
     return f"{100 * share:.6g}"

@@ -30,20 +30,9 @@ _PICTURE_WIDTH: Final = 900
 
 @dataclass(frozen=True, slots=True)
 class HardPair:
-    """Hold one hard pair.
+    """Hold one hard pair; `score` is None where the matcher has no calibration.
 
-    Parameters
-    ----------
-    set_name, probe, reference : str
-        Its database and images.
-    score : float or None
-        Its score; None where the matcher has no calibration.
-    similarity : float
-        The matcher's own measure.
-    causes : tuple of str
-        Likely causes of the score, as phrases.
-    picture : bytes
-        A WebP of the overlay; empty where there is none.
+    `picture` is a WebP of the overlay, empty where there is none.
     """
 
     set_name: str

@@ -69,21 +69,11 @@ def write_page(
     analyses: Sequence[Analysis],
     comparisons: Sequence[RunComparison] = (),
 ) -> Path:
-    """Write the page and return its file; an older page there is replaced.
+    """Write the page into a folder, made if missing, and return its file.
 
-    Parameters
-    ----------
-    folder : path
-        The folder; made if missing.
-    analyses : sequence of Analysis
-        One a matcher, over the same databases, whose images are read again for the overlays.
-    comparisons : sequence of RunComparison
-        Those of the first matcher with the others.
-
-    Raises
-    ------
-    OutputError
-        As `prepare_page`.
+    The images of the analyses, one a matcher over the same databases, are read again for the
+    overlays. `comparisons` are those of the first matcher with the others. Raises as
+    `prepare_page`.
     """
     target = prepare_page(folder)
     atomic_write_bytes(target, page(analyses, comparisons).encode("utf-8"))

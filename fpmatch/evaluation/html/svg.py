@@ -77,14 +77,7 @@ def settings() -> AbstractContextManager[None]:
 def inline_svg(figure: Figure, name: str, label: str) -> str:
     """Return a figure as an SVG element that takes the width and the colours of its page.
 
-    Parameters
-    ----------
-    figure : Figure
-        The plot, drawn with the colours of this module.
-    name : str
-        Prefix of all identifiers, different for each plot of a page.
-    label : str
-        Description of the plot for screen readers.
+    `name` begins all identifiers, different for each plot of a page; `label` is for screen readers.
     """
     import matplotlib as mpl  # noqa: PLC0415
 

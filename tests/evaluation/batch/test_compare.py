@@ -1,4 +1,4 @@
-"""`fpmatch.evaluation.batch.compare`: one probe with many at once, or pair by pair: the same."""
+"""`fpmatch.evaluation.batch.run`: one probe with many at once, or pair by pair: the same."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from fpmatch.evaluation import comparison
-from fpmatch.evaluation.batch.compare import BytesComparer, ComparisonTask, compare_pairs
 from fpmatch.evaluation.batch.plan import AllPairs, PairChunk
+from fpmatch.evaluation.batch.run import BytesComparer, ComparisonTask, compare_pairs
 from fpmatch.evaluation.batch.sources import pack
 from fpmatch.matching.matchers import get_matcher
 

@@ -285,7 +285,7 @@ def evaluate(
 
 
 def _chosen(names: tuple[str, ...]) -> list[str]:
-    """Return the requested matchers, each once; "all" stands for all there are."""
+    """Return the requested matchers, each once; "all" means every matcher."""
     known = matcher_names()
     every = [name for given in names for name in (known if given == "all" else [given])]
     return list(dict.fromkeys(every))

@@ -83,11 +83,11 @@ Exit status: 0 match, 1 no match, 2 could not decide (bad input).
     "--area-tolerance",
     type=float,
     metavar="AREA",
-    help="Matcher paper: how far the areas of alike rings on the unit circle may differ; the paper "
-    "gives no value.  [default: 0.1]",
+    help="Matcher paper: largest difference between the areas of similar rings on the unit circle; "
+    "the paper gives no value.  [default: 0.1]",
 )
 @click.option(
-    "--json/--text", "json_wanted", default=True, help="One JSON object (default), or words."
+    "--json/--text", "json_wanted", default=True, help="One JSON object (default), or text."
 )
 @click.option(
     "--plot",

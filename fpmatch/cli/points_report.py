@@ -1,4 +1,4 @@
-"""A match of two point sets as a JSON object, in words, and as a table of its pairs."""
+"""A match of two point sets as a JSON object, as text, and as a table of its pairs."""
 
 from __future__ import annotations
 

@@ -82,9 +82,9 @@ def _template_reader(codec: Codec) -> Read:
 
 
 def _check(codec: Codec, data: bytes) -> None:
-    """Read bytes by a codec; what was read must be written, read again and written alike.
+    """Read bytes by a codec; for a fixed part of the inputs also check writing.
 
-    The latter of a part of them only, always the same.
+    The record must be written, read again and written as the same bytes.
     """
     record = codec.decode(data, ReadingOptions())
     if zlib.crc32(data) % WRITTEN_ONE_IN:

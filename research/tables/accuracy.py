@@ -55,10 +55,10 @@ def format_accuracy(results: Row) -> str:
             "Mean over the databases, then pooled; EER / FMR1000 in percent.",
             _feature_table(results["ablation"]),
             "### What each part of the matcher is worth",
-            "Six FVC sets and two of FVC2000; EER / FMR1000 in percent, weights learned again for each "
-            "row. The changes are differences from the base, in percentage points, with 95 % bootstrap "
-            "intervals over fingers. The last column has the share of scores that stay identical "
-            "with the weights of the base.",
+            "Six FVC sets and two of FVC2000; EER / FMR1000 in percent, weights learned again for "
+            "each row. The changes are differences from the base, in percentage points, with 95 % "
+            "bootstrap intervals over fingers. The last column has the share of scores that stay "
+            "identical with the weights of the base.",
             format_ablation(results["parts"]),
             "### Scores of impostors",
             _calibration_table(results["calibration"]["sets"]),

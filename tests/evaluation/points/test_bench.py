@@ -59,11 +59,17 @@ def slow_at(
 
 def test_all_matchers_run_at_one_place_before_the_next(ran: list[tuple[str, Condition]]) -> None:
     results = BenchResults({})
-    run_bench(results, WHERE, [DEFAULT, OTHER], PLAN)
+    counts: list[int] = []
+
+    def finished(_: object) -> None:
+        counts.append(len(results.cells))
+
+    run_bench(results, WHERE, [DEFAULT, OTHER], PLAN, finished=finished)
     assert ran == [
         (name, condition) for condition in WHERE for name in ("triangles", "van-wamelen")
     ]
     assert [(cell.matcher, cell.condition) for cell in results.cells] == ran
+    assert counts == list(range(1, len(ran) + 1))  # a cell is among the results when it is finished
 
 
 def test_cells_that_are_there_do_not_run_again(ran: list[tuple[str, Condition]]) -> None:
@@ -79,17 +85,6 @@ def test_cells_that_are_there_do_not_run_again(ran: list[tuple[str, Condition]])
     assert results.cells[:2] == before
     assert finished == [*before, results.skipped[0], results.cells[2]]
     assert names == [f"triangles, {condition}" for condition in WHERE[:4]]
-
-
-def test_finished_is_called_when_the_cell_is_among_the_results(
-    ran: list[tuple[str, Condition]],
-) -> None:
-    results = BenchResults({})
-    counts: list[int] = []
-    run_bench(
-        results, WHERE[:3], [DEFAULT], PLAN, finished=lambda _: counts.append(len(results.cells))
-    )
-    assert counts == [1, 2, 3]
 
 
 def stopped(_: PointCell) -> PointCell:

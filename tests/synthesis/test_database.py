@@ -48,10 +48,16 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return contents(folder)
 
 
-def test_files_are_named_as_in_the_fvc(undisturbed: dict[str, bytes]) -> None:
+def test_files_are_named_as_in_the_fvc_and_the_truth_names_its_images(
+    undisturbed: dict[str, bytes],
+) -> None:
     images = [f"{finger}_{m}.tif" for finger in (101, 102) for m in (1, 2)]
     truths = [f"truth{os.sep}{finger}.json" for finger in (101, 102)]
     assert sorted(undisturbed) == sorted([*images, *truths, "dataset.toml"])
+    truth = json.loads(undisturbed[f"truth{os.sep}102.json"])
+    assert truth["finger"] == 102
+    for name, impression in truth["impressions"].items():
+        assert impression["sha256"] == hashlib.sha256(undisturbed[f"{name}.tif"]).hexdigest()
 
 
 def test_images_have_their_size_and_resolution(tmp_path: Path) -> None:
@@ -64,8 +70,11 @@ def test_images_have_their_size_and_resolution(tmp_path: Path) -> None:
     assert load_dataset(tmp_path).dpi is None
 
 
-def test_the_folder_is_a_dataset(tmp_path: Path, undisturbed: dict[str, bytes]) -> None:
-    made = make(tmp_path)
+def test_any_number_of_workers_makes_the_same_dataset(
+    tmp_path: Path, undisturbed: dict[str, bytes]
+) -> None:
+    made = make(tmp_path, workers=2)
+    assert contents(tmp_path) == undisturbed
     dataset = load_dataset(tmp_path)
     assert [(i.finger, i.number) for i in dataset.impressions] == [
         (finger, m) for finger in (101, 102) for m in (1, 2)
@@ -73,13 +82,6 @@ def test_the_folder_is_a_dataset(tmp_path: Path, undisturbed: dict[str, bytes]) 
     assert (dataset.name, dataset.dpi) == ("synthetic, clean, seed 7", 500)
     assert dataset.sensor == "synthetic 64x72@500dpi"
     assert made == DatabaseMade(tmp_path, 2, 2, 2, sum(map(len, undisturbed.values())))
-
-
-def test_the_same_arguments_give_the_same_bytes_by_any_number_of_workers(
-    tmp_path: Path, undisturbed: dict[str, bytes]
-) -> None:
-    make(tmp_path, workers=2)
-    assert contents(tmp_path) == undisturbed
 
 
 def test_a_finished_database_is_left_as_it_is(tmp_path: Path) -> None:
@@ -92,30 +94,18 @@ def test_a_finished_database_is_left_as_it_is(tmp_path: Path) -> None:
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
 
 
-def test_fingers_are_added_without_changing_what_is_there(
+def test_fingers_and_impressions_do_not_depend_on_how_many_there_are(
     tmp_path: Path, undisturbed: dict[str, bytes]
 ) -> None:
+    make(tmp_path / "fewer", fingers=1, impressions=1)
+    assert (tmp_path / "fewer" / "101_1.tif").read_bytes() == undisturbed["101_1.tif"]
+    tmp_path = tmp_path / "added"
     make(tmp_path, fingers=1, first_finger=102)
     said: list[tuple[str, int, int]] = []
     made = make(tmp_path, progress=lambda *words: said.append(words))
     assert made.made == 1
     assert said == [("synth", 1, 2), ("synth", 2, 2)]
     assert contents(tmp_path) == undisturbed
-
-
-def test_fewer_impressions_are_the_first_of_more(
-    tmp_path: Path, undisturbed: dict[str, bytes]
-) -> None:
-    make(tmp_path, fingers=1, impressions=1)
-    assert (tmp_path / "101_1.tif").read_bytes() == undisturbed["101_1.tif"]
-
-
-def test_the_truth_names_the_images_it_is_about(undisturbed: dict[str, bytes]) -> None:
-    truth = json.loads(undisturbed[f"truth{os.sep}102.json"])
-    assert truth["finger"] == 102
-    for name, impression in truth["impressions"].items():
-        digest = hashlib.sha256(undisturbed[f"{name}.tif"]).hexdigest()
-        assert impression["sha256"] == digest
 
 
 KILLED = """

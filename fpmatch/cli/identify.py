@@ -240,7 +240,7 @@ def _as_text(found: _Found) -> str:
     lines = [head, _COLUMNS]
     extrapolated = False
     for candidate, entry in zip(result.candidates, found.entries, strict=True):
-        beyond = candidate.fmr < result.fmr_reach
+        beyond = candidate.fmr < result.smallest_measured_fmr
         extrapolated |= beyond
         rate = f"{odds(candidate.fmr)}{' *' if beyond else ''}"
         lines.append(
@@ -249,7 +249,7 @@ def _as_text(found: _Found) -> str:
         )
         lines += [f"        {line}" for line in _transform_lines(candidate)]
     if extrapolated:
-        lines.append(f"  * extrapolated: measured up to {odds(result.fmr_reach)}")
+        lines.append(f"  * extrapolated: measured up to {odds(result.smallest_measured_fmr)}")
     return "\n".join(lines)
 
 

@@ -66,11 +66,6 @@ def analyse(
     `bootstrap` is the number of bootstrap replicates for the 95 % intervals (0: no intervals), and
     `seed` the seed of their draws. The report is compared with `baseline`, an earlier run: with its
     comparisons by the same matcher, or by its only one.
-
-    Raises
-    ------
-    DatasetError
-        If the earlier run has no pairs, or no scores of the matcher, to compare with.
     """
     comparison = None
     if baseline is not None:

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 _TINY: Final = 1e-290  # below, numbers lose digits
 _DIGITS: Final = 9  # significant digits kept, so that files do not differ by rounding
 
-
 MIN_IMPOSTORS: Final = 1000
 MIN_ABOVE: Final = 20  # the empirical curve ends where fewer impostors than this are at or above
 TAIL_SHARE: Final = 0.01  # of the impostors, the highest, to which the tail is fitted
@@ -85,14 +84,9 @@ def fit_calibration(
     impostor_similarities: ArrayLike,
     weights: ArrayLike | None = None,
 ) -> Calibration:
-    """Fit a calibration to the similarities of impostor comparisons, in any order.
+    """Fit a calibration, without provenance, to similarities of impostor comparisons, in any order.
 
-    Parameters
-    ----------
-    impostor_similarities : array_like of float, shape (N,)
-        Similarities of comparisons of different fingers.
-    weights : array_like of float, shape (N,), optional
-        Weight of each (default: the same).
+    Each similarity may have a weight (default: all have the same).
 
     Raises
     ------

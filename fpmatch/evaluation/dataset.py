@@ -29,18 +29,10 @@ class Impression:
 
 @dataclass(frozen=True, slots=True)
 class Dataset:
-    """Hold one database.
+    """Hold one database: its name is from ``dataset.toml``, else the folder's.
 
-    Parameters
-    ----------
-    name : str
-        Name from ``dataset.toml``, else the folder's.
-    dpi : float or None
-        Resolution of all prints in dots per inch; None: that of each file's own tag.
-    sensor : str
-        The sensor that took the prints; "" where it is not known.
-    impressions : tuple of Impression
-        All prints, by finger and number.
+    `dpi` is the resolution of all prints (None: that of each file's own tag), and `sensor` is ""
+    where it is not known. Impressions are sorted by finger and number.
     """
 
     name: str

@@ -117,20 +117,12 @@ def extract_datasets(
     progress: Progress = no_progress,
     stage: str = "extract",
 ) -> list[ExtractedSet]:
-    """Extract a template from every impression of some databases.
+    """Extract a template from every impression of some databases; failures are kept as such.
 
-    Images that cannot be used are kept as failures.
-
-    Parameters
-    ----------
-    datasets : sequence of Dataset
-        The databases.
-    extractor : callable
-        Makes a template from a path and a resolution (None: the file's own), alone or in an
-        `ExtractedPrint` with notes; a function at the top of a module. By default
-        `extract_image`, the images of a folder read with one polarity.
-    workers, engine, progress, stage
-        As for `fpmatch.engine.workers.attempt_all`, in images.
+    The extractor, a function at the top of a module, makes a template from a path and a resolution
+    (None: the file's own), alone or in an `ExtractedPrint` with notes. By default it is
+    `extract_image`, the images of a folder read with one polarity. Other parameters are as for
+    `fpmatch.engine.workers.attempt_all`, in images.
     """
     found = attempt_each_image(
         datasets,

@@ -42,17 +42,11 @@ def gather_impostors(
     progress: Progress = no_progress,
     extractor: Extractor = extract_image,
 ) -> list[ImpostorSet]:
-    """Return the impostor comparisons of files of scores and of folders of prints.
+    """Return the impostor comparisons of files of scores, then of folders of prints, by database.
 
-    Parameters
-    ----------
-    sources : sequence of path
-        Files of scores, see `fpmatch.evaluation.score_file`, and FVC-style folders; the latter are
-        extracted and compared by the extended protocol.
-    matcher : str or Matcher
-        The matcher whose scores are read, and that compares the folders' prints.
-    workers, progress, extractor
-        As for `evaluate`.
+    The files are those of `fpmatch.evaluation.score_file`; scores of the matcher are read. The
+    prints of FVC-style folders are extracted and compared by the extended protocol. `workers`,
+    `progress` and `extractor` are as for `evaluate`.
 
     Raises
     ------

@@ -143,11 +143,6 @@ def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
 
     The lowest threshold is just above it. None where `fmr` is less than one of the scores.
 
-    Raises
-    ------
-    DatasetError
-        If a score is not a finite number.
-
     Examples
     --------
     >>> threshold_at_fmr(range(1000), 0.01)

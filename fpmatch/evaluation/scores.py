@@ -112,13 +112,7 @@ def read_scores(path: str | os.PathLike[str]) -> list[ScoresSet]:
 def choose_matcher(
     sets: list[ScoresSet], matcher: str, path: str | os.PathLike[str]
 ) -> list[ScoresSet]:
-    """Return the sets of a file that a matcher scored, and those whose matcher is not known.
-
-    Raises
-    ------
-    DatasetError
-        If there are none.
-    """
+    """Return the sets that a matcher, or an unknown one, scored; DatasetError if there are none."""
     chosen = [one for one in sets if one.matcher in {"", matcher}]
     if not chosen:
         others = ", ".join(sorted({one.matcher for one in sets}))

@@ -192,11 +192,8 @@ def _pack_field(field: RidgeField, zoom: float) -> bytes:
     orientation = steps.astype(np.int64) % 2**ORIENTATION_BITS
     box = field.mask[top : top + height, left : left + width]
     packed = head + np.packbits(box).tobytes() + _to_bits(orientation, ORIENTATION_BITS)
-    return (
-        packed
-        if field.ridges is None
-        else packed + field.ridges[field.mask].astype(">u8").tobytes()
-    )
+    ridges = b"" if field.ridges is None else field.ridges[field.mask].astype(">u8").tobytes()
+    return packed + ridges
 
 
 def _unpack_field(reader: _Reader, zoom: float, *, ridged: bool) -> RidgeField:

@@ -39,12 +39,8 @@ class DamagedRowError(ValueError):
 class Database:
     """Open transactions on the database of one gallery.
 
-    Parameters
-    ----------
-    where : str or path-like
-        A file, or a URL ``postgresql://user@host/database`` (or ``sqlite:///file``).
-    create : bool
-        Whether a SQLite file may be made.
+    `where` is a file, made if missing and `create`, or a URL ``postgresql://user@host/database``
+    (or ``sqlite:///file``).
 
     Raises
     ------

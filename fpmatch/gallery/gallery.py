@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import secrets
 from contextlib import contextmanager
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import sqlalchemy as sa
@@ -303,9 +304,7 @@ def _pack(entry: NewEntry) -> bytes | str:
 def _row(entry: NewEntry) -> dict[str, Any]:
     """Return the columns of a new entry, without its template."""
     return {
-        "subject": entry.label.subject,
-        "finger": entry.label.finger,
-        "impression": entry.label.impression,
+        **asdict(entry.label),
         "source": entry.source,
         "content": entry.content,
         "dpi": entry.template.dpi,

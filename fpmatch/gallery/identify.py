@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -38,29 +38,13 @@ MIN_CANDIDATE_LIST: Final = 1_000
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Hold one enrolled finger, or impression, that may be the probe's.
+    """Hold one enrolled finger, or impression, that may be the probe's; rank 1 scores highest.
 
-    Parameters
-    ----------
-    rank : int
-        1 for the highest score.
-    number : int
-        Number of the entry of the impression; of a finger, of its most similar impression.
-    similarity : float
-        The matcher's similarity of that impression.
-    score : float
-        ``-10·log10(fmr)``, 0 to 100; of a finger, see `fpmatch.matching.finger`.
-    fmr : float
-        Rate at which comparisons with another finger, of as many impressions, score as high.
-    expected_false : float
-        Expected number of searched fingers (or impressions) with such a score if none is the
-        probe's: `fmr` times their number.
-    comparison : Comparison or None
-        Transform and pairs of that impression, if requested.
-    impressions : int
-        Number of impressions in the score: all of the finger, or 1.
-    impression_score : float
-        Score of that impression alone.
+    `number` is that of the entry; of a finger, that of its most similar impression, to which
+    `similarity`, `comparison` (if requested) and `impression_score` belong. `fmr` is the rate at
+    which comparisons with another finger, of as many `impressions`, score as high, and `score` is
+    ``-10·log10(fmr)``, 0 to 100; see `fpmatch.matching.finger`. `expected_false` is `fmr` times the
+    number of searched fingers (or impressions): how many score as high if none is the probe's.
     """
 
     rank: int
@@ -78,28 +62,16 @@ class Candidate:
 class Identification:
     """Hold the outcome of a search.
 
-    Parameters
-    ----------
-    enrolled : int
-        Number of prints that were searched.
-    compared : int
-        Number of them that were compared with the probe: fewer after a pre-selection.
-    candidates : tuple of Candidate
-        Those of the highest scores, best first; of equal ones, the more similar, then the one
-        enrolled first.
-    matcher : str
-        Name of the matcher.
-    fmr_reach : float
-        Smallest measured FMR of the calibration; a smaller one is extrapolated.
-    fingers : int
-        Number of fingers of the searched prints.
+    The candidates come best first; of equal scores, the more similar, then the one enrolled first.
+    After a pre-selection fewer prints are `compared` than are `enrolled`. An FMR under
+    `smallest_measured_fmr`, that of the calibration, is extrapolated.
     """
 
     enrolled: int
     compared: int
     candidates: tuple[Candidate, ...]
     matcher: str
-    fmr_reach: float
+    smallest_measured_fmr: float
     fingers: int = 0
 
     @property
@@ -122,13 +94,11 @@ class Identification:
         document: dict[str, Any] = {
             "rank": candidate.rank,
             "id": entry.id,
-            "subject": entry.label.subject,
-            "finger": entry.label.finger,
-            "impression": entry.label.impression,
+            **asdict(entry.label),
             "source": entry.source,
             "score": candidate.score,
             "fmr": candidate.fmr,
-            "extrapolated": candidate.fmr < self.fmr_reach,
+            "extrapolated": candidate.fmr < self.smallest_measured_fmr,
             "expected_false_matches": candidate.expected_false,
             "impressions": candidate.impressions,
             "impression_score": candidate.impression_score,
@@ -257,7 +227,7 @@ def identify(
         compared=len(similarities),
         candidates=tuple(candidates),
         matcher=search.matcher.name,
-        fmr_reach=score_to_fmr(chosen.largest_measured_score),
+        smallest_measured_fmr=score_to_fmr(chosen.largest_measured_score),
         fingers=len(search.finger_sizes),
     )
 
@@ -265,13 +235,8 @@ def identify(
 def candidate_list_size(search: Search, requested: CandidateListSize = "auto") -> int | None:
     """Return the number of prints to compare with a probe; None for all.
 
-    Parameters
-    ----------
-    search : Search
-        From `open_search`.
-    requested : int, "auto" or "off"
-        The number; "auto": all of up to `EXHAUSTIVE_UP_TO` prints and of more the share
-        `PENETRATION_RATE`, but at least `MIN_CANDIDATE_LIST`; "off": all.
+    "auto": all of up to `EXHAUSTIVE_UP_TO` prints, and of more the share `PENETRATION_RATE`, but at
+    least `MIN_CANDIDATE_LIST`; "off": all.
 
     Raises
     ------

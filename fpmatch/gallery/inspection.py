@@ -94,14 +94,7 @@ class Inspection:
 def inspect_file(
     path: str | os.PathLike[str], *, image_reader: Callable[[Path], GreyImage] = read_image
 ) -> Inspection:
-    """Find out what a file contains, by its content, whatever its name.
-
-    Parameters
-    ----------
-    path : path-like
-        An image or a template of any known format.
-    image_reader : callable
-        Reads images (default: `read_image`).
+    """Find out what a file, an image or a template, contains, by its content, whatever its name.
 
     Raises
     ------

@@ -11,7 +11,7 @@ import hashlib
 import secrets
 from contextlib import closing, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from fpmatch.matching.packed_templates import PackedTemplates
 from fpmatch.output import atomic_write, make_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -148,18 +148,11 @@ def _renew(
         return Prepared(entries, new)
     before = entries["digest"][: len(old.prints)]
     if len(entries) == len(old.prints) + len(new) and (before == old.entries["digest"]).all():
-        return Prepared(
-            entries, PackedTemplates.concatenate([old.prints, new])
-        )  # only enrolled since
-    kept = [place.get(digest, -1) for digest in digests]
-    return Prepared(entries, PackedTemplates.pack(_merged(old.prints, new, kept)))
-
-
-def _merged(old: PackedTemplates, new: PackedTemplates, kept: Sequence[int]) -> Iterator[Any]:
-    """Yield print ``kept[k]`` of the old ones, or the next new one where that is -1."""
-    following = iter(range(len(new)))
-    for k in kept:
-        yield old[k] if k >= 0 else new[next(following)]
+        # prints were only added
+        return Prepared(entries, PackedTemplates.concatenate([old.prints, new]))
+    added = (new[k] for k in range(len(new)))
+    kept = (old.prints[place[d]] if d in place else next(added) for d in digests)
+    return Prepared(entries, PackedTemplates.pack(kept))
 
 
 def _prepare_all(

@@ -101,18 +101,10 @@ def open_search(
     engine: Engine | None = None,
     progress: Progress = no_progress,
 ) -> Search:
-    """Prepare the prints that are in a gallery now for a search.
+    """Prepare the prints that are in a gallery now for a search; it may be closed afterwards.
 
-    Parameters
-    ----------
-    gallery : Gallery
-        An open gallery; it may be closed afterwards.
-    matcher : str or Matcher
-        The matcher, or its name.
-    engine : Engine, optional
-        Where prints are prepared (default: all cores).
-    progress : callable
-        Called with stage "prepare" and numbers of prints.
+    `engine` prepares prints (default: all cores), and `progress` is called with stage "prepare" and
+    numbers of prints.
 
     Raises
     ------

@@ -124,7 +124,7 @@ def test_scores_are_those_of_verify_on_the_enrolled_templates(tmp_path, template
     (candidate,) = result.candidates
     assert (candidate.score, candidate.fmr) == (expected.score, expected.fmr)
     assert candidate.comparison.transform == expected.transform
-    assert result.fmr_reach == expected.smallest_measured_fmr
+    assert result.smallest_measured_fmr == expected.smallest_measured_fmr
 
 
 def scattered(seed):

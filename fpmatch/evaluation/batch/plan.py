@@ -102,16 +102,9 @@ class AllPairs:
 class ListedPairs:
     """The pairs of a list, in its order.
 
-    Parameters
-    ----------
-    path : path-like
-        A CSV file with the columns ``probe`` and ``reference`` among others; or, without a first
-        line that names these, with probe and reference as the first two. They contain names of
-        prints, with or without extension.
-    probes, references : sequence of str
-        Names of the prints of the two sides.
-    pairs_per_chunk : int
-        Pairs in a chunk.
+    The list is a CSV file with the columns ``probe`` and ``reference`` among others; or, without a
+    first line that names these, with probe and reference as the first two. They contain names of
+    prints, with or without extension.
 
     Raises
     ------

@@ -173,7 +173,8 @@ def score(
     }
     needed = {REFERENCES: plan.references, PROBES: plan.probes}
     key = {side: side for side in sides}
-    same = _same(*sides.values())
+    one, other = sides[PROBES], sides[REFERENCES]
+    same = (one.place, one.content_hash) == (other.place, other.content_hash)
     if same:
         key[PROBES] = REFERENCES
         needed[REFERENCES] = sorted({*plan.references, *plan.probes})
@@ -195,7 +196,7 @@ def score(
             matcher=chosen,
             writer=RowWriter(
                 matcher=chosen.name,
-                database=_database(sides[PROBES], sides[REFERENCES]),
+                database=one.title if same else f"{one.title} against {other.title}",
                 probes=rows_of[PROBES],
                 references=rows_of[REFERENCES],
                 same=same,
@@ -208,7 +209,6 @@ def score(
         start, end = comparing.run(place, progress)
     finger_rows = None
     if fingers is not None:
-        one, other = sides[PROBES], sides[REFERENCES]
         names = one.names, other.names, other.fingers
         finger_rows = write_fingers(target, Path(fingers), *names, same=same)
     return ScoreSummary(
@@ -240,17 +240,6 @@ def _opened(side: AnySource, dpi: float | None) -> PrintSource:
     if isinstance(side, str | os.PathLike):
         return open_source(side, dpi=dpi)
     return side
-
-
-def _same(one: PrintSource, other: PrintSource) -> bool:
-    return (one.place, one.content_hash) == (other.place, other.content_hash)
-
-
-def _database(probes: PrintSource, references: PrintSource) -> str:
-    """Return the name of the database in the rows."""
-    if _same(probes, references):
-        return probes.title
-    return f"{probes.title} against {references.title}"
 
 
 def _planned(pairs: str | os.PathLike[str] | Plan | None, sides: dict[str, PrintSource]) -> Plan:

@@ -115,16 +115,9 @@ def assign_minutiae(
     The assignment has the most visible true minutiae, then the most invisible ones, then the least
     sum of squared distances and turns in units of their tolerances.
 
-    Parameters
-    ----------
-    found, true : Minutiae
-        Extracted and true minutiae, in one frame.
-    visible : ndarray of bool, shape (number of true,)
-        Which of the true ones are visible.
-    tolerance : Tolerance
-        How far the two of a pair may differ.
-    with_kind : bool
-        Whether the two of a pair must be of one kind.
+    `found` and `true` are in one frame, and `visible` marks those of `true` that are visible. The
+    two of a pair are within the tolerance and, if `with_kind`, of one kind. Returns indices into
+    `found` and `true`, shape (K, 2), sorted by the first.
     """
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415
 

@@ -69,11 +69,10 @@ def write_page(
     analyses: Sequence[Analysis],
     comparisons: Sequence[RunComparison] = (),
 ) -> Path:
-    """Write the page into a folder, made if missing, and return its file.
+    """Write the page into a folder, made if missing, and return its file; errors as `prepare_page`.
 
     The images of the analyses, one a matcher over the same databases, are read again for the
-    overlays. `comparisons` are those of the first matcher with the others. Raises as
-    `prepare_page`.
+    overlays. `comparisons` are those of the first matcher with the others.
     """
     target = prepare_page(folder)
     atomic_write_bytes(target, page(analyses, comparisons).encode("utf-8"))

@@ -37,12 +37,6 @@ def test_the_resolution_is_said_where_all_sensors_agree() -> None:
         assert text in replace(PLAN, sensors=sensors).description()
 
 
-def test_the_same_plan_is_recognised(tmp_path: Path) -> None:
-    path = tmp_path / "dataset.toml"
-    path.write_text(PLAN.description())
-    check_same_plan(path, PLAN)
-
-
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -57,12 +51,9 @@ def test_the_same_plan_is_recognised(tmp_path: Path) -> None:
 def test_another_plan_is_told_apart(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
     path = tmp_path / "dataset.toml"
     path.write_text(PLAN.description())
-    with pytest.raises(DatasetError) as caught:
+    check_same_plan(path, PLAN)
+    with pytest.raises(DatasetError, match=rf"^.*dataset\.toml: .*{said}.*$"):
         check_same_plan(path, replace(PLAN, **changes))
-    message = str(caught.value)
-    assert message.startswith(f"{path}: the prints there were made with ")
-    assert said in message
-    assert "\n" not in message
 
 
 @pytest.mark.parametrize(

@@ -55,13 +55,10 @@ def test_a_wave_passes_its_own_filter_unchanged(angle: float, period: float) -> 
     assert out[INSIDE] == pytest.approx(wave[INSIDE], abs=0.05)
 
 
-@pytest.mark.parametrize("angle", [0, 30, 75, 90, 140])
-def test_a_wave_across_is_suppressed(angle: float) -> None:
-    out = enhanced(plane_wave(angle + 90, 9), angle, 9)
-    assert np.abs(out[INSIDE]).max() < 0.1
-
-
-def test_brightness_is_suppressed() -> None:
+def test_waves_across_and_brightness_are_suppressed() -> None:
+    for angle in (0, 30, 75, 90, 140):
+        out = enhanced(plane_wave(angle + 90, 9), angle, 9)
+        assert np.abs(out[INSIDE]).max() < 0.1, angle
     assert np.abs(enhanced(constant((80, 80), 3.0), 20, 8)[INSIDE]).max() < 1e-3
 
 

@@ -32,14 +32,9 @@ def whole(ridges: Binary) -> Binary:
 
 
 @pytest.mark.parametrize("name", strips_and_extremes())
-def test_without_least_areas_it_is_the_sign(name: str) -> None:
+def test_it_is_the_sign_without_what_is_smaller_than_the_least_area(name: str) -> None:
     ridges = strips_and_extremes()[name]
     assert np.array_equal(binarize(as_enhanced(ridges), whole(ridges), KEEP_ALL), ridges)
-
-
-@pytest.mark.parametrize("name", strips_and_extremes())
-def test_what_is_smaller_than_the_least_area_goes(name: str) -> None:
-    ridges = strips_and_extremes()[name]
     large = BinarizationParameters(min_ridge_area_px=ridges.size + 1, min_hole_area_px=0)
     assert not binarize(as_enhanced(ridges), whole(ridges), large).any()
 

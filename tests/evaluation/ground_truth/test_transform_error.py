@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -10,7 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from truth_files import truth_of
 
-from fpmatch.evaluation.ground_truth.transform_error import common_minutiae, measure_transform
+from fpmatch.evaluation.ground_truth.transform_error import (
+    TransformError,
+    common_minutiae,
+    measure_transform,
+    summarise_transforms,
+)
 from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
 from fpmatch.minutiae import Minutiae
 from fpmatch.pointset.similarity import Similarity
@@ -85,3 +91,30 @@ def test_common_are_the_same_minutiae_seen_in_both() -> None:
     )
     p, q = common_minutiae(one, shuffled)
     assert (p[:, 0].tolist(), q[:, 0].tolist()) == ([3], [30])
+
+
+NAN = float("nan")
+GOOD = TransformError(True, 1.0, 2.0, 1.02, 2.0, 1.0)
+TURNED = TransformError(True, 3.0, 4.0, 0.98, 6.0, 1.0)
+SHIFTED = TransformError(False, 2.0, 5.0, 1.0, 4.0, 1.0)
+NONE = TransformError(False, NAN, NAN, NAN, NAN, 3.0)
+
+
+def test_shares_are_of_all_judged_and_errors_of_those_with_a_transform() -> None:
+    summary = summarise_transforms([GOOD, TURNED, SHIFTED, NONE])
+    assert summary.judged == 4
+    assert (summary.match, summary.in_place) == (0.5, 0.25)
+    assert (summary.rotation_in_limits, summary.shift_in_limits) == (0.5, 0.5)
+    assert (summary.rotation_deg, summary.shift_px, summary.residual_px) == (2, 4, 4)
+    assert summary.scale_percent == pytest.approx(2)
+    assert summary.rotation_deg_p95 == pytest.approx(2.9)
+    assert summary.least_residual_px == 1
+
+
+def test_no_pairs_and_no_transforms_say_nothing() -> None:
+    judged, *figures = astuple(summarise_transforms([]))
+    assert judged == 0
+    assert all(map(math.isnan, figures))
+    alone = summarise_transforms([NONE])
+    assert (alone.match, alone.in_place) == (0, 0)
+    assert math.isnan(alone.rotation_deg)

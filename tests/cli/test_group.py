@@ -19,6 +19,8 @@ import fpmatch
 from fpmatch.cli.group import SUMMARIES
 from fpmatch.errors import FpmatchError
 
+FPMATCH = [sys.executable, "-m", "fpmatch"]
+
 
 def test_version(run: Any) -> None:
     assert run("--version").output == f"fpmatch {fpmatch.__version__}\n"
@@ -85,17 +87,16 @@ def test_a_fault_of_ours_is_not_hidden(run: Any, monkeypatch: pytest.MonkeyPatch
     assert isinstance(run("stages", "a.png", "-o", "out").exception, ZeroDivisionError)
 
 
+def start(command: list[str], **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a command in another process."""
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+    return subprocess.run(command, text=True, check=False, timeout=60, **options)
+
+
 def test_a_reader_that_leaves_is_met_in_silence() -> None:
     read_end, write_end = os.pipe()
     os.close(read_end)
-    done = subprocess.run(
-        [sys.executable, "-m", "fpmatch", "extract", "no-such-file.png", "-o", "."],
-        stdout=write_end,
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
-        timeout=60,
-    )
+    done = start([*FPMATCH, "extract", "no-such-file.png", "-o", "."], stdout=write_end)
     os.close(write_end)
     assert done.returncode == 128 + signal.SIGPIPE
     assert "Traceback" not in done.stderr
@@ -111,13 +112,7 @@ def test_decoders_keep_silent_about_a_damaged_file(tmp_path: Path, closed: bool)
     data[200:400] = bytes(255 - byte for byte in data[200:400])
     path.write_bytes(data)
     words = f"{sys.executable} -m fpmatch stages {path} -o {tmp_path}/out"
-    done = subprocess.run(
-        ["/bin/sh", "-c", f"{words} 2>&-" if closed else words],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
+    done = start(["/bin/sh", "-c", f"{words} 2>&-" if closed else words])
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr.count("\n") == (0 if closed else 1)
@@ -125,14 +120,7 @@ def test_decoders_keep_silent_about_a_damaged_file(tmp_path: Path, closed: bool)
 
 
 def test_the_module_runs_as_the_command(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "fpmatch", "verify", "gone.png", "gone.png"],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=tmp_path,
-        timeout=60,
-    )
+    done = start([*FPMATCH, "verify", "gone.png", "gone.png"], cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr == "fpmatch: error: gone.png: no such file\n"
     assert done.stdout == ""
@@ -142,7 +130,6 @@ def test_the_module_runs_as_the_command(tmp_path: Path) -> None:
 def test_output_that_cannot_be_written_is_one_line_and_status_2() -> None:
     with Path("/dev/full").open("w") as full:
         points = Path(__file__).parents[2] / "sample_data" / "stars.csv"
-        words = [sys.executable, "-m", "fpmatch", "points", "match", points, points]
-        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        done = start([*FPMATCH, "points", "match", str(points), str(points)], stdout=full)
     assert done.returncode == 2
     assert done.stderr.splitlines() == ["fpmatch: error: output: No space left on device"]

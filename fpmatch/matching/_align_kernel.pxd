@@ -1,5 +1,6 @@
 # Types of the kernel, and what other kernels may use of it.
 cimport cython
+from fpmatch.matching._minutia_grid_kernel cimport MinutiaGrid
 from fpmatch.matching._pair_mesh_kernel cimport PairMesh
 from fpmatch.matching._relaxation_kernel cimport Relaxation
 
@@ -8,10 +9,11 @@ cdef class Aligner:
     cdef readonly Py_ssize_t size_a, size_b
     cdef readonly Relaxation relaxation
     cdef readonly PairMesh mesh
+    cdef readonly MinutiaGrid grid
     cdef readonly double[:, ::1] a, b, predicted, best_predicted
     cdef readonly double[::1] reach, weight, rival_weight, best_weight
     cdef public int pairs, best_pairs
-    cdef readonly int[::1] partner, former, paired, rival, best_partner, start, item
+    cdef readonly int[::1] partner, former, paired, rival, best_partner
     cdef int[:, ::1] coarse_partner
     cdef double[:, ::1] coarse_weight, coarse_transform
     cdef public double c, s, x, y
@@ -19,19 +21,11 @@ cdef class Aligner:
     cdef readonly double min_cosine, reach_px, reach_per_px, reach_limit_px
     cdef readonly int hypotheses, coarse_rounds, rounds
     cdef Py_ssize_t at_hand
-    cdef double x0, y0, per_px
-    cdef int columns, rows
 
     @cython.locals(row=cython.Py_ssize_t, i=cython.Py_ssize_t)
     cpdef int load_a(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
-    @cython.locals(
-        j=cython.Py_ssize_t, cell=cython.Py_ssize_t, cells=cython.Py_ssize_t, filling=cython.int,
-        row=cython.int, column=cython.int, first_column=cython.int, last_column=cython.int,
-        first_row=cython.int, last_row=cython.int, count=cython.int, behind=cython.int,
-        x1=cython.double, y1=cython.double, side=cython.double, reach=cython.double,
-    )
+    @cython.locals(row=cython.Py_ssize_t, j=cython.Py_ssize_t)
     cpdef int load_b(self, double[:, ::1] points, Py_ssize_t size) noexcept nogil
-    cdef int _line(self, double place) noexcept nogil
     cpdef int relax(self, float[:, ::1] similarity) noexcept nogil
     cpdef int start_hypothesis(self, Py_ssize_t k) noexcept nogil
     @cython.locals(i=cython.Py_ssize_t, measured=cython.bint)

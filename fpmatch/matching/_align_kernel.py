@@ -15,22 +15,19 @@ import cython
 import numpy as np
 
 if cython.compiled:
+    from cython.cimports.fpmatch.matching._minutia_grid_kernel import MinutiaGrid
     from cython.cimports.fpmatch.matching._pair_mesh_kernel import PairMesh
     from cython.cimports.fpmatch.matching._relaxation_kernel import Relaxation
     from cython.cimports.libc.math import sqrt
 else:
     from math import sqrt
 
+    from fpmatch.matching._minutia_grid_kernel import MinutiaGrid
     from fpmatch.matching._pair_mesh_kernel import PairMesh
     from fpmatch.matching._relaxation_kernel import Relaxation
 
 COMPILED = cython.compiled
 
-# Of the grid in which minutiae near a place are looked up:
-CELL_PX = cython.declare(cython.double, 16.0)
-MOST_CELLS = cython.declare(cython.int, 32)  # along what the minutiae take up; if need be larger
-MOST_REACHED = cython.declare(cython.int, 6)  # cells in a line within the reach of one minutia
-MARGIN = cython.declare(cython.double, 0.01)  # px, more than rounding does to a cell's border
 DIRECTION_ARM2 = cython.declare(cython.double, 900.0)  # px²: see `Aligner.fit`
 LEAST_SCALE = cython.declare(cython.double, 0.94)
 MOST_SCALE = cython.declare(cython.double, 1.06)
@@ -80,18 +77,12 @@ class Aligner:
         self.reach_px = p.reach_px
         self.reach_per_px = p.reach_per_px
         self.reach_limit_px = p.reach_limit_px
-        self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 1, np.int32)
-        self.item = np.empty(MOST_REACHED * MOST_REACHED * size_b, np.int32)
+        self.grid = MinutiaGrid(p.reach_limit_px, size_b)
         self.c = 1.0
         self.s = self.x = self.y = 0.0
         self.best_c = 1.0
         self.best_s = self.best_x = self.best_y = 0.0
         self.at_hand = -1
-        self.columns = 0
-        self.rows = 0
-        self.x0 = 0.0
-        self.y0 = 0.0
-        self.per_px = 0.0
 
     def load_a(self, points, size):
         """Take the first `size` columns of `points` as print A."""
@@ -102,71 +93,12 @@ class Aligner:
         return 0
 
     def load_b(self, points, size):
-        """Take the first `size` columns of `points` as print B, and note where they are near.
-
-        Each cell of a grid lists, in their order, all minutiae within any reach of it.
-        """
-        reach = self.reach_limit_px + MARGIN
+        """Take the first `size` columns of `points` as print B."""
         self.size_b = size
-        self.columns = 0
-        self.rows = 0
-        if size == 0:
-            return 0
-        self.x0 = x1 = points[0, 0]
-        self.y0 = y1 = points[1, 0]
-        for j in range(size):
-            self.b[0, j] = points[0, j]
-            self.b[1, j] = points[1, j]
-            self.b[2, j] = points[2, j]
-            self.b[3, j] = points[3, j]
-            self.x0 = points[0, j] if points[0, j] < self.x0 else self.x0
-            self.y0 = points[1, j] if points[1, j] < self.y0 else self.y0
-            x1 = points[0, j] if points[0, j] > x1 else x1
-            y1 = points[1, j] if points[1, j] > y1 else y1
-        side = x1 - self.x0 if x1 - self.x0 > y1 - self.y0 else y1 - self.y0
-        side = side / MOST_CELLS
-        side = side if side > CELL_PX else CELL_PX
-        side = side if side > 0.5 * reach else 0.5 * reach
-        self.per_px = 1.0 / side
-        self.x0 -= reach
-        self.y0 -= reach
-        self.columns = self._line(x1 + reach - self.x0) + 1
-        self.rows = self._line(y1 + reach - self.y0) + 1
-        cells = self.columns * self.rows
-        for cell in range(cells + 1):
-            self.start[cell] = 0
-        for filling in range(2):
+        for row in range(4):
             for j in range(size):
-                first_column = self._line(points[0, j] - reach - self.x0)
-                last_column = self._line(points[0, j] + reach - self.x0)
-                first_row = self._line(points[1, j] - reach - self.y0)
-                last_row = self._line(points[1, j] + reach - self.y0)
-                for row in range(first_row, last_row + 1):
-                    for column in range(first_column, last_column + 1):
-                        cell = row * self.columns + column
-                        if filling:
-                            self.item[self.start[cell]] = cython.cast(cython.int, j)
-                        self.start[cell] += 1
-            if not filling:
-                # to the starts of the cells, from which on they run ahead while the cells fill
-                behind = 0
-                for cell in range(cells):
-                    count = self.start[cell]
-                    self.start[cell] = behind
-                    behind += count
-                self.start[cells] = behind
-        for cell in range(cells - 1, 0, -1):
-            self.start[cell] = self.start[cell - 1]
-        self.start[0] = 0
-        return 0
-
-    @cython.cfunc
-    @cython.inline
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def _line(self, place: cython.double) -> cython.int:
-        """Return the row or column of the grid at a distance from its first."""
-        return cython.cast(cython.int, place * self.per_px)
+                self.b[row, j] = points[row, j]
+        return self.grid.load(self.b, size)
 
     def relax(self, similarity):
         """Select and relax the local matches; return how many candidates there are."""
@@ -336,17 +268,17 @@ class Aligner:
             self.weight[i] = 0.0
             x = self.predicted[0, i]
             y = self.predicted[1, i]
-            place = (x - self.x0) * self.per_px
-            line = (y - self.y0) * self.per_px
-            if not (0.0 <= place < self.columns and 0.0 <= line < self.rows):
+            place = (x - self.grid.x0) * self.grid.per_px
+            line = (y - self.grid.y0) * self.grid.per_px
+            if not (0.0 <= place < self.grid.columns and 0.0 <= line < self.grid.rows):
                 continue
-            cell = cython.cast(cython.Py_ssize_t, line) * self.columns
+            cell = cython.cast(cython.Py_ssize_t, line) * self.grid.columns
             cell += cython.cast(cython.Py_ssize_t, place)
             best = 0.0
             best_j = -1
             r2 = self.reach[i] * self.reach[i]
-            for e in range(self.start[cell], self.start[cell + 1]):
-                j = self.item[e]
+            for e in range(self.grid.start[cell], self.grid.start[cell + 1]):
+                j = self.grid.item[e]
                 d2 = (self.b[0, j] - x) * (self.b[0, j] - x)
                 d2 += (self.b[1, j] - y) * (self.b[1, j] - y)
                 cosine = self.predicted[2, i] * self.b[2, j] + self.predicted[3, i] * self.b[3, j]

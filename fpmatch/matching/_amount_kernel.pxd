@@ -14,6 +14,8 @@ cpdef double smaller_area(TemplateView a, TemplateView b) noexcept nogil
 cpdef double common_cells(TemplateView a, TemplateView b, double c, double s, double x, double y) noexcept nogil
 @cython.locals(x=cython.double, y=cython.double)
 cpdef int describe_amount(double minutiae, double area, double[::1] term) noexcept nogil
+@cython.locals(decades=cython.double)
+cpdef double most_decades(double pairs, double chance, double ridges, double cells) noexcept nogil
 cpdef double poisson_decades(double count, double mean) noexcept nogil
 @cython.locals(least=cython.double)
 cpdef double quality_correction(double squares, double minutiae) noexcept nogil

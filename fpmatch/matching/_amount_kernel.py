@@ -1,4 +1,4 @@
-"""Kernel: how much of two prints is compared, and what so much evidence can amount to.
+"""Kernel: the amount of evidence in a comparison, and the bound that it sets for the FMR.
 
 Interpreted, the functions run as they stand.
 """
@@ -19,6 +19,12 @@ ENOUGH_MINUTIAE = cython.declare(cython.double, 12.0)
 ENOUGH_AREA = cython.declare(cython.double, 30000.0)
 LEAST_AREA = cython.declare(cython.double, 256.0)
 UNIT_AREA = cython.declare(cython.double, 10000.0)
+# Of the bound of the FMR, see `most_decades`:
+DECADES_PER_PAIR = cython.declare(cython.double, 1.2)
+USUAL_CHANCE = cython.declare(cython.double, 3.0)  # pairs expected by chance in two usual prints
+DENSER = cython.declare(cython.double, 2.0)  # with so many more, prints are dense
+FULL_AGREEMENT = cython.declare(cython.double, 0.2)  # above the usual: counts wholly
+CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
 LEAST_MEAN_SQUARE = cython.declare(cython.double, 0.25)  # of the qualities of a print's minutiae
 
 
@@ -66,6 +72,22 @@ def describe_amount(minutiae, area, term):
     term[3] = y
     term[4] = x * y
     return 0
+
+
+def most_decades(pairs, chance, ridges, cells):
+    """Return the greatest -log10 of the FMR that so many pairs and cells of ridges justify.
+
+    `chance` is the number of pairs expected by chance, `ridges` the ridge correlation less that of
+    different fingers. A search finds the commonest arrangement of a few minutiae, which matches
+    more prints than one drawn by chance: each pair after the first counts 1.2 decades. Of dense
+    minutiae many pairs agree under any transform: there, a Poisson distribution bounds the FMR.
+    """
+    decades = DECADES_PER_PAIR * max(pairs - 1.0, 0.0)
+    if chance > USUAL_CHANCE:
+        chance *= min((chance - USUAL_CHANCE) / DENSER, 1.0)
+        decades = min(decades, poisson_decades(pairs, chance))
+    ridges = min(max(ridges / FULL_AGREEMENT, 0.0), 1.0)
+    return decades + ridges * cells / CELLS_PER_DECADE
 
 
 def poisson_decades(count, mean):

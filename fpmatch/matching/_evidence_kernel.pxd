@@ -45,12 +45,10 @@ cdef class EvidenceScorer:
     cdef double _compare_ridges(self, TemplateView a, TemplateView b, Aligner aligner) noexcept nogil
     @cython.locals(pairs=cython.double, per_pair=cython.double)
     cpdef int describe(self) noexcept nogil
-    @cython.locals(k=cython.Py_ssize_t, low=cython.double, high=cython.double)
-    cpdef double condition(self, double total) noexcept nogil
     @cython.locals(
-        pairs=cython.double, chance=cython.double, ridges=cython.double, decades=cython.double,
+        k=cython.Py_ssize_t, low=cython.double, high=cython.double, limit=cython.double
     )
-    cdef double _most_decades(self) noexcept nogil
+    cpdef double condition(self, double total) noexcept nogil
     @cython.locals(k=cython.Py_ssize_t, m=cython.Py_ssize_t, total=cython.double)
     cdef double _total(self) noexcept nogil
     @cython.locals(

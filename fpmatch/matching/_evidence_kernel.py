@@ -11,7 +11,7 @@ if cython.compiled:
     from cython.cimports.fpmatch.matching._amount_kernel import (
         common_cells,
         describe_amount,
-        poisson_decades,
+        most_decades,
         quality_correction,
         smaller_area,
     )
@@ -24,7 +24,7 @@ else:
     from fpmatch.matching._amount_kernel import (
         common_cells,
         describe_amount,
-        poisson_decades,
+        most_decades,
         quality_correction,
         smaller_area,
     )
@@ -58,13 +58,7 @@ REJECTED = cython.declare(cython.double, -5.0)
 SHORTFALL = cython.declare(cython.double, 0.25)
 
 TERMS = cython.declare(cython.Py_ssize_t, 5)  # that the quantiles of impostors are linear in
-# The most that pairs and ridges can say, in tenfold falls of the FMR: see `_most_decades`.
-DECADES_PER_PAIR = cython.declare(cython.double, 1.2)
 PAIR_AREA = cython.declare(cython.double, 75.0)  # px²: within 12 px and 30° of a minutia
-USUAL_CHANCE = cython.declare(cython.double, 3.0)  # pairs that chance gives two usual prints
-DENSER = cython.declare(cython.double, 2.0)  # so many more, and prints are dense
-FULL_AGREEMENT = cython.declare(cython.double, 0.2)  # above the usual: counts wholly
-CELLS_PER_DECADE = cython.declare(cython.double, 12.0)
 LEAST_SPREAD = cython.declare(cython.double, 0.5)  # between the two quantiles
 LOG_10 = cython.declare(cython.double, 2.302585092994046)
 
@@ -104,7 +98,7 @@ class EvidenceScorer:
 
     `score` is an `fpmatch.matching.score.ScoreParameters`, `weights` a `ScoreWeights`; there is
     room for so many minutiae of print B. `evidence` and `feature` are those of the alignment scored
-    last. Which model scores depends on which prints have pictures of their ridges.
+    last. The model depends on which prints have ridge images.
     """
 
     def __init__(self, score, weights, room, search) -> None:
@@ -140,7 +134,7 @@ class EvidenceScorer:
         ]
 
     def choose_model(self, ridges_a, ridges_b, area):
-        """Take the model for prints that have pictures of their ridges, or have not.
+        """Choose the model by which prints have ridge images, and by the area; return its number.
 
         `area` is that of the smaller print, in square pixels at 500 dpi.
         """
@@ -168,7 +162,7 @@ class EvidenceScorer:
     def score_alignment(self, a, b, aligner, similarity):
         """Score the alignment at hand in the aligner; return -ln(FMR) as `condition` estimates it.
 
-        The ridges are compared only where the minutiae leave a doubt.
+        The ridges are compared only if the sum of the minutiae passes the refine threshold.
         """
         self.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
         self._gather(a, b, aligner, similarity)
@@ -180,19 +174,17 @@ class EvidenceScorer:
     def align(self, a, b, aligner, similarity):
         """Align A with B, which the aligner holds; return -ln(FMR) as `condition` estimates it.
 
-        The hypotheses of the relaxed local matches are aligned coarsely, one after the other, until
-        the minutiae leave no doubt that one of them is right (the confident threshold): that one
-        alone is refined. Where relaxation leaves the local matches weak, only the first hypothesis
-        that pairs anything is tried. Where the best of all does not pass the refine threshold, as
-        with most prints of different fingers, it stands as it is. Else those that pass are refined,
-        their ridges are compared, and the aligner saves the one of the greatest sum. Where a doubt
-        is left of prints that show their ridges, these are looked for by them, too.
+        The hypotheses of the relaxed local matches are aligned coarsely in turn, until the sum of
+        one passes the confident threshold: only that one is refined. Where relaxation leaves the
+        local matches weak, only the first hypothesis that pairs anything is tried. If none passes
+        the refine threshold, as with most impostor pairs, the best stands as it is. Else those that
+        pass are refined, their ridges are compared, and the aligner saves the one of the greatest
+        sum. If none is then confident, prints with ridges are also aligned by a ridge search.
 
-        Where nothing is paired by any, the aligner's `best_pairs` are 0, and so is the result.
+        If no hypothesis pairs anything, the aligner's `best_pairs` and the result are 0.
         """
         hypotheses = aligner.hypotheses
-        first = 0
-        count = 0
+        first = count = 0
         self.most = UNPAIRED_SUM
         self.choose_model(a.has_ridges, b.has_ridges, smaller_area(a, b))
         self.found = 0
@@ -239,10 +231,7 @@ class EvidenceScorer:
         return self.condition(self._total())
 
     def _save_better(self, a, b, aligner, similarity, ridges):
-        """Let the aligner save the alignment at hand if its sum is the greatest; return whether.
-
-        Where `ridges`, they are compared, too.
-        """
+        """Save the current alignment if its sum is the greatest, with `ridges` compared if true."""
         if aligner.pairs == 0:
             return False
         self._gather(a, b, aligner, similarity)
@@ -260,7 +249,7 @@ class EvidenceScorer:
         return better
 
     def _compare_ridges(self, a, b, aligner):
-        """Compare the ridges, moved as the mesh of pairs is; return the weighted sum."""
+        """Correlate the ridges, warped by the mesh of pairs; return the weighted sum."""
         if (
             self.correlator.compare(a, b, aligner.mesh, aligner.c, aligner.s, aligner.x, aligner.y)
             > 0
@@ -298,12 +287,11 @@ class EvidenceScorer:
         """Return -ln(FMR) of a weighted sum, given how much was compared.
 
         The sums that 1 % and 0.1 % of the impostor comparisons reach depend on the minutiae and
-        the area in the common region; beyond and between them the tail is exponential, up to what
-        so many pairs and ridges can say at most. The model is chosen, and the evidence gathered,
-        before. `total` keeps the sum, `decade` by how much it rises where the FMR falls tenfold.
+        the area in the common region; beyond and between them the tail is exponential, up to
+        `most_decades`. The model is chosen, and the evidence gathered, before. `total` keeps the
+        sum, `decade` by how much it rises where the FMR falls tenfold.
         """
-        low = 0.0
-        high = 0.0
+        low = high = 0.0
         self.total = total
         # the geometric mean of a print's minutiae in the common region and of the smaller's in all
         describe_amount(
@@ -318,25 +306,13 @@ class EvidenceScorer:
         if high < LEAST_SPREAD:
             high = LEAST_SPREAD
         self.decade = high
-        return LOG_10 * min(2.0 + (total - low) / high, self._most_decades())
-
-    def _most_decades(self):
-        """Return how often the FMR can fall tenfold, at most, for so many pairs and cells.
-
-        Impostors are prints that were not made to match. The commonest arrangement of a few
-        minutiae, which a search finds, matches far more prints than an arrangement drawn by chance.
-        Of very many minutiae a good many fall on others wherever they lie: there, a Poisson
-        distribution gives the probability of so many pairs. Ridges count by their correlation.
-        """
-        pairs = self.evidence[PAIRS]
-        chance = self.evidence[CHANCE]
-        ridges = self.evidence[RIDGES] - self.usual_correlation
-        decades = DECADES_PER_PAIR * max(pairs - 1.0, 0.0)
-        if chance > USUAL_CHANCE:
-            chance *= min((chance - USUAL_CHANCE) / DENSER, 1.0)
-            decades = min(decades, poisson_decades(pairs, chance))
-        ridges = min(max(ridges / FULL_AGREEMENT, 0.0), 1.0)
-        return decades + ridges * self.evidence[CELLS] / CELLS_PER_DECADE
+        limit = most_decades(
+            self.evidence[PAIRS],
+            self.evidence[CHANCE],
+            self.evidence[RIDGES] - self.usual_correlation,
+            self.evidence[CELLS],
+        )
+        return LOG_10 * min(2.0 + (total - low) / high, limit)
 
     def _total(self):
         """Return the weighted sum of the features."""
@@ -353,14 +329,8 @@ class EvidenceScorer:
 
     def _gather(self, a, b, aligner, similarity):
         """Gather the evidence of the minutiae in the alignment at hand; none yet of the ridges."""
-        pairs = 0.0
-        common = 0.0
-        common_b = 0.0
-        local = 0.0
-        unpaired = 0.0
-        unpaired_b = 0.0
-        squares = 0.0
-        squares_b = 0.0
+        pairs = local = common = common_b = 0.0
+        unpaired = unpaired_b = squares = squares_b = 0.0
         partner = aligner.partner
         predicted = aligner.predicted
         c = aligner.c

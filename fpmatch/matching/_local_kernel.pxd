@@ -12,7 +12,7 @@ cdef class NeighbourIndex:
         i=cython.Py_ssize_t, j=cython.Py_ssize_t, k=cython.Py_ssize_t, e=cython.Py_ssize_t,
         at=cython.Py_ssize_t, cell=cython.Py_ssize_t, n=cython.Py_ssize_t, u=cython.double,
         v=cython.double, c=cython.double, s=cython.double, precision=cython.double,
-        weight=cython.double, near=cython.double, turn=cython.double, t0=cython.double,
+        weight=cython.double, near=cython.double, t0=cython.double,
         t1=cython.double, t2=cython.double, t3=cython.double, scale=cython.double,
         entry=cython.float[:, ::1], owner=cython.int[::1], item=cython.int[::1],
         best=cython.double[::1],
@@ -25,7 +25,8 @@ cdef class NeighbourIndex:
         i=cython.Py_ssize_t, j=cython.Py_ssize_t, k=cython.Py_ssize_t, e=cython.Py_ssize_t,
         m=cython.Py_ssize_t, at=cython.Py_ssize_t, cell=cython.Py_ssize_t, n=cython.Py_ssize_t,
         u=cython.double, v=cython.double, c=cython.double, s=cython.double, weight=cython.double,
-        near=cython.double, turn=cython.double, t0=cython.double, t1=cython.double,
+        precision=cython.double,
+        near=cython.double, t0=cython.double, t1=cython.double,
         t2=cython.double, t3=cython.double, scale=cython.double, entry=cython.float[:, ::1],
         item=cython.int[::1], root_weight=cython.double[::1], best=cython.double[::1],
     )

@@ -1,15 +1,14 @@
 """Kernel: the local similarity of every minutia of one print to every minutia of the other.
 
-A neighbour stands in the frame of its minutia: position (u, v), turned so that the minutia's own
-direction is +u, and direction (c, s) relative to it. The similarity of two neighbours falls
-with their distance, against a tolerance that grows with the neighbour's own distance, and with
-their difference in direction. Each neighbour of print A counts by the most similar one on the side
-of B, or not at all: neighbours may be missing or spurious on either side.
+A neighbour is described in the frame of its minutia, whose direction is +u: by its position (u, v)
+and its relative direction (c, s). The similarity of two neighbours decreases with their distance,
+relative to a tolerance that grows with the distance from the minutia, and with their difference in
+direction. Each neighbour of print A counts by the most similar neighbour in B, or not at all:
+neighbours may be missing or spurious in either print.
 
-Few neighbours are similar at all. Those of one print are therefore sorted once into cells of
-position and direction, each cell listing all that anything in it could be similar to, and those of
-any number of other prints are looked up there. Interpreted, it runs as it stands, to the same last
-bit; its oracle in the tests is written in numpy.
+The neighbours of one print are sorted once into cells of position and direction; each cell lists
+all neighbours that may be similar to one in it. Those of other prints are looked up there.
+Interpreted, the kernel gives the same results to the last bit.
 """
 
 import cython
@@ -25,7 +24,7 @@ COMPILED = cython.compiled
 EIGHTHS = cython.declare(cython.Py_ssize_t, 8)  # of a turn: the cells of direction
 ROOTS = cython.declare(cython.int, 64)
 INVERSE_ROOT = cython.declare(cython.double[::1], 1.0 / np.sqrt(np.maximum(np.arange(64.0), 1.0)))
-# 1/tolerance² of neighbours so far away that it has come to nothing
+# least 1/tolerance² of very distant neighbours, where it would underflow
 LEAST_PRECISION = cython.declare(cython.double, 1e-30)
 
 
@@ -42,12 +41,40 @@ def _middle_of(number):
 @cython.nogil
 @cython.exceptval(check=False)
 def eighth(c: cython.double, s: cython.double) -> cython.Py_ssize_t:
-    """Return in which eighth of the turn a direction lies."""
-    # sums of truths, for a branch would go either way as often
+    """Return the number of the eighth of the turn that contains a direction."""
+    # sums of truth values: a branch would be mispredicted often
     found: cython.Py_ssize_t = c < 0.0
     found += 2 * (s < 0.0)
     found += 4 * (fabs(s) > fabs(c))
     return found
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _agreement(
+    entry: cython.float[:, ::1],
+    e: cython.Py_ssize_t,
+    u: cython.double,
+    v: cython.double,
+    c: cython.double,
+    s: cython.double,
+    min_cosine: cython.double,
+    scale: cython.double,
+    precision: cython.double,
+) -> cython.double:
+    """Return the product of the agreement of a neighbour with entry e in position and direction."""
+    du: cython.double = u - cython.cast(cython.double, entry[e, 0])
+    dv: cython.double = v - cython.cast(cython.double, entry[e, 1])
+    near: cython.double = 1.0 - (du * du + dv * dv) * precision
+    turn: cython.double = (
+        c * cython.cast(cython.double, entry[e, 2])
+        + s * cython.cast(cython.double, entry[e, 3])
+        - min_cosine
+    ) * scale
+    # twice the value, or 0 where it is negative, without a branch
+    return (near + fabs(near)) * (turn + fabs(turn))
 
 
 @cython.final
@@ -56,11 +83,11 @@ class NeighbourIndex:
     """The neighbours of one print's minutiae, sorted into cells of position and direction.
 
     ``frame[i, :, k]`` holds, for neighbour k of minutia i: u, v, c, s, 1/tolerance², weight. The
-    cells are squares of `side` px, `half` of them from the middle to each border, and reach beyond
-    it without end. A neighbour is entered wherever another may be that is like it: within its own
-    tolerance times `slack`, and an angle of `max_turn`. A slack of 1 serves comparisons where the
-    tolerance is the indexed print's own; of 1/(1 - growth) also those where it is the other's,
-    which grows as much with the distance. No other print lists more neighbours than `other_size`.
+    cells are squares of `side` px, `half` of them from the middle to each border; the outermost are
+    unbounded. A neighbour is listed in all cells within its own tolerance times `slack` and an
+    angle of `max_turn`. A slack of 1 suffices where the tolerance of the indexed print is used; of
+    1/(1 - growth) also where that of the other print is used, which grows likewise with the
+    distance. Other prints have at most `other_size` neighbours for each minutia.
     """
 
     @cython.locals(
@@ -104,7 +131,7 @@ class NeighbourIndex:
         self.per_px = 1.0 / side
         self.best = np.zeros(self.minutiae * max(self.size, other_size))
         self.root_weight = np.asarray(frame)[:, 5].T.astype(np.float64).ravel()
-        # as single as the frames are: half the memory to look through
+        # single precision like the frames: half the memory
         entry = np.empty((self.minutiae * self.size, 6), np.float32)
         owner = np.empty(self.minutiae * self.size, np.int32)
         cells = 4 * half * half * EIGHTHS
@@ -144,7 +171,7 @@ class NeighbourIndex:
                                     item[start[cell]] = cython.cast(cython.int, e)
                                 start[cell] += 1
             if not filling:
-                # to the starts of the cells, from which on they run ahead while the cells fill
+                # counts become starts, which advance while the cells are filled
                 k = 0
                 for cell in range(cells):
                     i = start[cell]
@@ -178,8 +205,7 @@ class NeighbourIndex:
 
         `count` and `frame` are those of A, of which the first `minutiae` are compared.
         """
-        # a quarter, as either factor of a similarity is doubled below
-        scale = 0.25 / (1.0 - min_cosine)
+        scale = 0.25 / (1.0 - min_cosine)  # `_agreement` doubles either factor
         n = self.minutiae
         entry = self.entry
         owner = self.owner
@@ -196,18 +222,8 @@ class NeighbourIndex:
                 cell = cell * EIGHTHS + eighth(c, s)
                 for at in range(self.start[cell], self.start[cell + 1]):
                     e = item[at]
-                    near = cython.cast(cython.double, entry[e, 0]) - u
-                    turn = cython.cast(cython.double, entry[e, 1]) - v
-                    near = 1.0 - (near * near + turn * turn) * precision
-                    turn = (
-                        c * cython.cast(cython.double, entry[e, 2])
-                        + s * cython.cast(cython.double, entry[e, 3])
-                        - min_cosine
-                    ) * scale
-                    # twice each, or nothing where it is negative, without a branch for it
-                    near = near + fabs(near)
-                    turn = turn + fabs(turn)
-                    near = near * turn * cython.cast(cython.double, entry[e, 5])
+                    weight = cython.cast(cython.double, entry[e, 5])
+                    near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
                     j = k * n + owner[e]
                     best[j] = near if near > best[j] else best[j]
             j = 0
@@ -243,8 +259,7 @@ class NeighbourIndex:
 
         `count` and `frame` are those of B, of which the first `minutiae` are compared.
         """
-        # a quarter, as either factor of a similarity is doubled below
-        scale = 0.25 / (1.0 - min_cosine)
+        scale = 0.25 / (1.0 - min_cosine)  # `_agreement` doubles either factor
         n = self.minutiae
         entry = self.entry
         item = self.item
@@ -261,20 +276,8 @@ class NeighbourIndex:
                 cell = cell * EIGHTHS + eighth(c, s)
                 for at in range(self.start[cell], self.start[cell + 1]):
                     e = item[at]
-                    near = u - cython.cast(cython.double, entry[e, 0])
-                    turn = v - cython.cast(cython.double, entry[e, 1])
-                    near = 1.0 - (near * near + turn * turn) * cython.cast(
-                        cython.double, entry[e, 4]
-                    )
-                    turn = (
-                        cython.cast(cython.double, entry[e, 2]) * c
-                        + cython.cast(cython.double, entry[e, 3]) * s
-                        - min_cosine
-                    ) * scale
-                    # twice each, or nothing where it is negative, without a branch for it
-                    near = near + fabs(near)
-                    turn = turn + fabs(turn)
-                    near = near * turn * weight
+                    precision = cython.cast(cython.double, entry[e, 4])
+                    near = _agreement(entry, e, u, v, c, s, min_cosine, scale, precision) * weight
                     best[e] = near if near > best[e] else best[e]
             i = 0
             while i + 4 <= n:  # four at a time, whose sums stay in registers
@@ -305,7 +308,7 @@ class NeighbourIndex:
 
 
 def normalize_by_size(similarity, count_a, minutiae_a, count_b, minutiae_b, fewest):
-    """Divide by the geometric mean of the neighbourhoods' sizes, taken as `fewest` at least."""
+    """Divide by the geometric mean of the neighbourhoods' sizes, each at least `fewest`."""
     for i in range(minutiae_a):
         share = _inverse_root(count_a[i], fewest)
         for j in range(minutiae_b):
@@ -322,6 +325,6 @@ def normalize_by_size(similarity, count_a, minutiae_a, count_b, minutiae_b, fewe
 @cython.nogil
 @cython.exceptval(check=False)
 def _inverse_root(count: cython.int, fewest: cython.int) -> cython.double:
-    """Return 1/√count, of at least `fewest`."""
+    """Return 1/√count, with a count of at least `fewest`."""
     count = count if count > fewest else fewest
     return INVERSE_ROOT[count] if count < ROOTS else 1.0 / sqrt(count)

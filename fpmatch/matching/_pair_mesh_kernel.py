@@ -1,22 +1,19 @@
 """Kernel: the Delaunay mesh of the paired minutiae, and what it predicts and measures.
 
-The paired minutiae of print A are triangulated; their partners are the same mesh in print B. In
-this mesh the one-rings of a pair have equal degree in both prints, as the paper asks. Eight frame
-points round the print, which are mapped by the similarity transform of the pairs, close the rings
-of pairs on the hull.
+The paired minutiae of print A are triangulated; their partners are the same mesh in print B, so
+that the one-rings of a pair have equal degree in both prints, as the paper requires. Eight frame
+points around the print, mapped by the similarity transform of the pairs, close the rings on the
+hull.
 
-A minutia of A, paired or not, is the sum of the vertices of its ring by the shape-preserving
-weights (eq. 4) of its place in the ring; the same sum of their partners predicts its place in B.
-The weights do not change under any affine map, and so not where skin stretches evenly. Of a pair,
-two things are measured on its ring: the places of the ring's vertices on the unit circle by chord
-length (eq. 3) in A and in B, and the distance of its partner from the prediction.
-
-Minutiae are columns of an array (4, N): x, y in pixels at 500 dpi with y pointing up, and the unit
-vector of the direction. Interpreted, the class runs as it stands.
+A minutia of A is the sum of the vertices of its ring by its shape-preserving weights (eq. 4); the
+same sum of their partners predicts its place in B. The weights are invariant under affine maps.
+A pair is measured on its ring by the agreement of the chord-length places of the vertices on the
+unit circle (eq. 3) in A and in B, and by the distance of its partner from the prediction. Minutiae
+are columns of an array (4, N) as in `_align_kernel`. Interpreted, the class runs as it stands.
 
 Source: Choi, Lee, Lee, "Point pattern matching algorithm using unit-circle parametrization",
-sections 3.1 and 3.2; A. Bowyer, "Computing Dirichlet tessellations", The Computer Journal 24(2),
-1981, for inserting one point after the other.
+sections 3.1 and 3.2; incremental insertion: A. Bowyer, "Computing Dirichlet tessellations", The
+Computer Journal 24(2), 1981.
 """
 
 import cython
@@ -49,25 +46,20 @@ class PairMesh:
     """The mesh of the pairs of two prints; there is room for `size_a` minutiae of print A.
 
     `parameters` are an `fpmatch.matching.pair_mesh.PairMeshParameters`. After `predict`,
-    ``predicted[:2, i]`` is where the mesh maps minutia i of A, ``predicted[2:, i]`` its direction
-    there, and ``nearest[i]`` its distance from the nearest other pair in its ring. Where pairs are
-    measured, ``place_agreement[i]`` and ``weight_agreement[i]``, 0 to 1, indicate how well the
-    places on the circle and the prediction agree for a paired minutia, ``fullness[i]`` what share
-    of its weights lies on pairs rather than on frame points; `places`, `weights` and `full` are
-    their sums; `turned` counts the triangles at pairs that are turned over, `strain` sums the
-    relative change of length over the `edges` at pairs.
+    ``predicted[:, i]`` is the predicted minutia i of A in B, and ``nearest[i]`` its distance from
+    the nearest other pair in its ring. Of measured pairs, ``place_agreement[i]`` and
+    ``weight_agreement[i]``, 0 to 1, are the agreement of the places on the circle and with the
+    prediction, ``fullness[i]`` the share of the weights on pairs rather than frame points;
+    `places`, `weights` and `full` are their sums. `turned` counts the inverted triangles at pairs,
+    `strain` sums the relative change of length over the `edges` at pairs.
     """
 
     def __init__(self, parameters, size_a) -> None:
         p = parameters
         room = size_a + FRAME
         self.capacity = room
-        self.vertices = 0
-        self.triangles = 0
-        self.ax = np.zeros(room)
-        self.ay = np.zeros(room)
-        self.bx = np.zeros(room)
-        self.by = np.zeros(room)
+        self.vertices = self.triangles = 0
+        self.ax, self.ay, self.bx, self.by = np.zeros((4, room))
         self.owner = np.zeros(room, np.int32)
         self.vertex_of = np.full(max(size_a, 1), -1, np.int32)
         self.corner = np.zeros((2 * room, 3), np.int32)
@@ -78,8 +70,7 @@ class PairMesh:
         self.following = np.zeros(room, np.int32)
         self.ring = np.zeros(room, np.int32)
         self.weight = np.zeros(room)
-        self.place = np.zeros(room)
-        self.other_place = np.zeros(room)
+        self.place, self.other_place = np.zeros((2, room))
         self.inside = np.zeros(2 * room, np.int32)
         self.side = np.zeros(6 * room, np.int64)
         self.side_from = np.zeros(6 * room, np.int32)
@@ -87,9 +78,7 @@ class PairMesh:
         self.ring_size = 0
         self.predicted = np.zeros((4, size_a))
         self.nearest = np.zeros(size_a)
-        self.place_agreement = np.zeros(size_a)
-        self.weight_agreement = np.zeros(size_a)
-        self.fullness = np.zeros(size_a)
+        self.place_agreement, self.weight_agreement, self.fullness = np.zeros((3, size_a))
         self.places = self.weights = self.full = self.strain = 0.0
         self.turned = self.edges = 0
         self.frame_margin_px = p.frame_margin_px
@@ -100,9 +89,8 @@ class PairMesh:
     def build(self, a, size_a, b, partner, c, s, x, y):
         """Triangulate the pairs; return the number of triangles.
 
-        ``partner[i]`` is the minutia of B that minutia i of A is paired with, or -1; the frame
-        points are mapped by the transform (c, s, x, y). A minutia at the place of an earlier one is
-        no vertex.
+        ``partner[i]`` is the partner of minutia i of A in B, or -1; (c, s, x, y) maps the frame
+        points. A minutia that coincides with an earlier one is not a vertex.
         """
         low_x = high_x = a[0, 0] if size_a > 0 else 0.0
         low_y = high_y = a[1, 0] if size_a > 0 else 0.0
@@ -142,11 +130,11 @@ class PairMesh:
         return cython.cast(cython.int, self.triangles)
 
     def _insert(self, v):
-        """Insert a vertex into the triangulation; return whether it is one now."""
+        """Insert a vertex into the triangulation; return whether it was inserted."""
         x = self.ax[v]
         y = self.ay[v]
         removed = self._cavity(x, y)
-        # a ring of more triangles than it needs has a vertex inside, which would be lost
+        # more triangles than a ring needs enclose a vertex, which would be lost
         if self.ring_size < 3 or removed != self.ring_size - 2:
             return False
         for k in range(self.ring_size):
@@ -187,21 +175,20 @@ class PairMesh:
         return 0
 
     def _cavity(self, x, y):
-        """List the triangles whose circumcircle holds a point; return their number.
+        """List the triangles whose circumcircle contains a point; return their number.
 
-        `ring` becomes the boundary of their union, counter-clockwise: the ring that the point would
-        have as a vertex; its size is 0 where the boundary is not one closed line.
+        `ring` becomes the boundary of their union, counter-clockwise: the ring of the point if it
+        were inserted; its size is 0 where the boundary is not one closed polygon.
         """
-        found = 0
-        kept = 0
+        found = kept = 0
         self.ring_size = 0
         for t in range(self.triangles):
             dx = self.circle[t, 0] - x
             dy = self.circle[t, 1] - y
-            # written in any case and counted where it lies inside: no branch to predict
+            # always written, but counted only if inside: avoids branch misprediction
             self.inside[found] = cython.cast(cython.int, t)
             found += dx * dx + dy * dy < self.circle[t, 2]
-        # a side between two of the triangles comes both ways round, and goes the second time
+        # a side of two of the triangles occurs in both directions, and is removed the second time
         for k in range(found):
             t = self.inside[k]
             for e in range(3):
@@ -224,7 +211,7 @@ class PairMesh:
         return found
 
     def _chain(self, start, end, first, last):
-        """Write the sides ``start[k]`` to ``end[k]``, one after the other, as `ring`."""
+        """Chain the sides from ``start[k]`` to ``end[k]`` into `ring`."""
         self.ring_size = 0
         if last - first < 3 or last - first > self.vertices:
             return 0
@@ -268,11 +255,10 @@ class PairMesh:
         return behind
 
     def predict(self, a, size_a, b, partner, c, s, x, y, measured):
-        """Predict where every minutia of A lies in B; return for how many the mesh does.
+        """Predict the places of all minutiae of A in B; return how many the mesh predicts.
 
-        A paired minutia is predicted by its ring without itself. Where there is no ring round a
-        minutia, the transform (c, s, x, y) maps it. Where `measured`, the pairs, those that the
-        mesh was built of, are measured on their rings.
+        A paired minutia is predicted by its ring without itself; a minutia without a ring is mapped
+        by the transform (c, s, x, y). If `measured`, the pairs of the mesh are measured.
         """
         scale = sqrt(c * c + s * s)
         found = 0
@@ -299,7 +285,7 @@ class PairMesh:
         return found
 
     def _find_ring(self, a, i):
-        """Make the ring of minutia i of A, a vertex of the mesh or not, the ring at hand."""
+        """Make `ring` the ring of minutia i of A, a vertex of the mesh or not."""
         v = self.vertex_of[i]
         if v < 0:
             self._cavity(a[0, i], a[1, i])
@@ -308,17 +294,13 @@ class PairMesh:
         return self.ring_size
 
     def _predict_one(self, a, i):
-        """Predict minutia i of A by the ring at hand; return whether the ring goes round it.
+        """Predict minutia i of A by the current ring; return whether the ring encloses it.
 
-        The direction turns as the ring does: by the rotation that fits the lines from the place to
-        the vertices best, each by its weight.
+        Its direction is rotated by the weighted least-squares rotation of the ring's spokes.
         """
         px = a[0, i]
         py = a[1, i]
-        x = 0.0
-        y = 0.0
-        c = 0.0
-        s = 0.0
+        x = y = c = s = 0.0
         nearest2 = FAR_AWAY * FAR_AWAY
         if self.ring_size < 3 or not shape_preserving_weights(
             self.ax, self.ay, self.ring, 0, self.ring_size, px, py, self.weight
@@ -353,9 +335,8 @@ class PairMesh:
         return True
 
     def _measure_one(self, a, i, b, j):
-        """Measure the pair of minutia i of A and j of B on the ring at hand, which predicted it."""
-        radius = 0.0
-        on_pairs = 0.0
+        """Measure the pair of minutia i of A and j of B on the ring that predicted it."""
+        radius = on_pairs = 0.0
         for k in range(self.ring_size):
             v = self.ring[k]
             u = self.ring[k + 1 if k + 1 < self.ring_size else 0]
@@ -389,15 +370,11 @@ class PairMesh:
         return self.strain / self.edges if self.edges > 0 else 0.0
 
     def _place_agreement(self):
-        """Return how well the places of the ring's vertices on the two circles agree, 0 to 1.
+        """Return the agreement of the ring's places on the two unit circles (eq. 3), 0 to 1.
 
-        A place is the share of the turn that lies before a vertex, by chord length (eq. 3). The
-        circles are turned so that the places agree on average.
+        The mean rotation between the circles is removed.
         """
-        around_a = 0.0
-        around_b = 0.0
-        mean = 0.0
-        square = 0.0
+        around_a = around_b = mean = square = 0.0
         for k in range(self.ring_size):
             following = k + 1 if k + 1 < self.ring_size else 0
             v = self.ring[k]

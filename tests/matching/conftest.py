@@ -26,8 +26,9 @@ def interpreted_mesh(interpreted: Callable[[str], ModuleType]) -> ModuleType:
 def interpreted_aligner(
     interpreted: Callable[[str], ModuleType], interpreted_mesh: ModuleType
 ) -> ModuleType:
-    """Return the alignment kernel as ordinary Python, the two kernels that it uses likewise."""
+    """Return the alignment kernel as ordinary Python, the kernels that it uses likewise."""
     module = interpreted("_align_kernel")
+    module.MinutiaGrid = interpreted("_minutia_grid_kernel").MinutiaGrid
     module.Relaxation = interpreted("_relaxation_kernel").Relaxation
     module.PairMesh = interpreted_mesh.PairMesh
     return module

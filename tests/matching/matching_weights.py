@@ -138,6 +138,7 @@ def interpreted_kernels(interpreted: Callable[[str], ModuleType]) -> SimpleNames
     found.compare = interpreted("_compare_kernel")
     found.align.Relaxation = found.relaxation.Relaxation
     found.align.PairMesh = mesh.PairMesh
+    found.align.MinutiaGrid = interpreted("_minutia_grid_kernel").MinutiaGrid
     found.evidence.RidgeCorrelator = found.ridge.RidgeCorrelator
     found.evidence.RidgeSearch = found.ridge_search.RidgeSearch
     for name in ("smaller_area", "as_similarity"):

@@ -1,0 +1,94 @@
+"""Kernel: a grid that finds the minutiae near a place.
+
+Interpreted, the class runs as it stands.
+"""
+
+import cython
+import numpy as np
+
+COMPILED = cython.compiled
+
+CELL_PX = cython.declare(cython.double, 16.0)
+MOST_CELLS = cython.declare(cython.int, 32)  # across the bounding box; larger cells if need be
+MOST_REACHED = cython.declare(cython.int, 6)  # cells in a line within the reach of one minutia
+MARGIN = cython.declare(cython.double, 0.01)  # px, more than the rounding error of a cell's border
+
+
+@cython.final
+@cython.cclass
+class MinutiaGrid:
+    """The minutiae of one print, at most `size`, listed by the cells of a square grid.
+
+    ``item[start[k] : start[k + 1]]`` are the indices, ascending, of all minutiae within
+    `reach_px` of any place in cell k. Cells are counted along the rows; there are `rows` by
+    `columns`, of side ``1 / per_px``, from the corner (x0, y0) on.
+    """
+
+    def __init__(self, reach_px, size) -> None:
+        self.reach = reach_px + MARGIN
+        self.start = np.zeros((MOST_CELLS + MOST_REACHED) ** 2 + 1, np.int32)
+        self.item = np.empty(MOST_REACHED * MOST_REACHED * size, np.int32)
+        self.columns = 0
+        self.rows = 0
+        self.x0 = 0.0
+        self.y0 = 0.0
+        self.per_px = 0.0
+
+    def load(self, points, size):
+        """List the first `size` columns of `points` (4, N); return 0."""
+        reach = self.reach
+        self.columns = 0
+        self.rows = 0
+        if size == 0:
+            return 0
+        self.x0 = x1 = points[0, 0]
+        self.y0 = y1 = points[1, 0]
+        for j in range(size):
+            self.x0 = points[0, j] if points[0, j] < self.x0 else self.x0
+            self.y0 = points[1, j] if points[1, j] < self.y0 else self.y0
+            x1 = points[0, j] if points[0, j] > x1 else x1
+            y1 = points[1, j] if points[1, j] > y1 else y1
+        side = x1 - self.x0 if x1 - self.x0 > y1 - self.y0 else y1 - self.y0
+        side = side / MOST_CELLS
+        side = side if side > CELL_PX else CELL_PX
+        side = side if side > 0.5 * reach else 0.5 * reach
+        self.per_px = 1.0 / side
+        self.x0 -= reach
+        self.y0 -= reach
+        self.columns = self._line(x1 + reach - self.x0) + 1
+        self.rows = self._line(y1 + reach - self.y0) + 1
+        cells = self.columns * self.rows
+        for cell in range(cells + 1):
+            self.start[cell] = 0
+        for filling in range(2):
+            for j in range(size):
+                first_column = self._line(points[0, j] - reach - self.x0)
+                last_column = self._line(points[0, j] + reach - self.x0)
+                first_row = self._line(points[1, j] - reach - self.y0)
+                last_row = self._line(points[1, j] + reach - self.y0)
+                for row in range(first_row, last_row + 1):
+                    for column in range(first_column, last_column + 1):
+                        cell = row * self.columns + column
+                        if filling:
+                            self.item[self.start[cell]] = cython.cast(cython.int, j)
+                        self.start[cell] += 1
+            if not filling:
+                # counts become starts, which advance while the cells are filled
+                behind = 0
+                for cell in range(cells):
+                    count = self.start[cell]
+                    self.start[cell] = behind
+                    behind += count
+                self.start[cells] = behind
+        for cell in range(cells - 1, 0, -1):
+            self.start[cell] = self.start[cell - 1]
+        self.start[0] = 0
+        return 0
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _line(self, place: cython.double) -> cython.int:
+        """Return the row or column of the grid at a distance from its first."""
+        return cython.cast(cython.int, place * self.per_px)

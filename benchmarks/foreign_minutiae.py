@@ -78,8 +78,8 @@ class SetScores:
 
 def read_minutiae(path: Path, dpi: float) -> Template:
     """Return the template of one CSV file."""
-    how = ReadingOptions(dpi=dpi)
-    return load_record(path, file_format="minutiae-csv", how=how).single().template
+    options = ReadingOptions(dpi=dpi)
+    return load_record(path, file_format="minutiae-csv", options=options).single().template
 
 
 def read_folder(folder: Path, dpi: float | None) -> PrintSet:

@@ -72,7 +72,7 @@ from fpmatch import *
 from fpmatch.errors import GalleryError
 from fpmatch.evaluation.protocol import PROTOCOLS, choose_pairs
 from fpmatch.evaluation.rates import threshold_at_fmr, error_curves, error_rates
-from fpmatch.formats.points_csv import load_points
+from fpmatch.pointset.points_csv import load_points
 from fpmatch.matching.calibration import Calibration, load_calibration
 from fpmatch.pointset.delaunay.triangulate import triangulate
 from fpmatch.synthesis.database import make_database

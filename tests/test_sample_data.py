@@ -17,9 +17,9 @@ from PIL import Image
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.evaluation.ground_truth.transform_error import common_minutiae
 from fpmatch.evaluation.ground_truth.truth import corresponding_points, load_truth
-from fpmatch.formats.points_csv import load_points
 from fpmatch.minutiae import MinutiaKind
 from fpmatch.pointset.match import match_points
+from fpmatch.pointset.points_csv import load_points
 from fpmatch.pointset.similarity import Similarity
 from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master

@@ -113,8 +113,8 @@ def _template(
     from fpmatch.reading import ASSUMED_DPI
 
     sides = None if size is None else (size.width, size.height)
-    how = ReadingOptions(dpi=None if dpi is None else check_dpi(dpi), size=sides)
-    record = load_record(path, file_format=file_format, how=how)
+    options = ReadingOptions(dpi=None if dpi is None else check_dpi(dpi), size=sides)
+    record = load_record(path, file_format=file_format, options=options)
     views = tuple(view.at(dpi) for view in record.views)
     first, notes = views[0].template, list(record.notes)
     if not all(view.dpi_known for view in views):

@@ -153,7 +153,7 @@ def _read(path: Path) -> NamedPoints:
     import numpy as np
 
     from fpmatch.cli.points_report import NamedPoints
-    from fpmatch.formats.points_csv import MAX_BYTES, decode_points, load_points
+    from fpmatch.pointset.points_csv import MAX_BYTES, decode_points, load_points
 
     if path != STDIN:
         name, points = " ".join(click.format_filename(path).split()), load_points(path)

@@ -1,16 +1,15 @@
-"""Minutiae of ANSI/NIST-ITL files (AN2, EFT, EBTS): their records of type 9. Only read.
+"""Minutiae in records of type 9 of ANSI/NIST-ITL files (AN2, EFT, EBTS). Only read.
 
-A record of type 9 may hold minutiae in several blocks of fields; of these one is read, the first
-that is there of
+A record of type 9 may hold minutiae in several blocks of fields; the first of these is read:
 
 - 9.126 to 9.150, ANSI/INCITS 378 ("M1"): pixels from the top left, units of two degrees;
 - 9.300 to 9.399, the extended feature set: 0.01 mm from the top left of a region, degrees;
 - 9.013 to 9.030, FBI IAFIS: 0.01 mm from the top left, degrees;
-- 9.005 to 9.012, the standard's own: 0.01 mm from the bottom left, degrees in the direction
+- 9.005 to 9.012, the standard block: 0.01 mm from the bottom left, degrees in the direction
   opposite to that of ISO/IEC 19794-2.
 
-Size and resolution come from the block, or from the image record of the same number, or, the
-resolution only, from the first record. Ridge counts, cores and deltas are read past.
+Size and resolution come from the block, or the image record of the same number, or, the resolution
+only, the first record. Ridge counts, cores and deltas are ignored.
 """
 
 from __future__ import annotations
@@ -30,11 +29,10 @@ from fpmatch.formats.an2_records import (
     records,
     table,
 )
-from fpmatch.formats.codec import LARGEST, Codec
-from fpmatch.formats.columns import minutiae_of
+from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns
 from fpmatch.formats.fmr import span
+from fpmatch.formats.fmr_header import CM_PER_INCH, ROUND_DPI
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
-from fpmatch.formats.resolution import CM_PER_INCH, ROUND_DPI
 from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
 
 if TYPE_CHECKING:
@@ -44,6 +42,8 @@ MINUTIAE_TYPE: Final = 9
 TEXT_IMAGES: Final = frozenset({13, 14, 15})
 BINARY_IMAGES: Final = frozenset(range(3, 7))
 BINARY_HEADER_BYTES: Final = 18
+IMAGE_FRAME_FIELDS: Final = (6, 7, 8, 9)  # width, height, unit of resolution, resolution
+M1_FRAME_FIELDS: Final = (128, 129, 130, 131)
 UNITS_PER_INCH: Final = 2540  # of 0.01 mm
 MM_PER_INCH: Final = 25.4
 WORST_QUALITY: Final = 63  # of the scale on which 2 is best, 1 unknown, and 0 set by hand
@@ -59,7 +59,7 @@ KINDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """Size in pixels and resolution in dpi of a print, None where unknown."""
+    """Size in pixels and resolution in dpi of a print, None if unknown."""
 
     size: tuple[int, int] | None = None
     dpi: float | None = None
@@ -76,8 +76,8 @@ class _Block:
     pixels: bool = False
 
 
-def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
-    """Return the prints whose minutiae a file holds, or raise TemplateError."""
+def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the prints in the records of type 9, or raise TemplateError."""
     first, *others = records(data)
     frames = _frames(first, others)
     native = _native_dpi(first)
@@ -86,13 +86,17 @@ def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
         if record.type != MINUTIAE_TYPE:
             continue
         fields = record.fields()
-        block = _block(fields, how)
+        block = _block(fields, options)
         if block is None:
             notes.append(f"a record of type 9 (IDC {record.idc}) without minutiae passed over")
             continue
-        frame = _m1_frame(fields) if block.pixels else frames.get(record.idc, _Frame())
-        views.append(_view(block, frame, native, fields, how))
-        how.limits.check_views(len(views))
+        frame = (
+            _field_frame(fields, *M1_FRAME_FIELDS)
+            if block.pixels
+            else frames.get(record.idc, _Frame())
+        )
+        views.append(_view(block, frame, native, fields, options))
+        options.limits.check_views(len(views))
     if not views:
         raise TemplateError("no minutiae in the file (no record of type 9 that has some)")
     return TemplateRecord(CODEC.name, tuple(views), tuple(notes))
@@ -103,22 +107,22 @@ def _view(
     frame: _Frame,
     native: float | None,
     fields: dict[int, bytes],
-    how: ReadingOptions,
+    options: ReadingOptions,
 ) -> View:
-    """Return the view that a block of minutiae gives in its frame."""
+    """Return the view of a block of minutiae and a frame."""
     known_dpi = frame.dpi or native
-    dpi = known_dpi or how.dpi or STANDARD_DPI
+    dpi = known_dpi or options.dpi or STANDARD_DPI
     scale = 1.0 if block.pixels else dpi / UNITS_PER_INCH
     x, y, degrees, kind, quality = zip(*block.rows, strict=True) if block.rows else [()] * 5
     px, py = np.array(x) * scale, np.array(y) * scale
-    size = frame.size or how.size
+    size = frame.size or options.size
     if block.y_up:
         py = (size[1] if size else np.ceil(py.max(initial=1.0))) - py
     known = any(value is not None for value in quality) or not quality
     grades = [100.0 if value is None else value for value in quality]
-    minutiae = minutiae_of(px, py, np.radians(np.array(degrees)), kind, grades)
+    minutiae = minutiae_from_columns(px, py, np.radians(np.array(degrees)), kind, grades)
     width, height = size or span(minutiae)
-    how.limits.check_size(width, height)
+    options.limits.check_size(width, height)
     return View(
         Template(minutiae, width, height, dpi),
         finger=_code(block.finger),
@@ -130,11 +134,11 @@ def _view(
     )
 
 
-def _block(fields: dict[int, bytes], how: ReadingOptions) -> _Block | None:
-    """Return the minutiae of a record of type 9, None where it has none."""
+def _block(fields: dict[int, bytes], options: ReadingOptions) -> _Block | None:
+    """Return the minutiae of a record of type 9, None if it has none."""
     for number, read in ((137, _m1), (331, _efs), (23, _iafis), (12, _standard)):
         if number in fields:
-            how.limits.check_minutiae(fields[number].count(RS) + 1)
+            options.limits.check_minutiae(fields[number].count(RS) + 1)
             subfields = table(fields[number])
             try:
                 return read(subfields, fields)
@@ -146,34 +150,20 @@ def _block(fields: dict[int, bytes], how: ReadingOptions) -> _Block | None:
 def _m1(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
     rows = []
     for items in subfields:
-        quality = _number(items[5])
-        rows.append(
-            (
-                _number(items[1]),
-                _number(items[2]),
-                _number(items[3]) * 2.0,
-                KINDS.get(items[4], MinutiaKind.OTHER),
-                min(100.0, quality) if quality > 0 else None,
-            )
-        )
+        x, y, angle, quality = (_number(items[k]) for k in (1, 2, 3, 5))
+        known = min(100.0, quality) if quality > 0 else None
+        rows.append((x, y, angle * 2.0, KINDS.get(items[4], MinutiaKind.OTHER), known))
     return _Block("ANSI/INCITS 378 block", rows, fields.get(134, b"0"), pixels=True)
 
 
 def _efs(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
     region = [_number(item) for item in table(fields.get(300, b"").split(RS, 1)[0])[0] if item]
     left, top = (region[2], region[3]) if len(region) >= 4 else (0.0, 0.0)
-    rows = [
-        (
-            _number(items[0]) + left,
-            _number(items[1]) + top,
-            _number(items[2]),
-            KINDS.get(items[3], MinutiaKind.OTHER),
-            None,
-        )
-        for items in subfields
-    ]
-    finger = first_item(fields.get(302, b"0"))
-    return _Block("extended feature set", rows, finger)
+    rows = []
+    for items in subfields:
+        x, y, degrees = (_number(item) for item in items[:3])
+        rows.append((x + left, y + top, degrees, KINDS.get(items[3], MinutiaKind.OTHER), None))
+    return _Block("extended feature set", rows, first_item(fields.get(302, b"0")))
 
 
 def _iafis(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
@@ -187,7 +177,7 @@ def _standard(subfields: list[list[bytes]], fields: dict[int, bytes]) -> _Block:
 
 
 def _packed(items: Sequence[bytes], turn: float) -> tuple[float, float, float, int, float | None]:
-    """Return the minutia of an item XXXXYYYYTTT, a quality and a kind, turned by `turn` degrees."""
+    """Return the minutia of items XXXXYYYYTTT, quality and kind, rotated by `turn` degrees."""
     word = items[1]
     x, y, degrees = _number(word[:4]), _number(word[4:8]), _number(word[8:11])
     quality = None
@@ -200,42 +190,32 @@ def _packed(items: Sequence[bytes], turn: float) -> tuple[float, float, float, i
 
 
 def _frames(first: Record, others: list[Record]) -> dict[int, _Frame]:
-    """Return what the image records tell of the prints, by number."""
+    """Return the frames in the image records, by number."""
     frames: dict[int, _Frame] = {}
     for record in others:
         if record.type in TEXT_IMAGES:
-            frames.setdefault(record.idc, _text_frame(record))
+            frames.setdefault(record.idc, _field_frame(record.fields(), *IMAGE_FRAME_FIELDS))
         elif record.type in BINARY_IMAGES and len(record.data) >= BINARY_HEADER_BYTES:
-            sides = (int.from_bytes(record.data[k : k + 2], "big") for k in (13, 15))
-            width, height = sides
+            width, height = (int.from_bytes(record.data[k : k + 2], "big") for k in (13, 15))
             frames.setdefault(record.idc, _Frame((width, height) if width and height else None))
     return frames
 
 
-def _text_frame(record: Record) -> _Frame:
-    """Return the frame of an image record of text: sides in 6 and 7, resolution in 8 to 10."""
-    fields = record.fields()
-    sides = [_code(fields.get(number, b"0")) for number in (6, 7)]
-    size = (sides[0], sides[1]) if all(sides) else None
-    return _Frame(size, _scaled(_code(fields.get(8, b"0")), _code(fields.get(9, b"0"))))
-
-
-def _m1_frame(fields: dict[int, bytes]) -> _Frame:
-    """Return the frame of an M1 block: sides in 128 and 129, resolution in 130 to 132."""
-    sides = [_code(fields.get(number, b"0")) for number in (128, 129)]
-    size = (sides[0], sides[1]) if all(sides) else None
-    return _Frame(size, _scaled(_code(fields.get(130, b"0")), _code(fields.get(131, b"0"))))
+def _field_frame(fields: dict[int, bytes], *numbers: int) -> _Frame:
+    """Return the frame in the fields of width, height, unit of resolution and resolution."""
+    width, height, unit, value = (_code(fields.get(number, b"0")) for number in numbers)
+    return _Frame((width, height) if width and height else None, _scaled(unit, value))
 
 
 def _scaled(unit: int, value: int) -> float | None:
-    """Return a resolution in dpi: `unit` 1 is pixels an inch, 2 a centimetre."""
+    """Return a resolution in dpi: `unit` 1 is pixels per inch, 2 per centimetre."""
     if not value or unit not in (1, 2):
         return None
     return float(value) if unit == 1 else _rounded(value * CM_PER_INCH, CM_PER_INCH / 2)
 
 
 def _native_dpi(first: Record) -> float | None:
-    """Return the scanning resolution in the first record, given in pixels a millimetre."""
+    """Return the scanning resolution in the first record, stored in pixels per millimetre."""
     value = first.fields().get(11, b"")
     try:
         dpi = _number(value) * MM_PER_INCH
@@ -259,13 +239,13 @@ def _number(value: bytes) -> float:
 
 
 def _code(value: bytes) -> int:
-    """Return the whole number that a field begins with, 0 where there is none."""
+    """Return the whole number in the first item of a field, 0 if there is none."""
     first = first_item(value).strip()
     return int(first) if first.isdigit() and len(first) < 7 else 0
 
 
 def holds_image(data: bytes) -> bool:
-    """Tell whether data begin as a file that has a record of an image."""
+    """Return whether data begin as a file with an image record."""
     return bool(_types(data) & (TEXT_IMAGES | BINARY_IMAGES))
 
 
@@ -274,7 +254,7 @@ def _recognises(data: bytes) -> bool:
 
 
 def _types(data: bytes) -> set[int]:
-    """Return the types of the records that a file lists, none where it is no such file."""
+    """Return the types of the records that a file lists, none if it is not ANSI/NIST-ITL."""
     if not START.match(data):
         return set()
     try:

@@ -1,8 +1,8 @@
-"""The records of an ANSI/NIST-ITL file: where they lie, and the fields of those that are text.
+"""Records of ANSI/NIST-ITL files and the fields of text records.
 
-A file is a row of records. The first lists the others, by type and number (IDC). Those of types 3
-to 8 are binary and begin with their length in four bytes; the others are fields ``9.012:value``
-parted by GS, of subfields parted by RS, of items parted by US, and end with FS.
+The first record lists the others, by type and number (IDC). Those of types 3 to 8 are binary and
+begin with their length in four bytes; the others are fields ``9.012:value`` separated by GS, of
+subfields separated by RS, of items separated by US, and end with FS.
 """
 
 from __future__ import annotations
@@ -23,29 +23,19 @@ START: Final = re.compile(rb"1\.0?01:(\d{1,9})\x1d")
 _CONTENTS: Final = re.compile(rb"[\x1d]1\.0?03:([^\x1c\x1d]*)")
 _RECORD_START: Final = re.compile(rb"(\d{1,2})\.0?01:(\d{1,9})\x1d")
 _TAG: Final = re.compile(rb"(\d{1,2})\.(\d{2,4}):")
-_DATA_FIELD: Final = 999  # the image of a record that is otherwise text
+_DATA_FIELD: Final = 999  # the image in a text record
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """Hold one record of a file.
-
-    Parameters
-    ----------
-    type : int
-        Its type, 1 to 99.
-    idc : int
-        Its number; records of one number belong together.
-    data : bytes
-        All of it.
-    """
+    """One record: type (1 to 99), number (equal in records of one print) and bytes."""
 
     type: int
     idc: int
     data: bytes
 
     def fields(self) -> dict[int, bytes]:
-        """Return the fields of a record of text by their numbers, but for its image."""
+        """Return the fields of a text record by number, without the image."""
         found: dict[int, bytes] = {}
         for part in self.data.rstrip(FS).split(GS):
             tag = _TAG.match(part)
@@ -75,13 +65,7 @@ def first_item(value: bytes) -> bytes:
 
 
 def contents(data: bytes) -> list[tuple[int, int]]:
-    """Return type and number of each record after the first, as the first lists them.
-
-    Raises
-    ------
-    TemplateError
-        If it does not list them.
-    """
+    """Return type and number of each record after the first; raises TemplateError if unlisted."""
     found = _CONTENTS.search(data[: data.find(FS) + 1] or data)
     if found is None:
         raise TemplateError("the first record does not list the others (field 1.003)")
@@ -96,13 +80,7 @@ def contents(data: bytes) -> list[tuple[int, int]]:
 
 
 def records(data: bytes) -> list[Record]:
-    """Return all records of a file, the first among them.
-
-    Raises
-    ------
-    TemplateError
-        If a record does not begin or end where it should.
-    """
+    """Return all records of a file; raises TemplateError if one begins or ends elsewhere."""
     start = START.match(data)
     if start is None:
         raise TemplateError("does not begin with a record of type 1")
@@ -116,7 +94,7 @@ def records(data: bytes) -> list[Record]:
 
 
 def _length(data: bytes, at: int, kind: int) -> int:
-    """Return the length that the record at `at`, of type `kind`, declares."""
+    """Return the declared length of the record of type `kind` at byte `at`."""
     if kind in BINARY_TYPES:
         length = int.from_bytes(data[at : at + 4], "big")
     else:

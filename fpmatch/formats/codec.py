@@ -1,4 +1,4 @@
-"""`Codec`: what a format module offers to the registry."""
+"""`Codec`, the interface of a format to the registry, and the conversions that formats share."""
 
 from __future__ import annotations
 
@@ -7,34 +7,40 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.errors import TemplateError
+from fpmatch.minutiae import Minutiae
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
+    from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
+    from fpmatch.minutiae import Template
 
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
 
 
 @dataclass(frozen=True, slots=True)
 class Codec:
-    """Read and write one format of template file.
+    """Read and write one template file format.
 
     Parameters
     ----------
     name : str
         Name of the format, as the command line takes it.
     title : str
-        Its full name, for people.
+        Full name, for messages and tables.
     suffixes : tuple of str
-        Suffixes of its files, with the dot, in lower case; the first is the one to write.
+        File suffixes, with the dot, in lower case; files are written with the first.
     recognises : callable
-        Returns whether a file's bytes, or its first few thousand, are meant to be this format.
+        Whether a file's bytes, or its first few thousand, are of this format.
     decode : callable
-        Makes a TemplateRecord of a file's bytes under `ReadingOptions`; raises an `FpmatchError`
-        that names the reason (and the line, where the format has lines) but not the file.
+        Converts bytes to a TemplateRecord under `ReadingOptions`; raises an `FpmatchError` that
+        names the reason (and the line, in text formats) but not the file.
     encode : callable or None
-        Makes a file's bytes of a TemplateRecord; the same record always gives the same bytes. None
-        where the format is only read.
+        Converts a TemplateRecord to bytes, always the same for the same record. None for formats
+        that are only read.
     """
 
     name: str
@@ -43,3 +49,59 @@ class Codec:
     recognises: Callable[[bytes], bool]
     decode: Callable[[bytes, ReadingOptions], TemplateRecord]
     encode: Callable[[TemplateRecord], Encoded] | None = None
+
+
+def minutiae_from_columns(
+    x: ArrayLike, y: ArrayLike, angle: ArrayLike, kind: ArrayLike, quality: ArrayLike
+) -> Minutiae:
+    """Return minutiae from columns of any numeric type; raises MinutiaeError for invalid values."""
+    return Minutiae(x, y, angle, kind, quality)  # type: ignore[arg-type]
+
+
+def dropped_notes(view: View, *, field: bool = False) -> list[str]:
+    """Return notes on dropped extended data and, if `field`, a dropped ridge field."""
+    notes = ["the ridge field dropped"] if field and view.template.field is not None else []
+    if view.extended is not None:
+        notes.append(f"extended data of {view.extended.layout} dropped")
+    return notes
+
+
+def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
+    """Return the minutiae of a template that a format can hold, in their order.
+
+    Minutiae outside the image are dropped; then, if more than `most` are left, those of lowest
+    quality, of equal ones the later. Each reason adds a line to `notes`.
+    """
+    minutiae = template.minutiae
+    inside = (
+        (minutiae.x >= -0.5)
+        & (minutiae.x <= template.width)
+        & (minutiae.y >= -0.5)
+        & (minutiae.y <= template.height)
+    )
+    if not inside.all():
+        notes.append(f"{np.count_nonzero(~inside)} minutiae outside the print dropped")
+        minutiae = minutiae.take(inside)
+    if len(minutiae) > most:
+        notes.append(f"{len(minutiae) - most} minutiae of lowest quality dropped: {most} fit in")
+        best = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")[:most]
+        minutiae = minutiae.take(np.sort(best))
+    return minutiae
+
+
+def whole_pixels(values: NDArray[np.float32], side: int) -> NDArray[np.int64]:
+    """Return positions along a side of `side` pixels, rounded and clipped to whole pixels."""
+    return np.clip(np.rint(values.astype(np.float64)), 0, side - 1).astype(np.int64)
+
+
+def whole_steps(angle: NDArray[np.float32], steps: int) -> NDArray[np.int64]:
+    """Return angles in radians, rounded to `steps` equal steps of a turn."""
+    turns = angle.astype(np.float64) / (2 * np.pi)
+    return np.mod(np.rint(turns * steps), steps).astype(np.int64)
+
+
+def check_fits(value: int, bits: int, what: str) -> int:
+    """Return `value`, or raise TemplateError unless `bits` bits can hold it."""
+    if not 0 <= value < 2**bits:
+        raise TemplateError(f"the format cannot hold {what} of {value}: {2**bits - 1} at most")
+    return value

@@ -1,4 +1,4 @@
-"""Templates as CSV, for eyes and spreadsheets.
+"""fpmatch's own CSV format, readable and editable, and the CSV functions that formats share.
 
 A file looks like this::
 
@@ -14,21 +14,23 @@ bifurcation; quality runs from 0 to 100. The ridge field is not kept.
 
 from __future__ import annotations
 
+import csv
 import re
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec
-from fpmatch.formats.columns import minutiae_of
-from fpmatch.formats.csv_lines import cells_of, lines_of, numbers_of, places_in_words
+from fpmatch.formats.codec import LARGEST, Codec, dropped_notes, minutiae_from_columns
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import MinutiaKind, Template
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
+    from fpmatch.minutiae import Minutiae
+
+DIGITS: Final = 9  # significant digits that restore a float32 exactly
 MAGIC: Final = "# fpmatch-template"
 VERSION: Final = "1"
 CONVENTION: Final = (
@@ -37,46 +39,76 @@ CONVENTION: Final = (
 COLUMNS: Final = ["x", "y", "angle_deg", "kind", "quality"]
 
 
+def split_lines(data: bytes) -> list[str]:
+    """Return the lines of a file; raises TemplateError unless it is UTF-8 text."""
+    try:
+        return data.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise TemplateError(f"not UTF-8 text (byte {error.start})") from error
+
+
+def split_cells(number: int, line: str) -> list[str]:
+    """Return the cells of line `number`, stripped."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line]))]
+    except csv.Error as error:
+        raise TemplateError(f"line {number}: {error}") from error
+
+
+def format_places(minutiae: Minutiae) -> Iterator[str]:
+    """Yield x, y and direction in degrees of each minutia, separated by commas."""
+    degrees = np.degrees(minutiae.angle.astype(np.float64))
+    for place in zip(minutiae.x, minutiae.y, degrees, strict=True):
+        yield ",".join(f"{float(value):.{DIGITS}g}" for value in place)
+
+
+def parse_numbers(number: int, place: Sequence[str], quality: str) -> tuple[float, ...]:
+    """Return x, y, direction and quality of line `number`; raises TemplateError if invalid."""
+    try:
+        x, y, angle, grade = map(float, [*place, quality])
+    except ValueError as error:
+        raise TemplateError(f"line {number}: {error}") from error
+    if not all(abs(value) <= LARGEST for value in (x, y, angle)) or not 0 <= grade <= 100:
+        raise TemplateError(f"line {number}: a value is not finite, or a quality not in 0..100")
+    return x, y, angle, grade
+
+
 def encode(record: TemplateRecord) -> Encoded:
-    """Return a record as the bytes of a CSV file, and what they could not hold."""
+    """Return a record as bytes, and notes on what they cannot hold."""
     view = record.single()
     template, m = view.template, view.template.minutiae
-    notes = [] if template.field is None else ["the ridge field dropped"]
-    if view.extended is not None:
-        notes.append(f"extended data of {view.extended.layout} dropped")
     frame = f"width={template.width} height={template.height} dpi={template.dpi:.17g}"
     lines = [f"{MAGIC} {VERSION} {frame}", CONVENTION, ",".join(COLUMNS)]
-    for place, kind, quality in zip(places_in_words(m), m.kind, m.quality, strict=True):
+    for place, kind, quality in zip(format_places(m), m.kind, m.quality, strict=True):
         lines.append(f"{place},{MinutiaKind(kind).name.lower()},{quality}")
-    return Encoded(("\n".join(lines) + "\n").encode(), tuple(notes))
+    return Encoded(("\n".join(lines) + "\n").encode(), tuple(dropped_notes(view, field=True)))
 
 
-def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
-    """Return the template that the bytes of a CSV file hold, or raise TemplateError."""
-    lines = lines_of(data)
+def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the template in a file, or raise TemplateError."""
+    lines = split_lines(data)
     width, height, dpi = _frame(lines[0] if lines else "")
-    rows = _rows(lines)
+    rows = (
+        (number, split_cells(number, line))
+        for number, line in enumerate(lines, start=1)
+        if line.strip() and not line.startswith("#")
+    )
     number, header = next(rows, (len(lines), []))
     if header != COLUMNS:
         raise TemplateError(f"line {number}: expected the columns {','.join(COLUMNS)}")
-    how.limits.check_size(width, height)
+    options.limits.check_size(width, height)
     table: list[tuple[float, ...]] = []
     for number, row in rows:
-        how.limits.check_minutiae(len(table) + 1)
+        options.limits.check_minutiae(len(table) + 1)
         table.append(_minutia(number, row))
     x, y, degrees, kind, quality = np.array(table, dtype=np.float64).reshape(-1, len(COLUMNS)).T
-    minutiae = minutiae_of(x, y, np.radians(degrees), kind, quality)
+    minutiae = minutiae_from_columns(x, y, np.radians(degrees), kind, quality)
     return TemplateRecord(CODEC.name, (View(Template(minutiae, width, height, dpi)),))
-
-
-def _recognises(data: bytes) -> bool:
-    return data.removeprefix(b"\xef\xbb\xbf").startswith(MAGIC.encode())
 
 
 def _frame(line: str) -> tuple[int, int, float]:
     """Return width, height and dpi from the first line."""
-    version = line.removeprefix(MAGIC).split()[:1]
-    if version != [VERSION]:
+    if line.removeprefix(MAGIC).split()[:1] != [VERSION]:
         raise TemplateError(f"line 1: unknown version of the format (known: {VERSION})")
     values = dict(re.findall(r"(\w+)=([^\s,]+)", line))
     try:
@@ -85,22 +117,19 @@ def _frame(line: str) -> tuple[int, int, float]:
         raise TemplateError("line 1: expected width=, height= and dpi= as numbers") from error
 
 
-def _rows(lines: list[str]) -> Iterator[tuple[int, list[str]]]:
-    """Yield number and cells of each line that is neither a comment nor blank."""
-    for number, line in enumerate(lines, start=1):
-        if line.strip() and not line.startswith("#"):
-            yield number, cells_of(number, line)
-
-
 def _minutia(number: int, row: list[str]) -> tuple[float, float, float, float, float]:
-    """Return the numbers of one row, its kind as a code."""
+    """Return the numbers of one row, with the code of its kind."""
     if len(row) != len(COLUMNS):
         raise TemplateError(f"line {number}: expected {len(COLUMNS)} values, found {len(row)}")
     *position, kind, quality = row
     if kind.upper() not in MinutiaKind.__members__:
         raise TemplateError(f"line {number}: unknown kind of minutia {kind!r}")
-    x, y, angle, grade = numbers_of(number, position, quality)
+    x, y, angle, grade = parse_numbers(number, position, quality)
     return x, y, angle, MinutiaKind[kind.upper()].value, grade
+
+
+def _recognises(data: bytes) -> bool:
+    return data.removeprefix(b"\xef\xbb\xbf").startswith(MAGIC.encode())
 
 
 CODEC: Final = Codec("csv", "fpmatch CSV 1", (".csv",), _recognises, decode, encode)

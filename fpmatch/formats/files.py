@@ -1,4 +1,4 @@
-"""Load and save template files, whatever their format."""
+"""Load and save template files of all formats."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.an2 import holds_image
+from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
 from fpmatch.output import atomic_write_bytes
@@ -18,27 +19,27 @@ if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
 MAX_TEMPLATE_BYTES: Final = ReadingOptions().limits.max_bytes
-HEAD_BYTES: Final = 4096  # enough to recognise a template file
+HEAD_BYTES: Final = 4096  # enough to recognise a format
 
 
 def load_template(path: str | os.PathLike[str]) -> Template:
-    """Load a template file; its format is found by its content.
+    """Load the first print of a template file.
 
     Parameters
     ----------
     path : path-like
-        A file in any format of docs/reference/formats.md: fpmatch's own JSON and CSV,
-        ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT and MIN, ANSI/NIST-ITL type 9.
+        A file in any format of docs/reference/formats.md, recognised by its content: fpmatch's own
+        JSON and CSV, ISO/IEC 19794-2, ANSI/INCITS 378, NIST's XYT and MIN, ANSI/NIST-ITL type 9.
 
     Returns
     -------
     Template
-        The first print in it. `load_record` returns all, and the rest of the content.
+        The first print. `load_record` returns all prints and their metadata.
 
     Raises
     ------
     TemplateError
-        If the file is missing, unreadable, of no known format, or breaks its format's rules.
+        If the file is missing, unreadable, of no known format, or invalid.
     """
     return load_record(path).views[0].template
 
@@ -47,67 +48,53 @@ def load_record(
     path: str | os.PathLike[str],
     *,
     file_format: str | None = None,
-    how: ReadingOptions | None = None,
+    options: ReadingOptions | None = None,
 ) -> TemplateRecord:
-    """Load all prints of a template file, and the rest of its content.
+    """Load all prints of a template file with their metadata.
 
     Parameters
     ----------
     path : path-like
         A template file.
     file_format : str, optional
-        Name of its format (default: found by its content).
-    how : ReadingOptions, optional
-        Values for what the file lacks, and limits (default: `ReadingOptions()`).
+        Name of its format (default: recognised by its content).
+    options : ReadingOptions, optional
+        Values for what the file leaves out, and limits (default: `ReadingOptions()`).
 
     Returns
     -------
     TemplateRecord
-        Its prints, one at least.
+        One print at least.
 
     Raises
     ------
     TemplateError
-        If the file is missing, unreadable, of no known format, or breaks its format's rules or
-        the limits.
+        If the file is missing, unreadable, of no known format, invalid, or beyond the limits.
     """
-    how = ReadingOptions() if how is None else how
-    data = _read(path, how.limits.max_bytes)
-    return decode_record(data, str(path), file_format=file_format, how=how)
+    options = ReadingOptions() if options is None else options
+    data = _read(path, options.limits.max_bytes)
+    return decode_record(data, str(path), file_format=file_format, options=options)
 
 
 def decode_record(
-    data: bytes, source: str, *, file_format: str | None = None, how: ReadingOptions | None = None
+    data: bytes,
+    source: str,
+    *,
+    file_format: str | None = None,
+    options: ReadingOptions | None = None,
 ) -> TemplateRecord:
-    """Return all prints in the bytes of a template file, as `load_record` does of the file.
+    """Return all prints in the bytes of a template file, as `load_record` does.
 
-    Parameters
-    ----------
-    data : bytes
-        The whole file.
-    source : str
-        What it is called in messages.
-    file_format, how
-        As for `load_record`.
-
-    Returns
-    -------
-    TemplateRecord
-        Its prints, one at least.
-
-    Raises
-    ------
-    TemplateError
-        As `load_record` does.
+    Error messages begin with `source`.
     """
-    how = ReadingOptions() if how is None else how
+    options = ReadingOptions() if options is None else options
     if not data:
         raise TemplateError(f"{source}: the file is empty")
-    if len(data) > how.limits.max_bytes:
+    if len(data) > options.limits.max_bytes:
         raise TemplateError(f"{source}: too large for a template file")
     try:
         codec = codec_of_name(file_format) if file_format else codec_of_content(data)
-        return codec.decode(data, how)
+        return codec.decode(data, options)
     except FpmatchError as error:
         raise TemplateError(f"{source}: {error}") from error
 
@@ -115,9 +102,7 @@ def decode_record(
 def save_template(
     path: str | os.PathLike[str], template: Template, *, file_format: str | None = None
 ) -> tuple[str, ...]:
-    """Save a template in the format that the suffix of `path` names.
-
-    The file appears whole or not at all: it is written beside its place and then moved there.
+    """Save a template, atomically, in the format of the suffix of `path`.
 
     Parameters
     ----------
@@ -125,20 +110,19 @@ def save_template(
         Ends in ``.json`` (keeps everything), ``.csv`` (all but the ridge field), ``.iso``
         (ISO/IEC 19794-2:2005), ``.xyt``, or another suffix of docs/reference/formats.md.
     template : Template
-        What to save.
+        The template.
     file_format : str, optional
         Name of the format (default: by the suffix).
 
     Returns
     -------
     tuple of str
-        What the format could not hold, each in a few words; empty where nothing was lost but
-        rounding.
+        A note on each part that the format cannot hold, apart from rounding.
 
     Raises
     ------
     TemplateError
-        If the suffix names no known format, or the format cannot hold such a template.
+        If the suffix or format is unknown, or the format cannot hold such a template.
     OutputError
         If the file cannot be written.
 
@@ -158,29 +142,7 @@ def save_template(
 def save_record(
     path: str | os.PathLike[str], record: TemplateRecord, *, file_format: str | None = None
 ) -> tuple[str, ...]:
-    """Save prints with what is known of them, as `save_template` does.
-
-    Parameters
-    ----------
-    path : path-like
-        Where to.
-    record : TemplateRecord
-        The prints; its own format does not matter.
-    file_format : str, optional
-        Name of the format (default: by the suffix of `path`).
-
-    Returns
-    -------
-    tuple of str
-        What the format could not hold.
-
-    Raises
-    ------
-    TemplateError
-        If the format is unknown, only read, or cannot hold such prints.
-    OutputError
-        If the file cannot be written.
-    """
+    """Save prints with their metadata, as `save_template` does; the record's format is ignored."""
     codec = codec_of_name(file_format) if file_format else codec_of_suffix(path)
     if codec.encode is None:
         raise TemplateError(f"{path}: {codec.title} is only read, not written")
@@ -193,30 +155,12 @@ def save_record(
 
 
 def is_template_file(path: str | os.PathLike[str]) -> bool:
-    """Tell by its first bytes whether a file is meant to be a template.
-
-    Parameters
-    ----------
-    path : path-like
-        Any path.
-
-    Returns
-    -------
-    bool
-        False also where there is no such file, or it cannot be read.
-    """
-    try:
-        if not stat.S_ISREG(Path(path).stat().st_mode):
-            return False
-        with Path(path).open("rb") as stream:
-            head = stream.read(HEAD_BYTES)
-    except (OSError, ValueError):
-        return False
-    return begins_as_template(head)
+    """Return whether a file begins as a template; False if it is missing or unreadable."""
+    return begins_as_template(_read_head(path))
 
 
 def begins_as_template(data: bytes) -> bool:
-    """Tell by how its bytes begin whether a file is meant to be a template.
+    """Return whether the bytes of a file begin as a template.
 
     Examples
     --------
@@ -226,37 +170,34 @@ def begins_as_template(data: bytes) -> bool:
     try:
         codec_of_content(data[:HEAD_BYTES])
     except TemplateError:
-        return data.startswith(b"FMR\x00")
+        return data.startswith(MAGIC)
     return True
 
 
 def holds_minutiae_only(path: str | os.PathLike[str]) -> bool:
-    """Tell a template file that has no image beside its minutiae.
-
-    Parameters
-    ----------
-    path : path-like
-        Any path.
-
-    Returns
-    -------
-    bool
-        True for all template files but those of ANSI/NIST-ITL that have a record of an image.
-    """
-    if not is_template_file(path):
-        return False
-    with Path(path).open("rb") as stream:
-        return is_of_minutiae_only(stream.read(HEAD_BYTES))
+    """Return whether a file is a template without an image record (as ANSI/NIST-ITL may have)."""
+    return is_of_minutiae_only(_read_head(path))
 
 
 def is_of_minutiae_only(data: bytes) -> bool:
-    """Tell as `holds_minutiae_only` does, by how the bytes of the file begin."""
+    """Return `holds_minutiae_only` for the bytes of a file."""
     head = data[:HEAD_BYTES]
     return begins_as_template(head) and not holds_image(head)
 
 
+def _read_head(path: str | os.PathLike[str]) -> bytes:
+    """Return the first bytes of a regular file, none if it cannot be read."""
+    try:
+        if not stat.S_ISREG(Path(path).stat().st_mode):
+            return b""
+        with Path(path).open("rb") as stream:
+            return stream.read(HEAD_BYTES)
+    except (OSError, ValueError):
+        return b""
+
+
 def _read(path: str | os.PathLike[str], most: int) -> bytes:
-    """Return the bytes of the regular file at `path`, or one more than `most`."""
+    """Return up to `most` + 1 bytes of a regular file."""
     try:
         if Path(path).is_dir():
             raise TemplateError(f"{path}: is a folder, not a template file")
@@ -265,8 +206,7 @@ def _read(path: str | os.PathLike[str], most: int) -> bytes:
         if not Path(path).is_file():
             raise TemplateError(f"{path}: is not a regular file")
         with Path(path).open("rb") as stream:
-            data = stream.read(most + 1)
+            return stream.read(most + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise TemplateError(f"{path}: {reason}") from error
-    return data

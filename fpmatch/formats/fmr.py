@@ -1,9 +1,9 @@
-"""What the finger minutiae records of ISO/IEC 19794-2 and ANSI/INCITS 378 share.
+"""Views of finger minutiae records (ISO/IEC 19794-2, ANSI/INCITS 378).
 
-All begin with ``FMR`` and a version, are big-endian, count positions in whole pixels from the top
-left, and keep a minutia in five or six bytes: kind and x (2 and 14 bits), y (14 bits), angle (one
-byte), quality (one byte, if six). Angles run counter-clockwise from +x in the direction of ISO/IEC
-19794-2, in 256 steps of a turn (ISO) or in 180 (ANSI).
+All records begin with ``FMR`` and a version, are big-endian, count positions in whole pixels from
+the top left, and keep a minutia in five or six bytes: kind and x (2 and 14 bits), y (14 bits),
+angle (one byte), quality (one byte, if six). Angles run counter-clockwise from +x in the direction
+of ISO/IEC 19794-2, in 256 steps of a turn (ISO) or in 180 (ANSI).
 """
 
 from __future__ import annotations
@@ -14,11 +14,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.byte_reader import ByteReader
-from fpmatch.formats.columns import minutiae_of
-from fpmatch.formats.fitting import check_fits, fit_minutiae, whole_pixels, whole_steps
-from fpmatch.formats.record import ExtendedData, TemplateRecord, View
-from fpmatch.formats.resolution import dpi_of, per_cm
+from fpmatch.formats.codec import (
+    check_fits,
+    fit_minutiae,
+    minutiae_from_columns,
+    whole_pixels,
+    whole_steps,
+)
+from fpmatch.formats.fmr_header import dpi_of
+from fpmatch.formats.record import ExtendedData, View
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, Template
 
 if TYPE_CHECKING:
@@ -26,10 +30,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.formats.record import ReadingOptions
+    from fpmatch.formats.fmr_header import ByteReader, Frame
+    from fpmatch.formats.record import ReadingOptions, TemplateRecord
 
-MAGIC: Final = b"FMR\x00"
-MOST_MINUTIAE: Final = 255  # what the one byte of their number can count
+MOST_MINUTIAE: Final = 255  # largest count in one byte
 MOST_VIEWS: Final = 255
 COORDINATE_MASK: Final = 0x3FFF
 KIND_SHIFT: Final = 14
@@ -37,60 +41,42 @@ SIX_BYTES: Final = np.dtype([("x", ">u2"), ("y", ">u2"), ("angle", "u1"), ("qual
 FIVE_BYTES: Final = np.dtype([("x", ">u2"), ("y", ">u2"), ("angle", "u1")])
 EXTENDED_HEADER: Final = 4  # bytes of type and length before a block of extended data
 EXTENDED_KINDS: Final = {1: "ridge counts", 2: "cores and deltas", 3: "zonal quality"}
+ISO_STEPS: Final = 256
+ANSI_STEPS: Final = 180
 
 
 class AngleError(TemplateError):
-    """An angle has more steps than a turn of the format."""
+    """An angle is beyond the last step of the format."""
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Say in what the formats of the family differ where they write a minutia.
+    """Differences between the formats of the family in the encoding of a minutia.
 
     Parameters
     ----------
     name : str
-        The format, under which its extended data are kept.
+        The format to which extended data belong.
     angle_steps : int
-        Steps of a turn in which angles are counted.
+        Steps of a turn.
     zero_is_unknown : bool
-        Whether a quality of 0 means unknown (the older formats), or 254 and 255 do.
+        Whether an unknown quality is stored as 0 (the older formats) or as 254 or 255.
     """
 
     name: str
     angle_steps: int
     zero_is_unknown: bool
 
-    @property
-    def unknown_quality(self) -> int:
-        """The byte for an unknown quality."""
-        return 0 if self.zero_is_unknown else 254
-
     def known(self, quality: NDArray[np.uint8]) -> NDArray[np.bool_]:
-        """Return which bytes of quality are known ones."""
-        valid: NDArray[np.bool_] = quality <= 100
-        return valid & (quality > 0) if self.zero_is_unknown else valid
-
-
-ISO_STEPS: Final = 256
-ANSI_STEPS: Final = 180
+        """Return which quality bytes hold a quality."""
+        known: NDArray[np.bool_] = quality <= 100
+        return known & (quality > 0) if self.zero_is_unknown else known
 
 
 def decode_ansi(read: Callable[[Layout], TemplateRecord], layout: Layout) -> TemplateRecord:
-    """Read a record whose angles should have 180 steps, but have 256 with some writers.
+    """Return ``read(layout)``, with angles in ISO's 256 steps and a note if one is beyond 179.
 
-    Parameters
-    ----------
-    read : callable
-        Reads the record by a layout.
-    layout : Layout
-        Of the format.
-
-    Returns
-    -------
-    TemplateRecord
-        By that layout; or, where an angle is beyond 179, with all angles in the steps of ISO,
-        and a note.
+    Some writers of ANSI records use the steps of ISO.
     """
     try:
         return read(layout)
@@ -100,114 +86,71 @@ def decode_ansi(read: Callable[[Layout], TemplateRecord], layout: Layout) -> Tem
     return replace(record, notes=(note, *record.notes))
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """Hold size (pixels) and resolution (pixels a centimetre) as a header has them."""
-
-    width: int
-    height: int
-    per_cm_x: int
-    per_cm_y: int
-
-    @classmethod
-    def of(cls, template: Template, bits: int = 16) -> Frame:
-        """Return the frame of a template whose sides `bits` bits shall hold."""
-        step = check_fits(per_cm(template.dpi), 16, "a resolution")
-        # positions have 14 bits, whatever the sides have
-        for side in (template.width, template.height):
-            check_fits(side - 1, 14, "a position")
-        return cls(
-            check_fits(template.width, bits, "a width"),
-            check_fits(template.height, bits, "a height"),
-            step,
-            step,
-        )
-
-
-def begin(data: bytes, *versions: bytes) -> ByteReader:
-    """Return a reader that stands after magic and version.
-
-    Raises
-    ------
-    TemplateError
-        If these are not what a record of one of `versions` begins with.
-    """
-    if data[:4] != MAGIC or data[4:8] not in versions:
-        raise TemplateError("does not begin as a record of the format does")
-    return ByteReader(data, 8)
-
-
 def read_view(
     reader: ByteReader,
     frame: Frame,
     layout: Layout,
-    how: ReadingOptions,
+    options: ReadingOptions,
     notes: list[str],
     *,
     size: int = SIX_BYTES.itemsize,
 ) -> View:
-    """Read the number of minutiae, the minutiae and the extended data of one view.
+    """Read the count, the minutiae and the extended data of one view.
 
     Parameters
     ----------
     reader : ByteReader
-        Where the number stands.
+        Positioned at the count.
     frame : Frame
-        Size and resolution of the print by the header.
+        Size and resolution in the header; 0 is unknown.
     layout : Layout
         Of the format.
-    how : ReadingOptions
-        Values for what the header lacks, and the limits.
+    options : ReadingOptions
+        Values for an unknown size or resolution, and the limits.
     notes : list of str
-        Gets what is odd.
+        Receives a line for each irregularity.
     size : int
         Bytes of a minutia, five or six.
 
     Returns
     -------
     View
-        With template and extended data; the rest is for the caller to fill in.
+        With template and extended data.
 
     Raises
     ------
     TemplateError
-        If the bytes end before the minutiae do, or a limit is passed.
+        If the bytes end too early, a limit is exceeded, or the resolutions of the axes differ.
+    ResolutionError
+        If the resolution is outside 100 to 4000 dpi.
     """
     if size not in (FIVE_BYTES.itemsize, SIX_BYTES.itemsize):
         raise TemplateError(f"a minutia has {size} bytes, where 5 or 6 are expected")
     count = reader.number()
-    how.limits.check_minutiae(count)
-    how.limits.check_size(frame.width, frame.height)
+    options.limits.check_minutiae(count)
+    options.limits.check_size(frame.width, frame.height)
     dtype = SIX_BYTES if size == SIX_BYTES.itemsize else FIVE_BYTES
     rows = np.frombuffer(reader.take(count * size), dtype=dtype)
     minutiae, quality_known = _minutiae(rows, layout, notes)
     extended = _read_extended(reader, layout, notes)
-    return replace(place(minutiae, frame, how), quality_known=quality_known, extended=extended)
-
-
-def place(minutiae: Minutiae, frame: Frame, how: ReadingOptions) -> View:
-    """Return minutiae in their frame; what it does not tell (0) comes from `how`, or is guessed.
-
-    Raises
-    ------
-    TemplateError
-        If the resolutions of the axes differ.
-    ResolutionError
-        If the resolution is outside 100 to 4000 dpi.
-    """
     dpi_known = frame.per_cm_x > 0 and frame.per_cm_y > 0
     size_known = frame.width > 0 and frame.height > 0
     if dpi_known:
         dpi = dpi_of(frame.per_cm_x, frame.per_cm_y)
     else:
-        dpi = STANDARD_DPI if how.dpi is None else how.dpi
-    width, height = (frame.width, frame.height) if size_known else how.size or span(minutiae)
-    template = Template(minutiae, width, height, dpi)
-    return View(template, dpi_known=dpi_known, size_known=size_known)
+        dpi = STANDARD_DPI if options.dpi is None else options.dpi
+    width, height = (frame.width, frame.height) if size_known else options.size or span(minutiae)
+    return View(
+        Template(minutiae, width, height, dpi),
+        dpi_known=dpi_known,
+        size_known=size_known,
+        quality_known=quality_known,
+        extended=extended,
+    )
 
 
 def span(minutiae: Minutiae) -> tuple[int, int]:
-    """Return width and height of the box from the origin that minutiae span, 1 at least."""
+    """Return width and height of the box from the origin that holds minutiae, 1 at least."""
     if not len(minutiae):
         return 1, 1
     x, y = float(minutiae.x.max()), float(minutiae.y.max())
@@ -215,13 +158,7 @@ def span(minutiae: Minutiae) -> tuple[int, int]:
 
 
 def write_view(view: View, layout: Layout, notes: list[str], *, size: int = 6) -> bytes:
-    """Return number, minutiae and extended data of one view as bytes, as `read_view` reads them.
-
-    Raises
-    ------
-    TemplateError
-        If the extended data are too long.
-    """
+    """Return what `read_view` reads; raises TemplateError if the extended data are too long."""
     template = view.template
     minutiae = fit_minutiae(template, MOST_MINUTIAE, notes)
     rows = np.zeros(len(minutiae), SIX_BYTES if size == SIX_BYTES.itemsize else FIVE_BYTES)
@@ -230,7 +167,7 @@ def write_view(view: View, layout: Layout, notes: list[str], *, size: int = 6) -
     rows["y"] = whole_pixels(minutiae.y, template.height)
     rows["angle"] = whole_steps(minutiae.angle, layout.angle_steps)
     if size == SIX_BYTES.itemsize:
-        rows["quality"] = layout.unknown_quality
+        rows["quality"] = 0 if layout.zero_is_unknown else 254
         if view.quality_known:
             rows["quality"] = np.maximum(minutiae.quality, 1 if layout.zero_is_unknown else 0)
     extended = b""
@@ -245,8 +182,13 @@ def write_view(view: View, layout: Layout, notes: list[str], *, size: int = 6) -
     return bytes([len(rows)]) + rows.tobytes() + len(extended).to_bytes(2, "big") + extended
 
 
+def known_quality(quality: int) -> int | None:
+    """Return the quality of a view, None for a byte over 100."""
+    return quality if quality <= 100 else None
+
+
 def quality_of(view: View) -> int:
-    """Return the quality of a view, 0 to 100: where it is unknown, the mean of its minutiae."""
+    """Return the quality of a view, 0 to 100; if unknown, the mean of its minutiae."""
     if view.quality is not None:
         return min(100, max(0, view.quality))
     quality = view.template.minutiae.quality
@@ -254,44 +196,22 @@ def quality_of(view: View) -> int:
 
 
 def extended_kinds(extended: ExtendedData | None) -> list[str]:
-    """Return the kinds of the blocks of extended data, as texts.
+    """Return descriptions of the blocks of extended data.
 
-    The formats of 2005 leave open whether a block's length counts its own header; the reading
-    under which the blocks fill the area is taken.
+    The formats of 2005 leave open whether a block's length includes its own header; the
+    interpretation under which the blocks fill the area is taken.
     """
     if extended is None or not extended.data:
         return []
-    for counted in (0, EXTENDED_HEADER):
-        codes = _block_codes(extended.data, counted)
+    for uncounted in (0, EXTENDED_HEADER):
+        codes = _block_codes(extended.data, uncounted)
         if codes is not None:
             return [EXTENDED_KINDS.get(code, f"maker's own 0x{code:04x}") for code in codes]
     return ["blocks that do not fill their area"]
 
 
-def one_frame(record: TemplateRecord, bits: int = 16) -> Frame:
-    """Return the one frame that all views of a record share.
-
-    Raises
-    ------
-    TemplateError
-        If they do not share one.
-    """
-    frames = {Frame.of(view.template, bits) for view in record.views}
-    if len(frames) != 1:
-        raise TemplateError(
-            "the format has one size and resolution for all prints of a file, and these differ"
-        )
-    return frames.pop()
-
-
 def numbered(record: TemplateRecord, most: int = MOST_VIEWS) -> list[View]:
-    """Return the views of a record with their numbers counted anew, 0 for the first of each finger.
-
-    Raises
-    ------
-    TemplateError
-        If there are more than `most`.
-    """
+    """Return the views, renumbered from 0 for each finger; raises TemplateError if over `most`."""
     if len(record.views) > most:
         raise TemplateError(f"the format holds {most} prints at most")
     seen: dict[int, int] = {}
@@ -302,30 +222,22 @@ def numbered(record: TemplateRecord, most: int = MOST_VIEWS) -> list[View]:
     return counted
 
 
-def check_end(data: bytes, end: int, declared: int, notes: list[str]) -> None:
-    """Note where the length in a header, the end of the record and that of the file differ."""
-    if declared != end:
-        notes.append(f"the header declares {declared} bytes, the record has {end}")
-    if data[end:].strip(b"\x00"):  # many writers fill up with zeros
-        notes.append(f"{len(data) - end} bytes after the record passed over")
-
-
 def _minutiae(rows: NDArray[np.void], layout: Layout, notes: list[str]) -> tuple[Minutiae, bool]:
-    """Return rows of the file as minutiae, and whether their quality is known."""
+    """Return the minutiae in the rows of a view, and whether their quality is known."""
     kind = (rows["x"] >> KIND_SHIFT).astype(np.int64)
-    strange = kind > max(MinutiaKind)
-    if strange.any():
-        notes.append(f"{np.count_nonzero(strange)} minutiae of a reserved kind read as other")
-        kind[strange] = MinutiaKind.OTHER
+    reserved = kind > max(MinutiaKind)
+    if reserved.any():
+        notes.append(f"{np.count_nonzero(reserved)} minutiae of a reserved kind read as other")
+        kind[reserved] = MinutiaKind.OTHER
     if (rows["angle"] >= layout.angle_steps).any():
         raise AngleError(f"an angle is beyond {layout.angle_steps - 1}, the last of the format")
     quality, known = np.full(len(rows), 100, np.uint8), False
     if "quality" in (rows.dtype.names or ()):
-        valid = layout.known(rows["quality"])
-        known = bool(valid.any()) or not len(rows)
+        each_known = layout.known(rows["quality"])
+        known = bool(each_known.any()) or not len(rows)
         if known:
-            quality = np.where(valid, rows["quality"], 0).astype(np.uint8)
-    minutiae = minutiae_of(
+            quality = np.where(each_known, rows["quality"], 0).astype(np.uint8)
+    minutiae = minutiae_from_columns(
         (rows["x"] & COORDINATE_MASK).astype(np.float32),
         (rows["y"] & COORDINATE_MASK).astype(np.float32),
         rows["angle"] * (2 * np.pi / layout.angle_steps),
@@ -336,7 +248,7 @@ def _minutiae(rows: NDArray[np.void], layout: Layout, notes: list[str]) -> tuple
 
 
 def _read_extended(reader: ByteReader, layout: Layout, notes: list[str]) -> ExtendedData | None:
-    """Return the extended data; of an area that the file cuts short, nothing."""
+    """Return the extended data, None if the file ends within them."""
     length = reader.number(2)
     if length > reader.left:
         notes.append(f"extended data cut short ({reader.left} of {length} bytes) and passed over")
@@ -345,15 +257,15 @@ def _read_extended(reader: ByteReader, layout: Layout, notes: list[str]) -> Exte
     return ExtendedData(layout.name, reader.take(length)) if length else None
 
 
-def _block_codes(data: bytes, counted: int) -> list[int] | None:
-    """Return the types of blocks that fill `data`, or None where they do not.
+def _block_codes(data: bytes, uncounted: int) -> list[int] | None:
+    """Return the types of blocks that fill `data`, None if they do not.
 
-    `counted` is how many bytes of its header a block's length leaves out.
+    The length of a block leaves out `uncounted` bytes of its header.
     """
     codes, at = [], 0
     while at + EXTENDED_HEADER <= len(data):
         codes.append(int.from_bytes(data[at : at + 2], "big"))
-        length = int.from_bytes(data[at + 2 : at + 4], "big") + counted
+        length = int.from_bytes(data[at + 2 : at + 4], "big") + uncounted
         if length < EXTENDED_HEADER:
             return None
         at += length

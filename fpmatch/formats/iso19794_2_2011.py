@@ -1,4 +1,4 @@
-"""Templates as finger minutiae records of ISO/IEC 19794-2:2011.
+"""Finger minutiae records of ISO/IEC 19794-2:2011.
 
 Each view has its own size and resolution, the time of its capture, and any number of qualities and
 certificates. Whole pixels, angles in 256 steps of a turn, 255 minutiae a view; minutiae without
@@ -10,8 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from fpmatch.formats import fmr
-from fpmatch.formats.byte_reader import ByteReader
+from fpmatch.formats import fmr, fmr_header
 from fpmatch.formats.codec import Codec
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
@@ -30,34 +29,34 @@ MOST_VIEWS: Final = 176  # sixteen of each finger code
 LAYOUT: Final = fmr.Layout("iso2011", fmr.ISO_STEPS, zero_is_unknown=False)
 
 
-def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
-    """Return the prints that a record holds, or raise TemplateError."""
-    reader, notes = fmr.begin(data, VERSION), list[str]()
+def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the prints in a record, or raise TemplateError."""
+    reader, notes = fmr_header.begin(data, VERSION), list[str]()
     declared = reader.number(4)
     count = reader.number(2)
     certified = reader.number() != 0
-    how.limits.check_views(count)
-    views = [_read_view(reader, how, notes, certified=certified) for _ in range(count)]
-    fmr.check_end(data, reader.at, declared, notes)
+    options.limits.check_views(count)
+    views = [_read_view(reader, options, notes, certified=certified) for _ in range(count)]
+    fmr_header.check_end(data, reader.at, declared, notes)
     return TemplateRecord(CODEC.name, tuple(views), tuple(notes))
 
 
 def encode(record: TemplateRecord) -> Encoded:
-    """Return a record as bytes, and what they could not hold."""
+    """Return a record as bytes, and notes on what they cannot hold."""
     notes: list[str] = []
     views = fmr.numbered(record, MOST_VIEWS)
     body = b"".join(_write_view(view, notes) for view in views)
-    head = fmr.MAGIC + VERSION + (HEADER_BYTES + len(body)).to_bytes(4, "big")
+    head = fmr_header.MAGIC + VERSION + (HEADER_BYTES + len(body)).to_bytes(4, "big")
     return Encoded(head + len(views).to_bytes(2, "big") + bytes(1) + body, tuple(notes))
 
 
 def is_iso_2011(data: bytes) -> bool:
-    """Tell ISO/IEC 19794-2:2011 from ANSI/INCITS 378-2009, which begin alike.
+    """Distinguish ISO/IEC 19794-2:2011 from ANSI/INCITS 378-2009, which begin alike.
 
-    Each view of the former begins with its length, and all of them and the header come to the
-    length of the record. Data that end too early are judged as far as they go.
+    Each view of the former begins with its length, and header and views add up to the length of
+    the record. Truncated data are judged by the part present.
     """
-    reader = ByteReader(data, len(fmr.MAGIC + VERSION))
+    reader = fmr_header.ByteReader(data, len(fmr_header.MAGIC + VERSION))
     if reader.left < HEADER_BYTES + 4 - reader.at:
         return False
     declared, count, certified = reader.number(4), reader.number(2), reader.number()
@@ -74,7 +73,7 @@ def is_iso_2011(data: bytes) -> bool:
 
 
 def _read_view(
-    reader: ByteReader, how: ReadingOptions, notes: list[str], *, certified: bool
+    reader: fmr_header.ByteReader, options: ReadingOptions, notes: list[str], *, certified: bool
 ) -> View:
     start = reader.at
     length = reader.number(4)
@@ -86,24 +85,24 @@ def _read_view(
     finger, number = reader.number(), reader.number()
     per_cm = reader.number(2), reader.number(2)
     impression = reader.number()
-    frame = fmr.Frame(reader.number(2), reader.number(2), *per_cm)
+    frame = fmr_header.Frame(reader.number(2), reader.number(2), *per_cm)
     size = reader.number() >> 4
-    view = fmr.read_view(reader, frame, LAYOUT, how, notes, size=size)
+    view = fmr.read_view(reader, frame, LAYOUT, options, notes, size=size)
     if reader.at != start + length:
         notes.append(f"a view declares {length} bytes and has {reader.at - start}")
-    valid = [quality for quality in qualities if quality <= 100]
+    known = [quality for quality in qualities if quality <= 100]
     return replace(
         view,
         finger=finger,
         number=number,
         impression=impression,
-        quality=valid[0] if valid else None,
+        quality=known[0] if known else None,
         fields=_fields(date, technology, vendor, device),
     )
 
 
 def _fields(date: bytes, technology: int, vendor: int, device: int) -> tuple[tuple[str, str], ...]:
-    """Return date, technology and device of a print as labelled texts, where the file has them."""
+    """Return descriptions of capture date, sensor and device, where known."""
     fields = []
     year, month, day = int.from_bytes(date[:2], "big"), date[2], date[3]
     if 1 <= month <= 12 and 1 <= day <= 31:
@@ -116,7 +115,7 @@ def _fields(date: bytes, technology: int, vendor: int, device: int) -> tuple[tup
 
 
 def _write_view(view: View, notes: list[str]) -> bytes:
-    frame = fmr.Frame.of(view.template, bits=14)
+    frame = fmr_header.Frame.of(view.template, bits=14)
     quality = b"\x00"
     if view.quality is not None:
         quality = bytes([1, fmr.quality_of(view)]) + NO_ALGORITHM
@@ -130,7 +129,7 @@ def _write_view(view: View, notes: list[str]) -> bytes:
 
 
 def _recognises(data: bytes) -> bool:
-    return data.startswith(fmr.MAGIC + VERSION) and is_iso_2011(data)
+    return data.startswith(fmr_header.MAGIC + VERSION) and is_iso_2011(data)
 
 
 CODEC: Final = Codec("iso2011", "ISO/IEC 19794-2:2011", (".iso2011",), _recognises, decode, encode)

@@ -1,4 +1,4 @@
-"""Templates as JSON, complete and exact.
+"""fpmatch's own JSON format, complete and exact.
 
 A file looks like this::
 
@@ -9,13 +9,12 @@ A file looks like this::
 
 Values follow the conventions of `fpmatch.minutiae` (pixels, radians, ISO kinds). ``ridge_field``
 is null where it is unknown. Its ``mask`` is base64 of one bit a cell in row order, the highest bit
-of a byte first. Its ``orientation`` is base64 of a float32 a cell inside the mask, in row order,
-the lowest byte first: radians in [0, π). Its ``ridges`` is base64 of eight bytes a cell inside the
-mask, one a row of the cell's picture of its ridges, the lowest bit of a byte leftmost; the member
-is missing where the ridges are not known.
+of a byte first. Its ``orientation`` is base64 of a little-endian float32 for each cell inside the
+mask, in row order: radians in [0, π). Its ``ridges`` is base64 of eight bytes for each cell inside
+the mask, one for each row of the cell's binary ridge image, the lowest bit of a byte leftmost; it
+is missing if the ridges are unknown.
 
-Version 1, which is read, differs in the ``orientation``: one byte for every cell, 0..255 for
-[0, π).
+Version 1, which is read, has one byte of ``orientation`` for every cell, 0..255 for [0, π).
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import LARGEST, Codec
+from fpmatch.formats.codec import LARGEST, Codec, dropped_notes
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
@@ -43,10 +42,9 @@ ORIENTATION_STEPS: Final = 256  # of a half turn, in version 1
 
 
 def encode(record: TemplateRecord) -> Encoded:
-    """Return a record as the bytes of a JSON file, and what they could not hold."""
+    """Return a record as bytes, and notes on what they cannot hold."""
     view = record.single()
     template = view.template
-    notes = [] if view.extended is None else [f"extended data of {view.extended.layout} dropped"]
     document = {
         "format": FORMAT,
         "version": VERSION,
@@ -57,11 +55,11 @@ def encode(record: TemplateRecord) -> Encoded:
         "ridge_field": None if template.field is None else _encode_field(template.field),
     }
     members = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in document.items()]
-    return Encoded(("{\n " + ",\n ".join(members) + "\n}\n").encode(), tuple(notes))
+    return Encoded(("{\n " + ",\n ".join(members) + "\n}\n").encode(), tuple(dropped_notes(view)))
 
 
-def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
-    """Return the template that the bytes of a JSON file hold, or raise TemplateError."""
+def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the template in a file, or raise TemplateError."""
     document = _parse(data)
     if document.get("format") != FORMAT:
         raise TemplateError(f'not a template: expected the member "format": "{FORMAT}"')
@@ -70,9 +68,9 @@ def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
         known = ", ".join(map(str, READ_VERSIONS))
         raise TemplateError(f"unknown version of the format (known: {known})")
     columns = _member(document, "minutiae", dict)
-    minutiae = Minutiae(*(_column(columns, name, how) for name in COLUMNS))
+    minutiae = Minutiae(*(_column(columns, name, options) for name in COLUMNS))
     width, height = _member(document, "width", int), _member(document, "height", int)
-    how.limits.check_size(width, height)
+    options.limits.check_size(width, height)
     field = None
     if document.get("ridge_field") is not None:
         field = _decode_field(_member(document, "ridge_field", dict), version)
@@ -114,17 +112,17 @@ def _number(parent: dict[str, Any], name: str) -> float:
     return float(value)
 
 
-def _column(columns: dict[str, Any], name: str, how: ReadingOptions) -> NDArray[Any]:
+def _column(columns: dict[str, Any], name: str, options: ReadingOptions) -> NDArray[Any]:
     """Return one column of numbers."""
     values = _member(columns, name, list)
-    how.limits.check_minutiae(len(values))
+    options.limits.check_minutiae(len(values))
     if not all(type(value) in (int, float) and abs(value) <= LARGEST for value in values):
         raise TemplateError(f"minutiae: {name} must be a list of finite numbers")
     return np.array(values, dtype=np.float64)
 
 
 def _numbers(column: NDArray[Any]) -> list[float] | list[int]:
-    """Return a column as Python numbers, the shortest that give back the same float32."""
+    """Return a column as Python numbers, the shortest that restore the same float32."""
     if column.dtype.kind == "f":
         return [float(str(value)) for value in column]
     return [int(value) for value in column]
@@ -177,7 +175,7 @@ def _to_base64(values: NDArray[np.uint8]) -> str:
 
 
 def _from_base64(stored: dict[str, Any], name: str, length: int) -> NDArray[np.uint8]:
-    """Return the bytes under `name`, of which there must be `length`."""
+    """Return the `length` bytes under `name`."""
     try:
         data = base64.b64decode(_member(stored, name, str), validate=True)
     except (binascii.Error, ValueError) as error:

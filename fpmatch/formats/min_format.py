@@ -1,4 +1,4 @@
-"""Templates as the MIN files of NIST's minutiae detector, mindtct.
+"""MIN files of NIST's minutiae detector, mindtct.
 
 A file looks like this::
 
@@ -10,11 +10,10 @@ A file looks like this::
 
 that is: number; x and y in pixels from the top left; direction in 32 steps, clockwise from
 straight up; reliability, 0 to 1; ridge ending or bifurcation; whether the ridge appears or
-disappears there; the pattern of pixels by which it was detected; neighbours with the ridges
-between.
+disappears there; the pixel pattern of the detection; neighbours with ridge counts.
 
-The last three are not read. A written file has no neighbours, and ``APP`` and 0 for the other two,
-which only mindtct computes. Other kinds are written as ridge endings. A file has no resolution.
+The last three are ignored, and written as ``APP``, 0 and no neighbours. Other kinds are written as
+ridge endings. A file contains no resolution.
 """
 
 from __future__ import annotations
@@ -25,16 +24,20 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec
-from fpmatch.formats.columns import minutiae_of
-from fpmatch.formats.fitting import fit_minutiae, whole_pixels
+from fpmatch.formats.codec import (
+    Codec,
+    dropped_notes,
+    fit_minutiae,
+    minutiae_from_columns,
+    whole_pixels,
+)
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-MOST_MINUTIAE: Final = 9999  # what the four digits of their numbers can count
+MOST_MINUTIAE: Final = 9999  # largest number of four digits
 STEPS: Final = 32  # of a turn
 STRAIGHT_UP: Final = STEPS // 4  # in steps counter-clockwise from +x
 HEAD: Final = re.compile(rb"\s*Image \(w,h\) (\d{1,6}) (\d{1,6})\s")
@@ -45,40 +48,39 @@ _ROW: Final = re.compile(
 _COUNT: Final = re.compile(r"\s*(\d{1,9}) Minutiae Detected\s*")
 
 
-def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
-    """Return the print that a file holds, or raise TemplateError."""
+def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
+    """Return the print in a file, or raise TemplateError."""
     head = HEAD.match(data)
     if head is None:
         raise TemplateError("line 1: expected Image (w,h) and two numbers")
     size = int(head[1]), int(head[2])
-    how.limits.check_size(*size)
+    options.limits.check_size(*size)
     lines = (line for line in _lines(data) if line[1].strip())
     next(lines)  # the size
     declared = _COUNT.fullmatch(next(lines, (0, ""))[1])
     if declared is None:
         raise TemplateError("expected the number of minutiae after the size")
-    how.limits.check_minutiae(int(declared[1]))
+    options.limits.check_minutiae(int(declared[1]))
     rows: list[tuple[float, ...]] = []
     for line in lines:
-        how.limits.check_minutiae(len(rows) + 1)
+        options.limits.check_minutiae(len(rows) + 1)
         rows.append(_minutia(*line))
     if len(rows) != int(declared[1]):
         raise TemplateError(f"declares {int(declared[1])} minutiae and has {len(rows)}")
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
     x, y, step, reliability, kind = table.T
     angle = np.mod(STRAIGHT_UP - step, STEPS) * (2 * np.pi / STEPS)
-    minutiae = minutiae_of(x, y, angle, kind, np.clip(reliability * 100.0, 0, 100))
-    dpi = STANDARD_DPI if how.dpi is None else how.dpi
+    minutiae = minutiae_from_columns(x, y, angle, kind, np.clip(reliability * 100.0, 0, 100))
+    dpi = STANDARD_DPI if options.dpi is None else options.dpi
     return TemplateRecord(CODEC.name, (View(Template(minutiae, *size, dpi), dpi_known=False),))
 
 
 def encode(record: TemplateRecord) -> Encoded:
-    """Return a record as bytes, and what they could not hold."""
+    """Return a record as bytes, and notes on what they cannot hold."""
     view = record.single()
     template, notes = view.template, ["resolution dropped, angles in steps of 11.25°"]
     minutiae = fit_minutiae(template, MOST_MINUTIAE, notes)
-    if view.extended is not None:
-        notes.append(f"extended data of {view.extended.layout} dropped")
+    notes += dropped_notes(view)
     x = whole_pixels(minutiae.x, template.width)
     y = whole_pixels(minutiae.y, template.height)
     turn = np.rint(minutiae.angle.astype(np.float64) * (STEPS / (2 * np.pi)))

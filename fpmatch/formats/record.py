@@ -1,4 +1,4 @@
-"""`TemplateRecord`: the content of a template file, one `View` for each print."""
+"""`TemplateRecord`: the content of a template file, with a `View` for each print."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fpmatch.errors import TemplateError
 if TYPE_CHECKING:
     from fpmatch.minutiae import Template
 
-# Impression types that most formats share (ISO/IEC 19794-2, ANSI/INCITS 378, ANSI/NIST-ITL).
+# Impression types of ISO/IEC 19794-2, ANSI/INCITS 378 and ANSI/NIST-ITL.
 IMPRESSIONS: Final = {
     0: "live plain",
     1: "live rolled",
@@ -25,27 +25,22 @@ IMPRESSIONS: Final = {
 }
 FINGERS: Final = (
     "unknown finger",
-    "right thumb",
-    "right index",
-    "right middle",
-    "right ring",
-    "right little",
-    "left thumb",
-    "left index",
-    "left middle",
-    "left ring",
-    "left little",
+    *(
+        f"{hand} {finger}"
+        for hand in ("right", "left")
+        for finger in ["thumb", "index", "middle", "ring", "little"]
+    ),
 )
 
 
 @dataclass(frozen=True, slots=True)
 class ReadLimits:
-    """Bound what is read from a template file.
+    """Limits on a template file.
 
     Parameters
     ----------
     max_bytes : int
-        Size of the file; the default is a hundred times what a full palm print takes.
+        Size of the file; the default is a hundred times that of a full palm print.
     max_minutiae : int
         Minutiae of one print.
     max_views : int
@@ -79,16 +74,16 @@ class ReadLimits:
 
 @dataclass(frozen=True, slots=True)
 class ReadingOptions:
-    """Say how a file is to be read.
+    """Values for what a file leaves out, and limits.
 
     Parameters
     ----------
     dpi : float or None
-        Resolution where the file does not tell; None for 500.
+        Resolution where the file has none; None for 500.
     size : tuple of int or None
-        Width and height in pixels where the file does not tell; None for what the minutiae span.
+        Width and height in pixels where the file has none; None for the span of the minutiae.
     limits : ReadLimits
-        What is refused.
+        Files beyond them are refused.
     """
 
     dpi: float | None = None
@@ -98,15 +93,7 @@ class ReadingOptions:
 
 @dataclass(frozen=True, slots=True)
 class ExtendedData:
-    """Hold extended data as the file has them; only the format they are of can keep them.
-
-    Parameters
-    ----------
-    layout : str
-        Name of that format.
-    data : bytes
-        The blocks, each with its header.
-    """
+    """Blocks of extended data with their headers, kept only in files of the format `layout`."""
 
     layout: str
     data: bytes
@@ -114,7 +101,7 @@ class ExtendedData:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """Hold one print of a template file.
+    """One print of a template file.
 
     Parameters
     ----------
@@ -123,19 +110,18 @@ class View:
     finger : int
         Code of the finger: 0 unknown, 1 to 5 right thumb to little finger, 6 to 10 left.
     number : int
-        Which view of that finger this is, from 0.
+        Number of the view among those of the finger, from 0.
     impression : int
-        Impression type, as `IMPRESSIONS` names it.
+        Impression type, a key of `IMPRESSIONS`.
     quality : int or None
-        Quality of the whole print, 0 to 100; None where the file has none.
+        Quality of the whole print, 0 to 100; None if unknown.
     dpi_known, size_known, quality_known : bool
-        Whether the file contains the resolution, the size, and the quality of each minutia. Where
-        it does not, `template` has 500 dpi (or what `ReadingOptions` has), the box that the
-        minutiae span, and 100.
+        Whether the file contains the resolution, the size, and the qualities of minutiae. If not,
+        `template` has the values of the `ReadingOptions`, and quality 100.
     extended : ExtendedData or None
-        Ridge counts, cores, deltas and makers' own data, kept but not read.
+        Ridge counts, cores, deltas and vendor data, kept but not interpreted.
     fields : tuple of (str, str)
-        Further content of the file: labels and texts.
+        Name and text of further information in the file.
     """
 
     template: Template
@@ -158,7 +144,7 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class TemplateRecord:
-    """Hold the content of a template file.
+    """The content of a template file.
 
     Parameters
     ----------
@@ -167,7 +153,7 @@ class TemplateRecord:
     views : tuple of View
         Its prints, one at least.
     notes : tuple of str
-        Oddities in the file, and parts that were skipped.
+        Irregularities in the file and ignored parts, a short text each.
     """
 
     format: str
@@ -175,13 +161,7 @@ class TemplateRecord:
     notes: tuple[str, ...] = ()
 
     def single(self) -> View:
-        """Return the only view.
-
-        Raises
-        ------
-        TemplateError
-            If there is another.
-        """
+        """Return the only view; raises TemplateError if there are more."""
         if len(self.views) != 1:
             raise TemplateError(
                 f"the format holds one print a file, and there are {len(self.views)}; choose one"
@@ -191,15 +171,7 @@ class TemplateRecord:
 
 @dataclass(frozen=True, slots=True)
 class Encoded:
-    """Hold the bytes of a template file, and what they could not hold.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    notes : tuple of str
-        What was left out or changed, each in a few words; empty where nothing was.
-    """
+    """The bytes of a template file, and a note on each part that they cannot hold."""
 
     data: bytes
     notes: tuple[str, ...] = ()

@@ -8,30 +8,30 @@ from typing import TYPE_CHECKING, Final
 from fpmatch.errors import TemplateError
 from fpmatch.formats import (
     an2,
-    ansi378_2004,
     ansi378_2009,
     csv_format,
-    iso19794_2_2005,
+    fmr_2005,
     iso19794_2_2011,
     json_format,
     min_format,
     minutiae_csv,
     xyt,
 )
+from fpmatch.formats.fmr_header import MAGIC
 
 if TYPE_CHECKING:
     import os
 
     from fpmatch.formats.codec import Codec
 
-# A new format is a module with a CODEC and its name here, the stricter recognisers first.
+# A new format is a module with a CODEC and its name here, the the stricter ones first.
 CODECS: Final = (
     csv_format.CODEC,
     minutiae_csv.CODEC,
     json_format.CODEC,
-    iso19794_2_2005.CODEC,
+    fmr_2005.ISO_CODEC,
     iso19794_2_2011.CODEC,
-    ansi378_2004.CODEC,
+    fmr_2005.ANSI_CODEC,
     ansi378_2009.CODEC,
     ansi378_2009.AMENDED_CODEC,
     an2.CODEC,
@@ -39,26 +39,17 @@ CODECS: Final = (
     xyt.M1_CODEC,
     xyt.CODEC,
 )
-_FINGER_MINUTIAE_RECORD: Final = b"FMR\x00"
 
 
 def codec_of_content(data: bytes) -> Codec:
-    """Return the codec that recognises `data`.
+    """Return the codec that recognises `data`, a file or its first few thousand bytes.
 
-    Parameters
-    ----------
-    data : bytes
-        A file, or its first few thousand bytes.
-
-    Raises
-    ------
-    TemplateError
-        If none does; where the file is of another known kind, the message names it.
+    Raises TemplateError if none does; for a finger minutiae record it names the version.
     """
     for codec in CODECS:
         if codec.recognises(data):
             return codec
-    if data.startswith(_FINGER_MINUTIAE_RECORD):
+    if data.startswith(MAGIC):
         version = data[4:7].decode("ascii", "replace").strip()
         raise TemplateError(
             f"a finger minutiae record (ISO/IEC 19794-2, ANSI/INCITS 378) of version {version!r}, "
@@ -68,13 +59,7 @@ def codec_of_content(data: bytes) -> Codec:
 
 
 def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
-    """Return the codec that writes files with the suffix of `path`, in any case.
-
-    Raises
-    ------
-    TemplateError
-        If none does.
-    """
+    """Return the codec that writes files with the suffix of `path`; raises TemplateError."""
     suffix = PurePath(path).suffix.lower()
     for codec in CODECS:
         if codec.encode is not None and suffix in codec.suffixes:
@@ -85,13 +70,7 @@ def codec_of_suffix(path: str | os.PathLike[str]) -> Codec:
 
 
 def codec_of_name(name: str) -> Codec:
-    """Return the codec of the format `name`.
-
-    Raises
-    ------
-    TemplateError
-        If there is none.
-    """
+    """Return the codec of the format `name`; raises TemplateError if there is none."""
     for codec in CODECS:
         if codec.name == name:
             return codec

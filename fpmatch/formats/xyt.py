@@ -1,17 +1,17 @@
-"""Templates as the XYT files of NIST's minutiae detector and matcher, mindtct and bozorth3.
+"""XYT files of NIST's minutiae detector and matcher, mindtct and bozorth3.
 
 A line for each minutia: x, y, angle and, where the file has it, quality, all whole numbers, with
 spaces between. A file contains neither size nor resolution nor kinds. There are two conventions,
 and a file does not name its own:
 
-- ``xyt``, NIST's own, which `mindtct` writes by default: origin at the bottom left, y
+- ``xyt``, NIST's own, the default of `mindtct`: origin at the bottom left, y
   up; degrees counter-clockwise from +x, in the direction opposite to that of ISO/IEC 19794-2;
 - ``xyt-m1``, that of ANSI/INCITS 378, ``mindtct -m1``: origin at the top left, y down; the
   direction of ISO/IEC 19794-2 in units of two degrees, 0 to 179.
 
-By content, a file without an angle above 179 is taken for the second, any other for the first: a
-print with n minutiae in NIST's convention has no angle above 179 with a probability of about 2⁻ⁿ.
-The record's note names the one taken.
+By content, a file without an angle above 179 is assigned to the second, any other to the first; a
+print with n minutiae in NIST's convention has no angle above 179 with probability about 2⁻ⁿ. The
+record's note names the choice.
 """
 
 from __future__ import annotations
@@ -23,9 +23,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec
-from fpmatch.formats.columns import minutiae_of
-from fpmatch.formats.fitting import fit_minutiae, whole_steps
+from fpmatch.formats.codec import (
+    Codec,
+    dropped_notes,
+    fit_minutiae,
+    minutiae_from_columns,
+    whole_steps,
+)
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import STANDARD_DPI, MinutiaKind, Template
 
@@ -34,27 +38,26 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-MOST_MINUTIAE: Final = 1000  # what bozorth3 reads of a file
-FARTHEST: Final = 99_999  # of a position, in pixels
+MOST_MINUTIAE: Final = 1000  # that bozorth3 reads
 FULL_TURN: Final = 360
 M1_STEPS: Final = 180
 _ROW: Final = re.compile(rb"[ \t]*-?\d{1,5}([ \t]+-?\d{1,5}){2,3}[ \t]*\r?(\n|$)")
 
 
-def decode(data: bytes, how: ReadingOptions, *, m1: bool) -> TemplateRecord:
-    """Return the print that a file holds, by one of the conventions, or raise TemplateError."""
-    rows = list(_rows(data, how))
+def decode(data: bytes, options: ReadingOptions, *, m1: bool) -> TemplateRecord:
+    """Return the print in a file of either convention, or raise TemplateError."""
+    rows = list(_rows(data, options))
     widths = {len(row) for row in rows}
     if len(widths) > 1:
         raise TemplateError("some lines have a quality, others have none")
     table = np.array(rows, dtype=np.int64).reshape(len(rows), *(widths or {3}))
     x, y, angle = table[:, 0], table[:, 1], table[:, 2]
     quality = table[:, 3] if table.shape[1] == 4 else np.full(len(rows), 100)
-    width, height = how.size or (max(1, int(x.max(initial=0)) + 1), _height(y, m1=m1))
-    how.limits.check_size(width, height)
+    width, height = options.size or (max(1, int(x.max(initial=0)) + 1), _height(y, m1=m1))
+    options.limits.check_size(width, height)
     y = y if m1 else height - y
     degrees = angle * 2 if m1 else angle + FULL_TURN // 2
-    minutiae = minutiae_of(
+    minutiae = minutiae_from_columns(
         x,
         y,
         np.radians(degrees.astype(np.float64)),
@@ -62,7 +65,7 @@ def decode(data: bytes, how: ReadingOptions, *, m1: bool) -> TemplateRecord:
         np.clip(quality, 0, 100),
     )
     view = View(
-        Template(minutiae, width, height, STANDARD_DPI if how.dpi is None else how.dpi),
+        Template(minutiae, width, height, STANDARD_DPI if options.dpi is None else options.dpi),
         dpi_known=False,
         size_known=False,
         quality_known=table.shape[1] == 4,
@@ -72,7 +75,7 @@ def decode(data: bytes, how: ReadingOptions, *, m1: bool) -> TemplateRecord:
 
 
 def encode(record: TemplateRecord, *, m1: bool) -> Encoded:
-    """Return a record as bytes, by one of the conventions, and what they could not hold."""
+    """Return a record as bytes of either convention, and notes on what they cannot hold."""
     view = record.single()
     template, notes = view.template, list[str]()
     minutiae = fit_minutiae(template, MOST_MINUTIAE, notes)
@@ -88,15 +91,13 @@ def encode(record: TemplateRecord, *, m1: bool) -> Encoded:
     if view.quality_known:
         columns.append(minutiae.quality.astype(np.int64))
     table = np.column_stack(columns)
-    notes += ["kinds, size and resolution dropped"]
-    if view.extended is not None:
-        notes.append(f"extended data of {view.extended.layout} dropped")
+    notes += ["kinds, size and resolution dropped", *dropped_notes(view)]
     lines = "".join(" ".join(map(str, row)) + "\n" for row in table.tolist())
     return Encoded(lines.encode(), tuple(notes))
 
 
 def _height(y: NDArray[np.int64], *, m1: bool) -> int:
-    """Return the least height that has room for the positions of a file."""
+    """Return the smallest height that contains the positions."""
     return max(1, int(y.max(initial=0)) + (1 if m1 else 0))
 
 
@@ -104,7 +105,7 @@ def _whole(values: NDArray[np.float32]) -> NDArray[np.int64]:
     return np.rint(values.astype(np.float64)).astype(np.int64)
 
 
-def _rows(data: bytes, how: ReadingOptions) -> Iterator[list[int]]:
+def _rows(data: bytes, options: ReadingOptions) -> Iterator[list[int]]:
     """Yield the numbers of each line that is not blank."""
     found = 0
     for number, line in enumerate(data.split(b"\n"), start=1):
@@ -116,7 +117,7 @@ def _rows(data: bytes, how: ReadingOptions) -> Iterator[list[int]]:
         if not -FULL_TURN <= row[2] <= FULL_TURN:
             raise TemplateError(f"line {number}: an angle of {row[2]}")
         found += 1
-        how.limits.check_minutiae(found)
+        options.limits.check_minutiae(found)
         yield row
 
 
@@ -125,7 +126,7 @@ def _looks_like_rows(data: bytes) -> bool:
 
 
 def _is_m1(data: bytes) -> bool:
-    """Tell whether `data` look like rows without an angle that only NIST's convention has."""
+    """Return whether `data` are rows without an angle that only NIST's convention has."""
     if not _looks_like_rows(data):
         return False
     rows = (row.split() for row in data.split(b"\n") if _ROW.fullmatch(row))

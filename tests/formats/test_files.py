@@ -355,9 +355,9 @@ def test_limits_are_parameters(tmp_path: Path, template: Template) -> None:
     path = tmp_path / "print.iso"
     save_template(path, template)
     with pytest.raises(TemplateError, match="more than 29 minutiae"):
-        load_record(path, how=ReadingOptions(limits=ReadLimits(max_minutiae=29)))
+        load_record(path, options=ReadingOptions(limits=ReadLimits(max_minutiae=29)))
     with pytest.raises(TemplateError, match="too large for a template file"):
-        load_record(path, how=ReadingOptions(limits=ReadLimits(max_bytes=10)))
+        load_record(path, options=ReadingOptions(limits=ReadLimits(max_bytes=10)))
 
 
 @pytest.mark.parametrize(

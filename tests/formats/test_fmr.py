@@ -10,9 +10,9 @@ from made_records import FMR, sample_record, written
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
+from fpmatch.formats.fmr_header import dpi_of, per_cm
 from fpmatch.formats.record import ExtendedData, ReadingOptions, TemplateRecord
 from fpmatch.formats.registry import codec_of_content, codec_of_name
-from fpmatch.formats.resolution import dpi_of, per_cm
 from fpmatch.minutiae import MAX_DPI, MIN_DPI
 
 # A record of ISO/IEC 19794-2:2005 by hand: 300 x 400 pixels at 500 dpi, right index, and one

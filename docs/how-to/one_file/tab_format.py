@@ -15,8 +15,7 @@ from typing import Final
 import numpy as np
 
 from fpmatch.errors import TemplateError
-from fpmatch.formats.codec import Codec
-from fpmatch.formats.columns import minutiae_of
+from fpmatch.formats.codec import Codec, minutiae_from_columns
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
 from fpmatch.minutiae import Template
 
@@ -34,7 +33,7 @@ def encode(record: TemplateRecord) -> Encoded:
     return Encoded(("\n".join(lines) + "\n").encode(), tuple(lost))
 
 
-def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
+def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the record in the bytes; errors name the line, and the caller adds the file."""
     try:
         head, *lines = data.decode().splitlines()
@@ -42,8 +41,8 @@ def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
         frame = int(width), int(height), float(dpi)
     except ValueError as error:
         raise TemplateError("line 1: expected #tab, width, height and dpi") from error
-    how.limits.check_size(*frame[:2])
-    how.limits.check_minutiae(len(lines))
+    options.limits.check_size(*frame[:2])
+    options.limits.check_minutiae(len(lines))
     rows = np.empty((len(lines), 5))
     for number, line in enumerate(lines):
         try:
@@ -51,7 +50,7 @@ def decode(data: bytes, how: ReadingOptions) -> TemplateRecord:
         except ValueError as error:
             raise TemplateError(f"line {number + 2}: expected five numbers") from error
     x, y, degrees, kind, quality = rows.T
-    minutiae = minutiae_of(x, y, np.radians(degrees), kind, quality)  # raises for invalid values
+    minutiae = minutiae_from_columns(x, y, np.radians(degrees), kind, quality)  # validates
     return TemplateRecord(CODEC.name, (View(Template(minutiae, *frame)),))
 
 

@@ -15,8 +15,8 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from fpmatch.errors import PointSetError
-from fpmatch.formats import points_csv
-from fpmatch.formats.points_csv import DELIMITERS, decode_points, load_points
+from fpmatch.pointset import points_csv
+from fpmatch.pointset.points_csv import DELIMITERS, decode_points, load_points
 
 TWO = [[1.5, 2.0], [-3.0, 400.0]]
 

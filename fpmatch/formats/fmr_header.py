@@ -1,0 +1,156 @@
+"""Headers of finger minutiae records: big-endian numbers, sizes, resolutions, products."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from fpmatch.errors import TemplateError
+from fpmatch.formats.codec import check_fits
+
+if TYPE_CHECKING:
+    from fpmatch.formats.record import TemplateRecord
+    from fpmatch.minutiae import Template
+
+MAGIC: Final = b"FMR\x00"
+CM_PER_INCH: Final = 2.54
+ROUND_DPI: Final = 100  # nominal resolutions of scanners are multiples of this
+MISMATCH: Final = 0.01  # of horizontal and vertical resolution, attributed to rounding
+
+
+class ByteReader:
+    """Read big-endian numbers from bytes that may end too early.
+
+    Examples
+    --------
+    >>> reader = ByteReader(bytes([1, 2, 3]))
+    >>> reader.number(2), reader.left
+    (258, 1)
+    """
+
+    def __init__(self, data: bytes, start: int = 0) -> None:
+        self._data = data
+        self.at = start
+
+    @property
+    def left(self) -> int:
+        """Number of bytes left."""
+        return max(0, len(self._data) - self.at)
+
+    def take(self, count: int) -> bytes:
+        """Return the next `count` bytes; raises TemplateError if there are fewer."""
+        if count > self.left:
+            raise TemplateError(
+                f"cut short: the file ends after {len(self._data)} bytes, "
+                f"and needs {self.at + count} at least"
+            )
+        start, self.at = self.at, self.at + count
+        return self._data[start : self.at]
+
+    def number(self, count: int = 1) -> int:
+        """Return the next `count` bytes as an unsigned number, as `take` does."""
+        return int.from_bytes(self.take(count), "big")
+
+
+def per_cm(dpi: float) -> int:
+    """Return a resolution in whole pixels per centimetre.
+
+    Examples
+    --------
+    >>> per_cm(500)
+    197
+    """
+    return round(dpi / CM_PER_INCH)
+
+
+def dpi_of(per_cm_x: int, per_cm_y: int) -> float:
+    """Return the dpi of a resolution in whole pixels per centimetre, both positive.
+
+    Rounding leaves a range of 2.54 dpi: the result is the multiple of 100 in it, else the nearest
+    whole number. Raises TemplateError if the two resolutions differ by more than 1 %.
+
+    Examples
+    --------
+    >>> dpi_of(197, 197), dpi_of(224, 224)
+    (500.0, 569.0)
+    """
+    if abs(per_cm_x - per_cm_y) > max(1.0, MISMATCH * per_cm_x):
+        raise TemplateError(
+            f"horizontal and vertical resolution differ ({per_cm_x} and {per_cm_y} pixels a cm)"
+        )
+    low, high = (per_cm_x - 0.5) * CM_PER_INCH, (per_cm_x + 0.5) * CM_PER_INCH
+    multiple = math.ceil(low / ROUND_DPI) * ROUND_DPI
+    return float(multiple if multiple < high else round(per_cm_x * CM_PER_INCH))
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Image size in pixels and resolution in pixels per centimetre, as stored in a header."""
+
+    width: int
+    height: int
+    per_cm_x: int
+    per_cm_y: int
+
+    @classmethod
+    def read(cls, reader: ByteReader) -> Frame:
+        """Read the eight bytes that `to_bytes` writes."""
+        return cls(*(reader.number(2) for _ in range(4)))
+
+    @classmethod
+    def of(cls, template: Template, bits: int = 16) -> Frame:
+        """Return the frame of a template; raises TemplateError if `bits` bits cannot hold it."""
+        step = check_fits(per_cm(template.dpi), 16, "a resolution")
+        for side in (template.width, template.height):
+            check_fits(side - 1, 14, "a position")  # in all formats of the family
+        return cls(
+            check_fits(template.width, bits, "a width"),
+            check_fits(template.height, bits, "a height"),
+            step,
+            step,
+        )
+
+    @classmethod
+    def shared(cls, record: TemplateRecord) -> Frame:
+        """Return the frame that all views share; raises TemplateError if they differ."""
+        frames = {cls.of(view.template) for view in record.views}
+        if len(frames) != 1:
+            raise TemplateError(
+                "the format has one size and resolution for all prints of a file, and these differ"
+            )
+        return frames.pop()
+
+    def to_bytes(self) -> bytes:
+        """Return width, height, horizontal and vertical resolution in two bytes each."""
+        sides = (self.width, self.height, self.per_cm_x, self.per_cm_y)
+        return b"".join(side.to_bytes(2, "big") for side in sides)
+
+
+def begin(data: bytes, *versions: bytes) -> ByteReader:
+    """Return a reader after magic and version; raises TemplateError unless in `versions`."""
+    if data[:4] != MAGIC or data[4:8] not in versions:
+        raise TemplateError("does not begin as a record of the format does")
+    return ByteReader(data, 8)
+
+
+def check_end(data: bytes, end: int, declared: int, notes: list[str]) -> None:
+    """Add notes where the declared length, the end of the record and that of the file differ."""
+    if declared != end:
+        notes.append(f"the header declares {declared} bytes, the record has {end}")
+    if data[end:].strip(b"\x00"):  # many writers pad with zeros
+        notes.append(f"{len(data) - end} bytes after the record passed over")
+
+
+def product_fields(reader: ByteReader, certification: int = 0) -> tuple[tuple[str, str], ...]:
+    """Read product and capture device, with `certification` bytes between; zeros are unknown."""
+    owner, kind = reader.number(2), reader.number(2)
+    reader.take(certification)
+    product = (("product", f"0x{owner:04x} 0x{kind:04x}"),) if owner or kind else ()
+    return product + device_fields(reader)
+
+
+def device_fields(reader: ByteReader) -> tuple[tuple[str, str], ...]:
+    """Read the two bytes of the capture device; zero is unknown."""
+    device = reader.number(2)
+    return (("capture device", f"0x{device:04x}"),) if device else ()

@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.errors import PointSetError
-from fpmatch.output import reason
 
 if TYPE_CHECKING:
     import os
@@ -75,7 +74,7 @@ def load_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     except FileNotFoundError as error:
         raise PointSetError(f"{path}: no such file") from error
     except (OSError, ValueError) as error:
-        why = reason(error) if isinstance(error, OSError) else error
+        why = (error.strerror or str(error)).lower() if isinstance(error, OSError) else error
         raise PointSetError(f"{path}: cannot be read: {why}") from error
     return decode_points(data, str(path))
 

@@ -171,7 +171,7 @@ def consolidate(
     Returns
     -------
     list of Consolidated
-        One for each group of two and more impressions that hang together, the largest first.
+        One for each group of at least two linked impressions, the largest first.
     """
     p = parameters or ConsolidationParameters()
     points = [points_at_500_dpi(template) for template in templates]

@@ -161,7 +161,7 @@ class Finger:
 def choose_impressions(templates: Sequence[Template], most: int = MOST_IMPRESSIONS) -> list[int]:
     """Choose the impressions of a finger that a probe is compared with, where there are many.
 
-    Those of one time often show the same skin. So the impressions are divided, in the order in
+    Impressions of one session often overlap. So the impressions are divided, in the order in
     which they are given, into as many runs as there is room for, and of each run the one is taken
     whose minutiae have the greatest quality in sum; of equals, the first.
 

@@ -1,7 +1,7 @@
 """Aligned impressions become one template.
 
-Minutiae that fall on one another become one. What several impressions show gains quality; what
-impressions that cover the place do not show loses it, and is left out where few of them show it.
+Minutiae that coincide become one. A minutia gains quality with each impression that contains it,
+loses quality with each that covers its place without it, and is dropped if few contain it.
 Of ridge orientation and ridges, each cell takes those of the impression in which it lies farthest
 from the border.
 """
@@ -168,7 +168,7 @@ def _same(
 def _covers(
     template: Template, pose: Similarity, xy: Floats, margin_px: float
 ) -> NDArray[np.bool_]:
-    """Tell which places of the frame lie inside an impression."""
+    """Return which places of the frame lie inside an impression."""
     depth, bit = _depth(template)
     inside = np.zeros(len(xy), bool)
     if len(xy):

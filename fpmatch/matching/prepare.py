@@ -1,4 +1,4 @@
-"""What a matcher needs of one template, computed once however often it is compared."""
+"""Prepared templates: what a matcher computes once for all comparisons of a template."""
 
 from __future__ import annotations
 
@@ -60,9 +60,9 @@ class PreparedTemplate:
     neighbourhoods : Neighbourhoods
         Their neighbourhoods.
     region : PrintArea
-        Where the print is, and how its ridges run there.
+        The print area and its ridge orientation.
     bit_descriptors : BitDescriptors
-        What prints are compared by at first, in passing.
+        Descriptors that the prefilter compares.
     to_500dpi : float
         500 / dpi.
     key : bytes
@@ -83,7 +83,7 @@ class PreparedTemplate:
         return len(self.index)
 
     def for_kernels(self) -> TemplateView:
-        """Return the print as the kernels see it."""
+        """Return a view of the print for the kernels."""
         n, r, c = self.neighbourhoods, self.region, self.bit_descriptors
         print_ = TemplateView(self.points, self.quality, n.count, n.frame)
         print_.set_bit_descriptors(c.xy, c.direction_bin, c.neighbour_bits, c.orientation_bins)
@@ -115,7 +115,7 @@ def available(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrintArea:
-    """Hold where a print is, on square cells, and the ridge orientation there.
+    """Hold the area of a print as square cells, and their ridge orientation.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ class PrintArea:
     has_flow : bool
         Whether the orientation is known at all.
     ridges : ndarray of uint64, shape (rows, columns), or None
-        Pictures of the ridges, see `fpmatch.minutiae.RidgeField`; None where they are not known.
+        Binary ridge images, see `fpmatch.minutiae.RidgeField`; None where they are not known.
     """
 
     step: float
@@ -161,7 +161,7 @@ class PrintArea:
         return np.stack([x, y, *(flow_of(self.code[row, column]) * self.has_flow)])
 
     def contains(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which of the points lie inside the print."""
+        """Return which of the points lie inside the print area."""
         rows, columns = self.code.shape
         column = np.floor(x / self.step) - self.first_column
         row = np.floor(-y / self.step) - self.first_row

@@ -16,7 +16,7 @@ minutiae, its features are
 - the correlation of the ridges, the logarithm of the area where they could be compared, and by how
   many standard errors, nearly, the correlation is above that of different fingers.
 
-There are three sets of weights: one for two prints that have pictures of their ridges, one for
+There are three sets of weights: one for two prints that have ridge images, one for
 minutiae alone, in which those of the ridges are 0, and one for two prints with ridges of which the
 smaller has an area of at most 77 mm2. Where one of the prints has ridges the second serves, with
 quantiles (see below) of its own: the area of such a print is that of its mask, not of the convex

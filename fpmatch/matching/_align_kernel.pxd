@@ -67,3 +67,8 @@ cdef class Aligner:
     cpdef int fit(self) noexcept nogil
     @cython.locals(i=cython.Py_ssize_t, row=cython.Py_ssize_t)
     cpdef int save_best(self) noexcept nogil
+    @cython.locals(i=cython.Py_ssize_t, row=cython.Py_ssize_t)
+    cpdef int copy_best(
+        self, double[::1] transform, int[::1] partner, double[::1] weight,
+        double[:, ::1] predicted,
+    )

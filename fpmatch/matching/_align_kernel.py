@@ -387,3 +387,16 @@ class Aligner:
             for i in range(self.size_a):
                 self.best_predicted[row, i] = self.predicted[row, i]
         return self.pairs
+
+    def copy_best(self, transform, partner, weight, predicted):
+        """Copy the best alignment into arrays for the minutiae of A; return the number of pairs."""
+        transform[0] = self.best_c
+        transform[1] = self.best_s
+        transform[2] = self.best_x
+        transform[3] = self.best_y
+        for i in range(self.size_a):
+            partner[i] = self.best_partner[i]
+            weight[i] = self.best_weight[i]
+            for row in range(4):
+                predicted[row, i] = self.best_predicted[row, i]
+        return self.best_pairs

@@ -116,12 +116,9 @@ def aligner_of(
 def best_alignment(aligner: kernel.Aligner) -> Alignment:
     """Return the alignment that an aligner has saved as the best."""
     n = aligner.size_a
-    return Alignment(
-        np.array([aligner.best_c, aligner.best_s, aligner.best_x, aligner.best_y]),
-        np.array(aligner.best_partner[:n]),
-        np.array(aligner.best_weight[:n]),
-        np.array(aligner.best_predicted[:, :n]),
-    )
+    found = Alignment(np.empty(4), np.empty(n, np.int32), np.empty(n), np.empty((4, n)))
+    aligner.copy_best(found.transform, found.partner, found.weight, found.predicted)
+    return found
 
 
 def alignments(

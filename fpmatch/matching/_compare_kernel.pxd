@@ -14,6 +14,7 @@ cdef class Comparer:
     cdef readonly float[:, ::1] similarity
     cdef TemplateView probe
     cdef public NeighbourIndex neighbours
+    cdef bint before_loaded, after_loaded
     cdef double min_cosine
     cdef int fewest_neighbours
 

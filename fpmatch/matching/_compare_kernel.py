@@ -40,6 +40,7 @@ class Comparer:
         self.similarity = np.empty((capacity, capacity), np.float32)
         self.probe = None
         self.neighbours = None
+        self.before_loaded = self.after_loaded = False
         self.min_cosine = parameters.min_cosine
         self.fewest_neighbours = parameters.fewest_neighbours
 
@@ -53,8 +54,7 @@ class Comparer:
             probe.orientation_bins,
             probe.has_flow,
         )
-        self.before.load_b(probe.points, probe.size)
-        self.after.load_a(probe.points, probe.size)
+        self.before_loaded = self.after_loaded = False
         return 0
 
     def shortfall(self, reference, reference_first):
@@ -86,12 +86,18 @@ class Comparer:
                 reference.count, reference.frame, reference.size, self.min_cosine, self.similarity
             )
             self._normalize(reference, self.probe)
+            if not self.before_loaded:
+                self.before.load_b(self.probe.points, self.probe.size)
+                self.before_loaded = True
             self.before.load_a(reference.points, reference.size)
             return self.scorer.align(reference, self.probe, self.before, self.similarity)
         self.neighbours.to_prints_after(
             reference.count, reference.frame, reference.size, self.min_cosine, self.similarity
         )
         self._normalize(self.probe, reference)
+        if not self.after_loaded:
+            self.after.load_a(self.probe.points, self.probe.size)
+            self.after_loaded = True
         self.after.load_b(reference.points, reference.size)
         return self.scorer.align(self.probe, reference, self.after, self.similarity)
 

@@ -24,8 +24,9 @@ from fpmatch.errors import FpmatchError
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from fpmatch.gallery.candidate import Candidate
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.identify import Candidate, CandidateListSize, Identification
+    from fpmatch.gallery.identify import CandidateListSize, Identification
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 

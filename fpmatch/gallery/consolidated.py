@@ -14,8 +14,8 @@ from fpmatch.matching.finger import Finger
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from fpmatch.gallery.candidate import Candidate
     from fpmatch.gallery.gallery import Gallery
-    from fpmatch.gallery.identify import Candidate
     from fpmatch.gallery.search import Search
     from fpmatch.matching.calibration import Calibration
 

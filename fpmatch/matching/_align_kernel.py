@@ -2,9 +2,8 @@
 
 The pairs come from hypotheses of the relaxed local matches (`_relaxation_kernel`). The Delaunay
 mesh of the pairs (`_pair_mesh_kernel`) predicts where every minutia of print A lies in print B;
-minutiae are paired anew near their predictions, and so on for a few rounds, in which the mesh grows
-and loses the pairs that do not fit their rings. One similarity transform (eq. 1) is fitted to the
-pairs; it maps the frame points of the mesh and is what is reported.
+minutiae are paired again near their predictions. In a few such rounds the mesh grows and loses the
+pairs that do not fit their rings. One similarity transform (eq. 1) is fitted to the pairs.
 
 Minutiae are columns of an array (4, N): x, y in pixels at 500 dpi with y pointing up, and the unit
 vector (c, s) of the direction. A transform is (c, s, x, y): the scale times cosine and sine of the
@@ -48,16 +47,14 @@ class Aligner:
 
     def __init__(self, size_a, size_b, parameters, relaxation, mesh) -> None:
         p = parameters
-        self.size_a = 0
-        self.size_b = 0
+        self.size_a = self.size_b = 0
         self.a = np.empty((4, size_a))
         self.b = np.empty((4, size_b))
         self.relaxation = Relaxation(relaxation, size_a, size_b)
         self.mesh = PairMesh(mesh, size_a)
         self.predicted = self.mesh.predicted
         self.reach = np.empty(size_a)
-        self.pairs = 0
-        self.best_pairs = 0
+        self.pairs = self.best_pairs = 0
         self.paired = np.empty(size_a, np.int32)
         self.partner = np.full(size_a, -1, np.int32)
         self.former = np.full(size_a, -1, np.int32)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fpmatch.matching.neighbourhood import Neighbourhoods
-    from fpmatch.matching.prepare import PrintArea
+    from fpmatch.matching.print_area import PrintArea
 
 NEIGHBOUR_WORDS: Final = 12
 """Words of a minutia for its neighbours."""

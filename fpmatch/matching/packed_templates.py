@@ -25,7 +25,8 @@ from fpmatch.matching.bit_descriptors import (
     BitDescriptors,
 )
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods
-from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, PrintArea, content_key
+from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, content_key
+from fpmatch.matching.print_area import PrintArea
 from fpmatch.matching.quantization import QUALITIES, ROOT_WEIGHTS, root_weight_codes
 from fpmatch.output import atomic_write
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-import cv2
 import numpy as np
 
 from fpmatch.matching._template_view_kernel import TemplateView
 from fpmatch.matching.bit_descriptors import BitDescriptors, encode
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters, Neighbourhoods, neighbourhoods
-from fpmatch.matching.quantization import flow_of, orientation_codes, rounded
+from fpmatch.matching.print_area import PrintArea, area_of_field, area_of_hull
+from fpmatch.matching.quantization import rounded
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.minutiae import Minutiae, RidgeField, Template
+    from fpmatch.minutiae import Minutiae, Template
 
 MAX_QUALITY: Final = 100.0
 
@@ -113,64 +113,6 @@ def available(probe: PreparedTemplate, reference: PreparedTemplate) -> tuple[int
     return min(map(len, sides)), area
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PrintArea:
-    """Hold the area of a print as square cells, and their ridge orientation.
-
-    Parameters
-    ----------
-    step : float
-        Side of a cell.
-    code : ndarray of uint8, shape (rows, columns)
-        0 outside the print; inside, 1 and more for the ridge orientation, see
-        `fpmatch.matching.quantization`, or 1 alone where it is not known.
-    first_row, first_column : int
-        Where the first of these cells lies among all, from the image's top left corner.
-    has_flow : bool
-        Whether the orientation is known at all.
-    ridges : ndarray of uint64, shape (rows, columns), or None
-        Binary ridge images, see `fpmatch.minutiae.RidgeField`; None where they are not known.
-    """
-
-    step: float
-    code: NDArray[np.uint8]
-    first_row: int
-    first_column: int
-    has_flow: bool
-    ridges: NDArray[np.uint64] | None = None
-
-    @property
-    def inside(self) -> int:
-        """Number of cells inside the print."""
-        return int(np.count_nonzero(self.code))
-
-    @property
-    def area(self) -> float:
-        """Area of the print."""
-        return self.inside * (self.step * self.step)
-
-    @property
-    def cells(self) -> NDArray[np.float64]:
-        """Middles of the cells inside the print, and cosine and sine of twice the orientation.
-
-        The rows of the array, shape (4, K), are x, y and the two; these are 0 where unknown.
-        """
-        row, column = np.nonzero(self.code)
-        x = (self.first_column + column + 0.5) * self.step
-        y = -(self.first_row + row + 0.5) * self.step
-        return np.stack([x, y, *(flow_of(self.code[row, column]) * self.has_flow)])
-
-    def contains(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which of the points lie inside the print area."""
-        rows, columns = self.code.shape
-        column = np.floor(x / self.step) - self.first_column
-        row = np.floor(-y / self.step) - self.first_row
-        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        held = np.zeros(len(x), bool)
-        held[inside] = self.code[row[inside].astype(np.intp), column[inside].astype(np.intp)] > 0
-        return held
-
-
 def prepare(
     template: Template,
     parameters: PreparationParameters | None = None,
@@ -204,9 +146,9 @@ def prepare(
     columns[2], columns[3] = np.cos(angle), np.sin(angle)
     points = columns.astype(np.float64)
     if template.field is not None:
-        region = _region_of_field(template.field, to_500dpi)
+        region = area_of_field(template.field, to_500dpi)
     else:
-        region = _region_of_hull(points, p)
+        region = area_of_hull(points, p.hull_step_px, p.max_hull_cells)
     quality = _qualities(minutiae, p.usual_quality)
     found = rounded(neighbourhoods(points, neighbourhood))
     return PreparedTemplate(
@@ -257,39 +199,3 @@ def _best(minutiae: Minutiae, count: int) -> NDArray[np.int32]:
         return np.arange(len(minutiae), dtype=np.int32)
     best = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")[:count]
     return np.sort(best).astype(np.int32)
-
-
-def _region_of_field(field: RidgeField, to_500dpi: float) -> PrintArea:
-    codes = orientation_codes(field.orientation, field.mask)
-    return _region(field.step * to_500dpi, codes, has_flow=True, ridges=field.ridges)
-
-
-def _region_of_hull(points: NDArray[np.float64], p: PreparationParameters) -> PrintArea:
-    """Return the convex hull of the minutiae as a region of unknown orientation."""
-    inside = (points[0] >= 0) & (points[1] <= 0)
-    x, y = points[0, inside], -points[1, inside]
-    reach = max(x.max(initial=0.0), y.max(initial=0.0))
-    step = max(p.hull_step_px, reach / p.max_hull_cells)
-    corners = np.floor(np.column_stack([x, y]) / step).astype(np.int32)
-    size = (corners.max(axis=0) + 1) if len(corners) else np.array([1, 1])
-    mask = np.zeros((int(size[1]), int(size[0])), np.uint8)
-    if len(corners):
-        cv2.fillConvexPoly(mask, cv2.convexHull(corners), 1)
-    return _region(step, mask, has_flow=False)
-
-
-def _region(
-    step: float,
-    code: NDArray[np.uint8],
-    *,
-    has_flow: bool,
-    ridges: NDArray[np.uint64] | None = None,
-) -> PrintArea:
-    """Return a region of the cells that have a code, and no row or column beyond them."""
-    row, column = np.nonzero(code)
-    first_row, first_column = (int(k.min()) if len(k) else 0 for k in (row, column))
-    end_row, end_column = (int(k.max()) + 1 if len(k) else 0 for k in (row, column))
-    box = (slice(first_row, end_row), slice(first_column, end_column))
-    kept = np.ascontiguousarray(code[box])
-    pictures = None if ridges is None else np.ascontiguousarray(ridges[box])
-    return PrintArea(step, kept, first_row, first_column, has_flow, pictures)

@@ -1,0 +1,115 @@
+"""The area of a print: cells inside its mask, or inside the convex hull of its minutiae."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from fpmatch.matching.quantization import flow_of, orientation_codes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from fpmatch.minutiae import RidgeField
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PrintArea:
+    """Hold the area of a print as square cells, and their ridge orientation.
+
+    Parameters
+    ----------
+    step : float
+        Side of a cell.
+    code : ndarray of uint8, shape (rows, columns)
+        0 outside the print; inside, 1 and more for the ridge orientation, see
+        `fpmatch.matching.quantization`, or 1 alone where it is not known.
+    first_row, first_column : int
+        Where the first of these cells lies among all, from the image's top left corner.
+    has_flow : bool
+        Whether the orientation is known at all.
+    ridges : ndarray of uint64, shape (rows, columns), or None
+        Binary ridge images, see `fpmatch.minutiae.RidgeField`; None where they are not known.
+    """
+
+    step: float
+    code: NDArray[np.uint8]
+    first_row: int
+    first_column: int
+    has_flow: bool
+    ridges: NDArray[np.uint64] | None = None
+
+    @property
+    def inside(self) -> int:
+        """Number of cells inside the print."""
+        return int(np.count_nonzero(self.code))
+
+    @property
+    def area(self) -> float:
+        """Area of the print."""
+        return self.inside * (self.step * self.step)
+
+    @property
+    def cells(self) -> NDArray[np.float64]:
+        """Middles of the cells inside the print, and cosine and sine of twice the orientation.
+
+        The rows of the array, shape (4, K), are x, y and the two; these are 0 where unknown.
+        """
+        row, column = np.nonzero(self.code)
+        x = (self.first_column + column + 0.5) * self.step
+        y = -(self.first_row + row + 0.5) * self.step
+        return np.stack([x, y, *(flow_of(self.code[row, column]) * self.has_flow)])
+
+    def contains(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which of the points lie inside the print area."""
+        rows, columns = self.code.shape
+        column = np.floor(x / self.step) - self.first_column
+        row = np.floor(-y / self.step) - self.first_row
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        held = np.zeros(len(x), bool)
+        held[inside] = self.code[row[inside].astype(np.intp), column[inside].astype(np.intp)] > 0
+        return held
+
+
+def area_of_field(field: RidgeField, to_500dpi: float) -> PrintArea:
+    """Return the mask of a ridge field with its orientation and ridges, at 500 dpi."""
+    codes = orientation_codes(field.orientation, field.mask)
+    return _cropped(field.step * to_500dpi, codes, has_flow=True, ridges=field.ridges)
+
+
+def area_of_hull(points: NDArray[np.float64], step_px: float, max_cells: int) -> PrintArea:
+    """Return the convex hull of minutiae (4, N) as an area of unknown orientation.
+
+    Its cells have a side of `step_px`, or larger ones where more than `max_cells` would lie along a
+    side of the area.
+    """
+    inside = (points[0] >= 0) & (points[1] <= 0)
+    x, y = points[0, inside], -points[1, inside]
+    reach = max(x.max(initial=0.0), y.max(initial=0.0))
+    step = max(step_px, reach / max_cells)
+    corners = np.floor(np.column_stack([x, y]) / step).astype(np.int32)
+    size = (corners.max(axis=0) + 1) if len(corners) else np.array([1, 1])
+    mask = np.zeros((int(size[1]), int(size[0])), np.uint8)
+    if len(corners):
+        cv2.fillConvexPoly(mask, cv2.convexHull(corners), 1)
+    return _cropped(step, mask, has_flow=False)
+
+
+def _cropped(
+    step: float,
+    code: NDArray[np.uint8],
+    *,
+    has_flow: bool,
+    ridges: NDArray[np.uint64] | None = None,
+) -> PrintArea:
+    """Return the area of the cells that have a code, without empty rows and columns around it."""
+    row, column = np.nonzero(code)
+    first_row, first_column = (int(k.min()) if len(k) else 0 for k in (row, column))
+    end_row, end_column = (int(k.max()) + 1 if len(k) else 0 for k in (row, column))
+    box = (slice(first_row, end_row), slice(first_column, end_column))
+    kept = np.ascontiguousarray(code[box])
+    kept_ridges = None if ridges is None else np.ascontiguousarray(ridges[box])
+    return PrintArea(step, kept, first_row, first_column, has_flow, kept_ridges)

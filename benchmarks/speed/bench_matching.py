@@ -10,7 +10,9 @@ from in_turn import OURS, cpu, in_turn
 
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
+from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae, RidgeField, Template
+from fpmatch.scale import find_scale
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -63,6 +65,24 @@ def test_preparation(
     work = (lambda: [MATCHER.prepare(t) for t in templates]) if side == OURS else triangulations
     benchmark.extra_info["calls"] = 50
     benchmark.pedantic(work, rounds=7, warmup_rounds=1)
+
+
+@cpu("verification, no with reasons")
+@in_turn(7)
+def test_verification(benchmark: Any, side: str, templates: dict[str, Template]) -> None:
+    """Decide on pairs that do not match, and on pairs that do, with all that `verify` prints."""
+    pairs = [
+        (a, b)
+        for (name, a), (other, b) in combinations(sorted(templates.items()), 2)
+        if (name[:3] != other[:3]) == (side == OURS)
+    ]
+
+    def work() -> list[object]:
+        results = [verify(a, b) for a, b in pairs]
+        return [(r.reason, r.compared, r.transform, find_scale(r)) for r in results]
+
+    benchmark.extra_info["calls"] = len(pairs)
+    benchmark.pedantic(work, rounds=3, warmup_rounds=1)
 
 
 def _template_of(print_: PreparedTemplate, seed: int) -> Template:

@@ -12,6 +12,7 @@ import pytest
 from scipy.spatial import Delaunay
 
 from fpmatch.engine.threads import single_threaded
+from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
     from fpmatch.image.io.read import GreyImage
     from fpmatch.matching.prepare import PreparedTemplate
+    from fpmatch.minutiae import Template
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "sample_data"
@@ -42,6 +44,12 @@ def image() -> GreyImage:
     assert read.pixels.shape == (374, 388)
     assert read.dpi == 500
     return read
+
+
+@pytest.fixture(scope="session")
+def templates() -> dict[str, Template]:
+    """Return the templates of the sample prints, four each of four fingers, by name."""
+    return {path.stem: extract(path) for path in sorted(SAMPLE.glob("*_*.tif"))}
 
 
 @pytest.fixture(scope="session")

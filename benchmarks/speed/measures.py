@@ -54,6 +54,7 @@ MEASURES: Final = (
     Measure("comparison, 1:N", 0.25, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
     Measure("search by a candidate list", 0.1, TIMES_THE_TIME, "every print compared in full"),
     Measure("preparation", 3, TIMES_THE_TIME, "scipy.spatial.Delaunay, 40 points"),
+    Measure("verification, no with reasons", 3, TIMES_THE_TIME, "yes, with the scale"),
     Measure("cold start of verify", 3, TIMES_THE_TIME, 'python -c "import numpy, cv2"'),
     Measure("cold start of help", 1.5, TIMES_THE_TIME, 'python -c "import click"'),
     Measure("heavy modules after import", 0, "modules", "scipy, cv2 and skimage"),

@@ -18,7 +18,7 @@ RING: Final = "fpmatch/pointset/unit_circle/_one_ring_kernel.py"
 EVIDENCE: Final = "fpmatch/matching/_evidence_kernel.py"
 AMOUNT: Final = "fpmatch/matching/_amount_kernel.py"
 BOUND: Final = (
-    "min(2.0 + (total - low) / high, self._most_decades())",
+    "min(2.0 + (total - low) / high, limit)",
     "(2.0 + (total - low) / high)",
 )
 SEARCH: Final = ("if ridges and (self.found == 0 or not self.most > confident):", "if False:")

@@ -184,7 +184,7 @@ class Aligner:
         return self.fit()
 
     def grow(self, rounds, measured):
-        """Predict by the mesh of the pairs and pair anew, in turn; then measure the mesh.
+        """Predict by the mesh of the pairs and pair again, in turn; then measure the mesh.
 
         It ends early where no pair changes. Where already `measured`, the mesh at hand is that of
         the pairs at hand, and so are its measures. Return the number of pairs. The reach of a

@@ -24,7 +24,7 @@ STEPS = cython.declare(cython.int, 12)  # bits to the right of the step
 SECOND = cython.declare(cython.int, 4096)  # where the second grid begins in the tables
 BINS = cython.declare(cython.int, 24)  # of relative orientation, in half a turn
 UNKNOWN = cython.declare(cython.int, 31)  # the word of no bin
-ORIENTATIONS = cython.declare(cython.int, 255)  # codes of a cell's orientation, from 1 on
+ORIENTATIONS = cython.declare(cython.int, 255)  # orientation codes, from 1 on
 
 
 def second(word):

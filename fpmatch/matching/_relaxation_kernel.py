@@ -5,11 +5,11 @@ candidates support each other where the second lies, in both prints, at about th
 in about the same direction from the first, and where both turn by about the same angle. In a few
 rounds every candidate takes over a share of the support of the others, so that candidates that no
 other supports fade. No transform of the whole print is assumed: the tolerance of the distance
-grows with the distance, as skin stretches.
+grows with the distance, because skin stretches.
 
 Source: relaxation of local matches as in Cappelli, Ferrara, Maltoni, "Minutia Cylinder-Code", IEEE
-TPAMI 32(12), 2010, section 4.2, with the tolerances of skin instead of fixed ones. Interpreted, the
-class runs as it stands.
+TPAMI 32(12), 2010, section 4.2, with tolerances that grow with the distance.
+Interpreted, the class runs as it stands.
 """
 
 import cython

@@ -1,8 +1,8 @@
-"""Kernel: how well the ridges of two prints fall on one another once their minutiae are aligned.
+"""Kernel: the correlation of the ridges of two prints whose minutiae are aligned.
 
-A cell of a print holds a picture of its ridges, 8 by 8 bits: bit ``8 * row + column`` is set on a
-ridge. Cells are displaced as the mesh of the paired minutiae maps the skin between them
-(`_pair_mesh_kernel`). Interpreted, the class runs as it stands.
+A cell of a print has a binary ridge image of 8 by 8 bits: bit ``8 * row + column`` is set on a
+ridge. Each cell is displaced by the mesh of the paired minutiae around it (`_pair_mesh_kernel`).
+Interpreted, the class runs as it stands.
 """
 
 import cython
@@ -49,12 +49,12 @@ class RidgeCorrelator:
         # five bits, one a byte
         spread = [sum(1 << (8 * k) for k in range(SHIFTS) if bits >> k & 1) for bits in range(32)]
         self.spread = np.array(spread, np.uint64)
-        # the bits of a picture that stay in its rows where it is shifted by so many columns
+        # the bits of a cell that stay in its rows if it is shifted by so many columns
         self.kept = np.array([0x0101010101010101 * (255 >> k) for k in range(SIDE)], np.uint64)
         self.sample_row = np.array([row for row, _ in SAMPLES], np.int32)
         self.sample_column = np.array([column for _, column in SAMPLES], np.int32)
         self.offset = np.zeros((2, len(SAMPLES)))
-        self.picture = np.zeros(MOST_CELLS, np.uint64)
+        self.ridge_image = np.zeros(MOST_CELLS, np.uint64)
         self.agreeing = np.zeros((MOST_CELLS, SHIFTS), np.uint64)
         self.wide = np.zeros((MOST_CELLS, SHIFTS), np.uint64)
         self.both = np.zeros(MOST_CELLS, np.uint8)
@@ -67,10 +67,10 @@ class RidgeCorrelator:
         self.y = 0.0
 
     def compare(self, a, b, mesh, c, s, x, y):
-        """Align A with B, bent as the mesh of pairs is; return the number of cells compared.
+        """Align A with B, warped by the mesh of pairs; return the number of cells compared.
 
-        The mesh is built by the same transform. Where a region has more than 16,384 cells, its
-        border counted, none are compared.
+        The mesh is built by the same transform. Where a print area has more than 16,384 cells,
+        including its border, none are compared.
         """
         if not self._take(a, b, c, s, x, y):
             return 0
@@ -127,16 +127,16 @@ class RidgeCorrelator:
         return self.cells
 
     def _gather(self, a, b):
-        """Gather B's picture with two empty cells around it, and the samples' places."""
+        """Gather B's ridge image with two empty cells around it, and the samples' positions."""
         bit = a.step / SIDE
         per_bit = SIDE / b.step
         wide = cython.cast(cython.Py_ssize_t, b.columns) + 4
         for k in range((b.rows + 4) * wide):
-            self.picture[k] = 0
+            self.ridge_image[k] = 0
         k = b.cell_at
         for row in range(b.rows):
             for column in range(b.columns):
-                self.picture[(row + 2) * wide + column + 2] = b.ridges[k]
+                self.ridge_image[(row + 2) * wide + column + 2] = b.ridges[k]
                 k += 1
         for k in range(self.sample_row.shape[0]):
             px = (cython.cast(cython.double, self.sample_column[k]) - 3.5) * bit
@@ -269,7 +269,7 @@ class RidgeCorrelator:
         fours = 0
         eights = 0
         per_bit = SIDE / b.step
-        # the window of shifts begins so much before the sample, the picture two cells before B
+        # the window of shifts begins before the sample, the ridge image two cells before B
         middle_u = (x + 0.5) * per_bit - SIDE * (b.first_column - 2.0) - REACH
         middle_v = (0.5 - y) * per_bit - SIDE * (b.first_row - 2.0) - REACH
         most_u = SIDE * (b.columns + 3.0)
@@ -286,13 +286,17 @@ class RidgeCorrelator:
                 cell = (v >> 3) * wide + (u >> 3)
                 down = SIDE * (v & 7)
                 u &= 7
-                near = cython.cast(cython.ulonglong, self.picture[cell]) >> down
+                near = cython.cast(cython.ulonglong, self.ridge_image[cell]) >> down
                 near |= (
-                    (cython.cast(cython.ulonglong, self.picture[cell + wide]) << (63 - down)) << 1
+                    (cython.cast(cython.ulonglong, self.ridge_image[cell + wide]) << (63 - down))
+                    << 1
                 ) & ALL
-                far = cython.cast(cython.ulonglong, self.picture[cell + 1]) >> down
+                far = cython.cast(cython.ulonglong, self.ridge_image[cell + 1]) >> down
                 far |= (
-                    (cython.cast(cython.ulonglong, self.picture[cell + wide + 1]) << (63 - down))
+                    (
+                        cython.cast(cython.ulonglong, self.ridge_image[cell + wide + 1])
+                        << (63 - down)
+                    )
                     << 1
                 ) & ALL
                 kept = cython.cast(cython.ulonglong, self.kept[u])

@@ -1,13 +1,13 @@
-"""Kernel: where one print lies in another, found by the ridges.
+"""Kernel: search by the ridges for transforms that align two prints.
 
 Each pair of minutiae, one of each print, fixes a transform: the one that maps position and
 direction of the first to those of the second. The pairs under which the ridge orientation of the
 smaller print agrees best with that of the larger are kept; of these, those under which the ridges
 themselves correlate best, each with a transform of its own.
 
-Of a small print few minutiae are left, and their neighbourhoods are cut off, so that the local
-matches say little: all pairs are tried. Of larger prints it is the candidates of the relaxed local
-matches alone. Interpreted, the class runs as it stands.
+A small print has few minutiae with incomplete neighbourhoods, so that local matches are not
+reliable: all pairs are tried. Of larger prints only the candidates of the relaxed local matches
+are tried. Interpreted, the class runs as it stands.
 """
 
 import cython

@@ -59,7 +59,7 @@ class TemplateView:
     def set_region(self, code, ridges, first_row, first_column, step, inside, has_flow) -> None:
         """Take the region: `code` (rows, columns) is 0 outside, else encodes the orientation.
 
-        `ridges`, of the same shape, are pictures of the ridges, or None.
+        `ridges`, of the same shape, are binary ridge images, or None.
         """
         self.rows, self.columns = code.shape
         self.cell = code.ravel()

@@ -179,7 +179,7 @@ def load_calibration(matcher_name: str, file: str | os.PathLike[str] | None = No
     matcher_name : str
         The matcher.
     file : path, optional
-        What ``fpmatch calibrate`` wrote; read anew at each call.
+        What ``fpmatch calibrate`` wrote; read at each call.
 
     Returns
     -------

@@ -21,7 +21,7 @@ def ridge_correlation(
 ) -> tuple[float, int]:
     """Correlate the ridges of two prints under an alignment.
 
-    Every cell of A is mapped to B as the mesh of pairs maps the skin there. It and the cells
+    Every cell of A is mapped to B by the mesh of pairs around it. It and the cells
     that touch it may be shifted by up to half a ridge period to where they agree best.
 
     Parameters

@@ -10,41 +10,41 @@ minutiae, its features are
   the rings are of pairs, and how many triangles are turned over; the strain of its edges;
 - of the neighbourhoods: ``log(1 + L)``;
 - ``√(U / (m + 2))``: minutiae that should be paired and are not, each by the square of its quality,
-  raised where the mean of these squares in a print is below 0.25: all of them cannot be nothing;
+  raised where the mean of these squares in a print is below 0.25;
 - the overlap: the share of the smaller print that is compared;
-- ``m / (n + 5)``, of n minutiae of the smaller print: what the paper decides by;
+- ``m / (n + 5)``, of n minutiae of the smaller print: the share that the paper decides by;
 - the correlation of the ridges, the logarithm of the area where they could be compared, and by how
   many standard errors, nearly, the correlation is above that of different fingers.
 
-There are three sets of weights: one for two prints that have ridge images, one for
-minutiae alone, in which those of the ridges are 0, and one for two prints with ridges of which the
-smaller has an area of at most 77 mm2. Where one of the prints has ridges the second serves, with
+There are three sets of weights: one for two prints that have ridge images, one for minutiae alone,
+in which those of the ridges are 0, and one for two prints with ridges of which the smaller has an
+area of at most 77 mm2. Where only one of the prints has ridges, the second set is used, with
 quantiles (see below) of its own: the area of such a print is that of its mask, not of the convex
-hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine
-and impostor prints, then weighted. Where the ridges were not compared, because the minutiae leave
-no doubt in coarse alignment, their features are the mean of impostor prints.
+hull of its minutiae. Each feature is standardised, so that 0 lies midway between genuine and
+impostor prints, then weighted. Where the ridges were not compared, because the minutiae decide in
+coarse alignment, their features are the mean of impostor prints.
 
 How rarely two fingers reach a sum by chance depends on how much was compared: two minutiae agree
 easily, twenty do not. So the sum is conditioned on the amount of evidence. Let n be the minutiae in
 the common region, per print, averaged geometrically with those of the smaller print, and a the area
 of the common region. Beyond about 12 minutiae and 30,000 square pixels at 500 dpi (77 mm2) they
-do not count: the features describe whole prints. The sums that 1 % and 0.1 % of impostor
+have no effect: the features describe whole prints. The sums that 1 % and 0.1 % of impostor
 comparisons reach are linear in the terms of `fpmatch.matching.score_model.AMOUNTS`; between and
 beyond them the tail of the impostor comparisons is exponential.
 
-Impostor prints are drawn by chance; a template may be made to match. Of the arrangements of a few
-minutiae the commonest, which a search finds, matches far more prints than one drawn by chance. So
-the FMR falls at most tenfold for every 12 cells of ridges compared, and by 10^1.2 for every pair
+Impostor prints agree by chance, but a template may be made to match. The commonest arrangement of a
+few minutiae, which a search finds, matches far more prints than a random one. Therefore the FMR
+falls at most tenfold for every 12 cells of ridges compared, and by 10^1.2 for every pair
 after the first: a place within 12 pixels and 30 degrees of a minutia has another, of the 40 of a
-usual print, about once in 20 times. Ridges count so where their correlation is 0.4 or more, and
-less down to 0.2, that of different fingers. Of very many minutiae a good many fall on others
-wherever they lie: where chance is expected to give more than 3 pairs, the FMR is at least the
-probability of so many pairs in a Poisson distribution. Genuine whole prints stay far from these
+usual print, about once in 20 times. Ridges count fully where their correlation is 0.4 or more, and
+less down to 0.2, that of different fingers. In dense prints many minutiae are paired by chance:
+where more than 3 such pairs are expected, the FMR is at least the probability of so many pairs in a
+Poisson distribution. Genuine whole prints stay far from these
 bounds.
 
-What comes out is an estimate of -ln(FMR), the same for prints with ridges and without, and
-``log(1 + e^that)``, which is positive, is the similarity. Prints that the prefilter rejects get an
-estimate of -5, and less the more they fall short.
+The result is an estimate of -ln(FMR), on one scale for prints with and without ridges. The
+similarity is ``log(1 + e^estimate)``, which is positive. Prints that the prefilter rejects get an
+estimate of -5 or less, by how far they fall short.
 """
 
 from __future__ import annotations

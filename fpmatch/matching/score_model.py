@@ -81,7 +81,7 @@ SMALL_AREA_PX2: Final = 30_000.0
 """Area in square pixels at 500 dpi up to which the smaller of two prints is small: 77 mm2."""
 
 MODELS_BY_SHOWN: Final = (MINUTIAE_ALONE, ONE_WITH_RIDGES, WITH_RIDGES)
-"""The models by how many of the two prints have pictures of their ridges."""
+"""The models by how many of the two prints have ridge images."""
 
 NO_PREFILTER: Final = (-1.0, 0.0, -1.0)
 """A prefilter threshold that all prints pass."""

@@ -72,9 +72,12 @@ def trace(work: Callable[[], None]) -> list[Call]:
             return
         name, file = frame.f_code.co_qualname, path.relative_to(PACKAGE).as_posix()
         hidden = any(part.startswith(("_", "<")) for part in name.split("."))
-        generator = frame.f_code.co_flags & inspect.CO_GENERATOR  # resumed, not called again
+        flags = frame.f_code.co_flags
+        defines = not flags & inspect.CO_OPTIMIZED  # the body of a class, when it is imported
+        generator = flags & inspect.CO_GENERATOR  # resumed, not called again
         if (
             hidden
+            or defines
             or generator
             or file in UNSHOWN
             or file.endswith("_kernel.py")

@@ -1,4 +1,4 @@
-"""Searching a large gallery by a shortlist, against aligning the probe with every print."""
+"""Search of a large gallery by a candidate list, against aligning the probe with every print."""
 
 from __future__ import annotations
 
@@ -25,13 +25,14 @@ COMPARED = 1_000  # of all: the yardstick's part
 def search() -> Search:
     """Return a search of prints of 40 minutiae, five of each finger."""
     few = PackedTemplates.pack(prints(np.random.default_rng(42), COMPARED))
-    return Search(MATCHER, np.arange(PRINTS), repeated(few, PRINTS))
+    numbers = np.arange(PRINTS)
+    return Search(MATCHER, numbers, numbers, repeated(few, PRINTS))
 
 
 @cpu("search by a candidate list")
 @in_turn(3)
 def test_search(benchmark: Any, side: str, search: Search) -> None:
-    """Weigh the codes of all prints and compare the shortlist; the yardstick aligns all."""
+    """Score all prints by bit descriptors, compare the candidates; the yardstick aligns all."""
     probe = search.references[0]
     size = candidate_list_size(search)
     assert size is not None

@@ -12,6 +12,8 @@ from setuptools import Extension, setup
 
 # A kernel is a file that says so in its name: `_something_kernel.py`.
 KERNELS = sorted(Path("fpmatch").rglob("_*_kernel.py"))
+# Cython's own code for memory views, compiled once instead of in each kernel: 45 s instead of 140.
+SHARED = "fpmatch._cython_shared"
 # -g0: Python's own flags ask for debugging data, which cost the compiler time and are not used.
 COMPILE_ARGS = (
     [] if sys.platform == "win32" else ["-O3", "-g0", "-ffp-contract=off", "-fno-math-errno"]
@@ -26,16 +28,11 @@ def extensions() -> list[Extension]:
         from Cython.Build import cythonize  # noqa: PLC0415
     except ImportError:
         return []
-    modules = [
-        Extension(
-            ".".join(path.with_suffix("").parts),
-            [path.as_posix()],
-            extra_compile_args=COMPILE_ARGS,
-        )
-        for path in KERNELS
-    ]
+    sources = {".".join(path.with_suffix("").parts): path.as_posix() for path in KERNELS}
+    sources[SHARED] = SHARED.replace(".", "/") + ".c"
     modules = cythonize(
-        modules,
+        [Extension(name, [path], extra_compile_args=COMPILE_ARGS) for name, path in sources.items()],
+        shared_utility_qualified_name=SHARED,
         build_dir="build/cython",
         language_level=3,
         compiler_directives={

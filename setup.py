@@ -1,7 +1,7 @@
 """Compile the kernels where a compiler is found; the package works, slower, without.
 
 All other metadata is in pyproject.toml. Set ``FPMATCH_NO_COMPILE=1`` to leave the kernels
-interpreted on purpose.
+interpreted on purpose, and ``FPMATCH_REQUIRE_KERNELS=1`` to fail where they cannot be compiled.
 """
 
 import os
@@ -31,7 +31,10 @@ def extensions() -> list[Extension]:
     sources = {".".join(path.with_suffix("").parts): path.as_posix() for path in KERNELS}
     sources[SHARED] = SHARED.replace(".", "/") + ".c"
     modules = cythonize(
-        [Extension(name, [path], extra_compile_args=COMPILE_ARGS) for name, path in sources.items()],
+        [
+            Extension(name, [path], extra_compile_args=COMPILE_ARGS)
+            for name, path in sources.items()
+        ],
         shared_utility_qualified_name=SHARED,
         build_dir="build/cython",
         language_level=3,
@@ -43,7 +46,8 @@ def extensions() -> list[Extension]:
         },
     )
     for module in modules:
-        module.optional = True  # set here: cythonize makes new extensions and drops it
+        # Set here: cythonize makes new extensions and drops it.
+        module.optional = not os.environ.get("FPMATCH_REQUIRE_KERNELS")
     return modules
 
 

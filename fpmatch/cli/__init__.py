@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import os
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,9 @@ def main(args: Sequence[str] | None = None, prog_name: str | None = None) -> Non
         Name of the command in its help (default: as it was started).
     """
     from fpmatch.cli.group import fpmatch
+    from fpmatch.engine.threads import SAFE_PATH
 
+    os.environ[SAFE_PATH] = "1"  # processes of the command import nothing from its directory
     atexit.register(gc.freeze)  # the system reclaims all memory: no last garbage collection
 
     fpmatch(args=args, prog_name=prog_name)

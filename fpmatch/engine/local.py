@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from fpmatch.engine.task import init_worker, run_chunk, shared_task
-from fpmatch.engine.threads import loaded_single_threaded, single_threaded
+from fpmatch.engine.threads import loaded_single_threaded, safe_import_path, single_threaded
 from fpmatch.errors import EngineError
 
 if TYPE_CHECKING:
@@ -67,7 +67,8 @@ def start_fork_server(workers: int | None, *modules: str) -> None:
     context.set_forkserver_preload([*_EVERY_WORKER_NEEDS, *modules])
     on_interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: Ctrl-C is not for it
     try:
-        with loaded_single_threaded():  # no threads in a process that forks
+        # no threads in a process that forks
+        with safe_import_path(), loaded_single_threaded():
             forkserver.ensure_running()
     finally:
         signal.signal(signal.SIGINT, on_interrupt)
@@ -122,7 +123,8 @@ class Processes:
         try:
             with shared_task(work, shared) as task:
                 for chunk in chunks:
-                    with _interrupt_deferred():  # submitting may start a worker
+                    # submitting may start a worker
+                    with _interrupt_deferred(), safe_import_path():
                         waiting.append(executor.submit(run_chunk, task, chunk))
                     if len(waiting) >= CHUNKS_IN_FLIGHT * self._workers:
                         yield waiting.popleft().result()
@@ -156,8 +158,9 @@ def _interrupt_deferred() -> Iterator[None]:
 def _start(workers: int) -> ProcessPoolExecutor:
     from concurrent.futures import ProcessPoolExecutor  # noqa: PLC0415  (while the server starts)
 
-    return ProcessPoolExecutor(
-        max_workers=workers,
-        mp_context=multiprocessing.get_context(_START_METHOD),
-        initializer=init_worker,
-    )
+    with safe_import_path():  # its locks start a process of Python's that tracks them
+        return ProcessPoolExecutor(
+            max_workers=workers,
+            mp_context=multiprocessing.get_context(_START_METHOD),
+            initializer=init_worker,
+        )

@@ -1,8 +1,9 @@
-"""Limits on the threads that numpy and OpenCV start."""
+"""What new processes inherit: one thread for numpy and OpenCV, and a safe import path."""
 
 from __future__ import annotations
 
 import os
+import threading
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
@@ -10,7 +11,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
+SAFE_PATH: Final = "PYTHONSAFEPATH"  # Python's variable
 _BLAS_THREADS: Final = "OPENBLAS_NUM_THREADS"
+_starting: Final = threading.RLock()  # environment variables are shared by all threads
 
 
 @contextmanager
@@ -19,14 +22,30 @@ def loaded_single_threaded() -> Iterator[None]:
 
     For the main thread of a program: environment variables are shared by all threads.
     """
-    kept = os.environ.get(_BLAS_THREADS)
-    os.environ[_BLAS_THREADS] = "1"
+    with _environment(_BLAS_THREADS, "1"):
+        yield
+
+
+@contextmanager
+def safe_import_path() -> Iterator[None]:
+    """Let Python processes that start in the block import nothing from the working directory.
+
+    Python puts that folder first on the path of a process that it starts for `multiprocessing`.
+    """
+    with _starting, _environment(SAFE_PATH, "1"):
+        yield
+
+
+@contextmanager
+def _environment(name: str, value: str) -> Iterator[None]:
+    kept = os.environ.get(name)
+    os.environ[name] = value
     try:
         yield
     finally:
-        del os.environ[_BLAS_THREADS]
+        del os.environ[name]
         if kept is not None:
-            os.environ[_BLAS_THREADS] = kept
+            os.environ[name] = kept
 
 
 @contextmanager

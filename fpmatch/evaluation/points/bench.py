@@ -18,6 +18,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any, Final
 
 from fpmatch._version import __version__
+from fpmatch.engine.threads import safe_import_path
 from fpmatch.errors import FpmatchError
 from fpmatch.evaluation.points.matchers import StoppedError, matcher_named
 from fpmatch.evaluation.points.results import PointCell, SkippedCell
@@ -137,15 +138,17 @@ class _Queue:
 
     def run_in_processes(self, workers: int) -> None:
         """Run the cells in so many processes, a cell each at a time."""
-        pool = ProcessPoolExecutor(
-            max_workers=workers,
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=_start_worker,
-        )
+        with safe_import_path():
+            pool = ProcessPoolExecutor(
+                max_workers=workers,
+                mp_context=multiprocessing.get_context("spawn"),
+                initializer=_start_worker,
+            )
         try:
             running = set()
             for condition, matcher in self._open_cells():
-                running.add(pool.submit(_run_named, condition, matcher.name, self._plan))
+                with safe_import_path():  # submitting may start a process
+                    running.add(pool.submit(_run_named, condition, matcher.name, self._plan))
                 if len(running) == workers:
                     done, running = wait(running, return_when=FIRST_COMPLETED)
                     for future in done:

@@ -1,0 +1,69 @@
+"""Nothing is imported from the directory that a command or program is started in."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SAMPLES = Path(__file__).parents[2] / "sample_data"
+MODULES = ["numpy", "cv2", "signal", "selectors", "threadpoolctl", "fpmatch", "anyio"]
+PROGRAM = """
+import sys
+from fpmatch.engine import local
+from fpmatch.engine.engine import processes
+
+if __name__ == "__main__":
+    local._START_METHOD = sys.argv[1]
+    with processes(2) as engine:
+        print(sum(engine.map(max, 0, range(5))))
+"""
+
+
+@pytest.fixture
+def hostile(tmp_path: Path) -> Path:
+    """Return a directory with modules that leave a file where they are imported."""
+    folder = tmp_path / "here"
+    folder.mkdir()
+    for name in MODULES:
+        (folder / f"{name}.py").write_text(
+            f"open({str(tmp_path / 'imported')!r}, 'a').write('{name} ')\nraise ImportError\n"
+        )
+    return folder
+
+
+def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run Python in a directory, with a path that does not name it."""
+    environment = {name: text for name, text in os.environ.items() if name != "PYTHONSAFEPATH"}
+    finished = subprocess.run(
+        [sys.executable, *words],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert not (folder.parent / "imported").exists(), finished.stderr
+    assert finished.returncode == 0, finished.stderr
+    return finished
+
+
+@pytest.mark.parametrize("method", ["forkserver", "spawn"])
+def test_workers_of_a_program_import_nothing_from_its_directory(hostile: Path, method: str) -> None:
+    """Whatever the start method: a file `numpy.py` is not run."""
+    if sys.platform == "win32" and method == "forkserver":
+        pytest.skip("no fork server on this system")
+    program = hostile.parent / "program.py"
+    program.write_text(PROGRAM)
+    assert run(hostile, str(program), method).stdout == "10\n"
+
+
+def test_a_command_and_its_workers_import_nothing_from_their_directory(hostile: Path) -> None:
+    """Started as a script on the path is."""
+    script = hostile.parent / "fpmatch_command.py"
+    script.write_text("from fpmatch.cli import main\nif __name__ == '__main__':\n    main()\n")
+    prints = [str(path) for path in sorted(SAMPLES.glob("101_[12].tif"))]
+    gallery = str(hostile.parent / "prints.db")
+    run(hostile, str(script), "enrol", gallery, *prints, "--workers", "2")

@@ -104,7 +104,7 @@ def list_(gallery: str, subject: str | None, failures: bool, as_json: bool) -> N
             lines: Iterable[str] = (f"{one.source}: {one.reason}" for one in found)
         else:
             entries = opened.entries(subject=subject)
-            rows, lines = (map(_entry_dict, entries), map(_entry_line, entries))
+            rows, lines = ((entry.as_dict() for entry in entries), map(_entry_line, entries))
         for line in _json_lines(rows) if as_json else lines:
             click.echo(line)
 
@@ -113,17 +113,6 @@ def _entry_line(entry: Entry) -> str:
     return (
         f"{entry.id:>6}  {entry.label!s:<16}  {entry.dpi:>5g}  {entry.minutiae:>3}  {entry.source}"
     )
-
-
-def _entry_dict(entry: Entry) -> dict[str, Any]:
-    return {
-        "id": entry.id,
-        **asdict(entry.label),
-        "source": entry.source,
-        "sha256": entry.content.hex(),
-        "dpi": entry.dpi,
-        "minutiae": entry.minutiae,
-    }
 
 
 def _json_lines(rows: Iterable[dict[str, Any]]) -> Iterator[str]:

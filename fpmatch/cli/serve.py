@@ -4,12 +4,26 @@ from __future__ import annotations
 
 import importlib.util
 from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, Literal
 
 import click
 
-from fpmatch.cli.options import workers_option
+from fpmatch.cli.options import FILE, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_NEEDED: Final = (
+    "fastapi",
+    "filelock",
+    "prometheus_client",
+    "python_multipart",
+    "pythonjsonlogger",
+    "uvicorn",
+)
 
 
 class _MissingExtraError(FpmatchError):
@@ -24,10 +38,19 @@ Token:
   encrypted: use a TLS proxy or an SSH tunnel.
 
 \b
+Clients:
+  A table of FILE.toml is a client, with a role (read: the state of the server; verify: compare and
+  identify too; enrol: enrol too; admin: remove too) and its token, or the token's SHA-256:
+    [reception]
+    role = "verify"
+    token = "WNfOYJvW3B3A0nUqVYxw"
+
+\b
 Examples:
   fpmatch serve
   fpmatch serve --gallery prints.db --port 9000
   fpmatch serve --host 0.0.0.0 --allowed-host prints.example.org
+  fpmatch serve --gallery prints.db --clients clients.toml --audit-log audit.jsonl --log json
 
 Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not start.
 """
@@ -43,6 +66,32 @@ Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not
     "--token",
     envvar="FPMATCH_TOKEN",
     help="Token of requests.  [default: random on hosts that other machines can reach]",
+)
+@click.option(
+    "--clients",
+    metavar="FILE.toml",
+    type=FILE,
+    help="Names, roles and tokens of several clients, see below.",
+)
+@click.option(
+    "--audit-log",
+    metavar="FILE",
+    help="Append who requested what of whom to this file, a line an event.",
+)
+@click.option(
+    "--log",
+    type=click.Choice(["none", "text", "json"]),
+    default="none",
+    show_default=True,
+    help="Log every request on stderr.",
+)
+@click.option(
+    "--wait",
+    "wait_seconds",
+    type=click.FloatRange(min=0),
+    default=30.0,
+    show_default=True,
+    help="Seconds that a request waits for its turn before it is refused.",
 )
 @click.option(
     "--allowed-host",
@@ -63,6 +112,10 @@ def serve(
     host: str,
     port: int,
     token: str | None,
+    clients: Path | None,
+    audit_log: str | None,
+    log: Literal["none", "text", "json"],
+    wait_seconds: float,
     allowed_hosts: tuple[str, ...],
     old_names: tuple[str, ...],
     pattern: str | None,
@@ -72,21 +125,21 @@ def serve(
 
     No uploaded file is kept; of a print that is enrolled in the gallery, the template is.
     """
-    missing = [
-        name
-        for name in ("fastapi", "uvicorn", "python_multipart")
-        if not importlib.util.find_spec(name)
-    ]
+    missing = [name for name in _NEEDED if not importlib.util.find_spec(name)]
     if missing:
         raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
     from fpmatch.engine.local import available_cores
     from fpmatch.gallery.names import FVC_PATTERN, NamePattern
+    from fpmatch.web.access import load_clients
     from fpmatch.web.server import bind_server
     from fpmatch.web.server import serve as serve_requests
-    from fpmatch.web.settings import Settings
+    from fpmatch.web.settings import Limits, Settings
 
     settings = Settings(
         gallery=gallery,
+        audit_log=audit_log,
+        clients={} if clients is None else load_clients(clients),
+        limits=replace(Limits(), wait_seconds=wait_seconds),
         pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
         workers=workers or available_cores(),
     )
@@ -100,7 +153,7 @@ def serve(
     with server.listener, suppress(KeyboardInterrupt):
         if gallery is not None:
             _prepare(gallery, workers)
-        serve_requests(server, ready=say_ready)
+        serve_requests(server, log=log, ready=say_ready)
 
 
 def _prepare(gallery: str, workers: int | None) -> None:

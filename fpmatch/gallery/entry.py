@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -79,6 +79,17 @@ class Entry:
     content: bytes
     dpi: float
     minutiae: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return its values as JSON has them."""
+        return {
+            "id": self.id,
+            **asdict(self.label),
+            "source": self.source,
+            "sha256": self.content.hex(),
+            "dpi": self.dpi,
+            "minutiae": self.minutiae,
+        }
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,10 @@ from starlette.exceptions import HTTPException
 
 from fpmatch._version import __version__
 from fpmatch.errors import FpmatchError
-from fpmatch.web import gallery_routes, routes
+from fpmatch.web import gallery_routes, operations, routes
 from fpmatch.web.errors import ClientGoneError, status_of
 from fpmatch.web.guard import Guard
+from fpmatch.web.observer import Observer
 from fpmatch.web.pool import Pool
 
 if TYPE_CHECKING:
@@ -34,24 +35,29 @@ _GONE: Final = 499  # the client has closed the connection
 _log: Final = logging.getLogger(__name__)
 
 
-def make_app(settings: Settings) -> Guard:
+def make_app(settings: Settings) -> Observer:
     """Return the server as an ASGI application.
 
     Parameters
     ----------
     settings : Settings
-        Limits, gallery, hosts and token.
+        Limits, gallery, hosts, clients and audit log.
 
     Returns
     -------
-    Guard
+    Observer
         The application behind its guard.
+
+    Raises
+    ------
+    AuditError
+        If the audit log cannot be written.
 
     Examples
     --------
     >>> from fpmatch.web.settings import Settings
     >>> type(make_app(Settings())).__name__
-    'Guard'
+    'Observer'
     """
     pool = Pool(settings.workers, settings.limits.seconds)
 
@@ -69,6 +75,7 @@ def make_app(settings: Settings) -> Guard:
         redoc_url=None,
     )
     app.state.pool, app.state.settings = pool, settings
+    app.include_router(operations.router)
     app.include_router(routes.router)
     if settings.gallery is not None:
         app.include_router(gallery_routes.router)
@@ -78,7 +85,7 @@ def make_app(settings: Settings) -> Guard:
     app.add_exception_handler(HTTPException, _on_no_route)
     app.add_exception_handler(ClientGoneError, _on_client_gone)
     app.add_exception_handler(Exception, _on_mistake)
-    return Guard(app, settings)
+    return Observer(Guard(app, settings), settings)
 
 
 def _error_response(status: int, text: str) -> JSONResponse:

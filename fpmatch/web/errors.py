@@ -13,6 +13,12 @@ class RequestError(FpmatchError):
     status: ClassVar[int] = 422
 
 
+class ForbiddenError(RequestError):
+    """The role of the client does not permit the request."""
+
+    status = 403
+
+
 class NotFoundError(RequestError):
     """The object of a request does not exist."""
 
@@ -35,6 +41,12 @@ class TooLongError(RequestError):
     """The work took longer than a request may."""
 
     status = 504
+
+
+class NotReadyError(RequestError):
+    """The server cannot do work."""
+
+    status = 503
 
 
 class WorkerError(RequestError):

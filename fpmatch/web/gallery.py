@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError
+from fpmatch.gallery.claim import check_claim
 from fpmatch.gallery.entry import EnrolmentRequest, Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
@@ -17,7 +18,8 @@ from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.summary import summarise
 from fpmatch.gallery.tables import ENROLLED
-from fpmatch.web.errors import ConflictError, RequestError
+from fpmatch.matching.verify import DEFAULT_THRESHOLD
+from fpmatch.web.errors import ConflictError, NotFoundError, RequestError
 from fpmatch.web.prints import open_upload_with_minutiae
 
 if TYPE_CHECKING:
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.search import Search
+    from fpmatch.pair import PairOptions
     from fpmatch.web.prints import PrintOptions, Upload
 
 # The latest search of this worker process, by gallery, matcher and content of the gallery.
@@ -42,6 +45,17 @@ def open_served_gallery(where: str) -> Iterator[Gallery]:
         raise GalleryError(error.detail, path=name, code=error.code) from error
 
 
+@contextmanager
+def _not_found() -> Iterator[None]:
+    """Raise `NotFoundError` for what a gallery does not contain."""
+    try:
+        yield
+    except GalleryError as error:
+        if error.code == "unknown":
+            raise NotFoundError(error.detail) from error
+        raise
+
+
 def short_name(place: str) -> str:
     """Return the last part of a path or URL.
 
@@ -57,6 +71,106 @@ def describe_gallery(where: str) -> dict[str, Any]:
     """Return what ``fpmatch gallery info --json`` prints."""
     with open_served_gallery(where) as gallery:
         return {"gallery": short_name(gallery.name), **summarise(gallery).as_dict()}
+
+
+def check_gallery(where: str | None) -> None:
+    """Open a gallery, if there is one.
+
+    Raises
+    ------
+    GalleryError
+        If it cannot be opened.
+    """
+    if where is not None:
+        with open_served_gallery(where):
+            pass
+
+
+def list_prints(where: str, subject: str) -> list[dict[str, Any]]:
+    """Return the enrolled prints of a subject, as ``fpmatch gallery list --json`` prints them."""
+    with open_served_gallery(where) as gallery:
+        return [
+            entry.as_dict() | {"source": short_name(entry.source)}
+            for entry in gallery.entries(subject=subject)
+        ]
+
+
+def remove_prints(where: str, number: int | None, subject: str | None) -> list[int]:
+    """Remove an entry, or all of a subject, and return their numbers.
+
+    Raises
+    ------
+    NotFoundError
+        If there is no such entry, or none of the subject.
+    GalleryError
+        If the gallery cannot be written.
+    """
+    with open_served_gallery(where) as gallery, _not_found():
+        numbers = [number] if subject is None else gallery.numbers_of(subject)
+        gallery.remove(numbers)
+    return numbers
+
+
+def verify_claim(
+    upload: Upload,
+    reading: PrintOptions,
+    where: str,
+    subject: str,
+    finger: str | None,
+    options: PairOptions,
+) -> dict[str, Any]:
+    """Decide whether a probe comes from a claimed subject.
+
+    Parameters
+    ----------
+    upload : Upload
+        The probe.
+    reading : PrintOptions
+        How it is to be read.
+    where : str
+        The gallery.
+    subject, finger : str
+        The claim; any finger for None.
+    options : PairOptions
+        Matcher and threshold.
+
+    Returns
+    -------
+    dict
+        The decision and what was compared.
+
+    Raises
+    ------
+    FpmatchError
+        If the probe or the gallery cannot be read, or an option is out of its range.
+    NotFoundError
+        If nothing of the subject or finger is enrolled.
+    """
+    threshold = options.decision_score()
+    probe = open_upload_with_minutiae(upload, reading)
+    with open_served_gallery(where) as gallery, _not_found():
+        checked = check_claim(
+            gallery,
+            probe.template,
+            subject,
+            finger,
+            matcher=options.matcher,
+            threshold=DEFAULT_THRESHOLD if threshold is None else threshold,
+        )
+    result = checked.result.verification
+    document = checked.as_dict()
+    best = document["best"]
+    return {
+        "match": result.match,
+        "score": result.score,
+        "fmr": result.fmr,
+        "extrapolated": result.extrapolated,
+        "threshold": result.threshold,
+        "reason": result.reason,
+        **document,
+        "best": best | {"source": short_name(best["source"])},
+        "notes": list(probe.notes),
+    }
 
 
 def identify_print(

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import ipaddress
 import json
-import secrets
+from collections import deque
 from typing import TYPE_CHECKING, Any, Final
 
 import anyio
 
+from fpmatch.web.access import LOCAL, digest_of
+
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+    from fpmatch.web.access import Client
     from fpmatch.web.settings import Settings
 
-RETRY_AFTER_S: Final = 2
+CLIENT: Final = "fpmatch.client"  # key of the client in the scope of a request
+RETRY_AFTER_S: Final = 5
 FORM_BYTES: Final = 64 * 1024  # of a request, besides its files
 MOST_FILES: Final = 2
 _DRAINED: Final = 4  # times the largest request is read and discarded before a refusal
@@ -34,6 +38,7 @@ _HEADERS: Final = (
 _SAFE: Final = ("GET", "HEAD")
 # Files that need no token: the web interface and the description of the API.
 _PUBLIC_SUFFIXES: Final = (".html", ".css", ".js", ".svg", ".json")
+_PUBLIC: Final = ("/", "/health", "/ready")
 
 
 class _RefusedError(Exception):
@@ -74,8 +79,8 @@ class Guard:
     """Refuse bad requests, and add security headers to every response.
 
     Refused are: a host that is not a name of this server (DNS rebinding), a POST from the page of
-    another site, a missing token, a body that is too large or too slow, and requests beyond the
-    number that may wait.
+    another site, a missing token, a body that is too large or too slow, and requests that waited
+    too long for their turn. While they wait, they are not read.
 
     Parameters
     ----------
@@ -89,6 +94,7 @@ class Guard:
         self._app = app
         self._settings = settings
         self._inside = self._bytes = 0
+        self._queue: deque[tuple[int, anyio.Event]] = deque()  # of bytes, and what ends the wait
         limits = settings.limits
         self._most_inside = settings.workers + limits.waiting
         self._most_bytes = int(MOST_FILES * limits.file_megabytes * 1e6) + FORM_BYTES
@@ -106,22 +112,72 @@ class Guard:
                 await self._app(scope, receive, exchange.send)
                 return
             announced = self._announced_bytes(scope)
-            if self._inside and not self._has_room(announced):
-                retry = (b"retry-after", str(RETRY_AFTER_S).encode())
-                raise _RefusedError(503, "too many requests at once: try again shortly", retry)
-            self._inside += 1
-            self._bytes += announced
+            await self._enter(announced)
             try:
                 await self._app(scope, self._bounded(receive, exchange), exchange.send)
             finally:
-                self._inside -= 1
-                self._bytes -= announced
+                self._leave(announced)
             if exchange.refused is not None:
                 raise exchange.refused
         except _RefusedError as refused:
             await _drain(scope, receive, _DRAINED * self._most_bytes)
             exchange.refused = None
             await _answer(exchange.send, refused)
+
+    @property
+    def inside(self) -> int:
+        """Requests that are read or worked on."""
+        return self._inside
+
+    @property
+    def waiting(self) -> int:
+        """Requests that wait before they are read."""
+        return len(self._queue)
+
+    async def _enter(self, announced: int) -> None:
+        """Wait until a request of so many bytes may be read, in the order of arrival."""
+        if not self._queue and self._has_room(announced):
+            self._admit(announced)
+            return
+        retry = (b"retry-after", str(RETRY_AFTER_S).encode())
+        refused = _RefusedError(503, "too many requests at once: try again shortly", retry)
+        limits = self._settings.limits
+        if len(self._queue) >= limits.queue:
+            raise refused
+        place = (announced, anyio.Event())
+        self._queue.append(place)
+        try:
+            with anyio.move_on_after(limits.wait_seconds):
+                await place[1].wait()
+        except BaseException:
+            self._abandon(place)
+            raise
+        if not place[1].is_set():
+            self._abandon(place)
+            raise refused
+
+    def _abandon(self, place: tuple[int, anyio.Event]) -> None:
+        """Give back what a request holds that ended while it waited."""
+        if place[1].is_set():
+            self._leave(place[0])
+        else:
+            self._queue.remove(place)
+            self._admit_waiting()
+
+    def _admit(self, announced: int) -> None:
+        self._inside += 1
+        self._bytes += announced
+
+    def _leave(self, announced: int) -> None:
+        self._inside -= 1
+        self._bytes -= announced
+        self._admit_waiting()
+
+    def _admit_waiting(self) -> None:
+        while self._queue and self._has_room(self._queue[0][0]):
+            announced, admitted = self._queue.popleft()
+            self._admit(announced)
+            admitted.set()
 
     def _check(self, scope: Scope) -> None:
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
@@ -134,14 +190,22 @@ class Guard:
         length = headers.get(b"content-length", "0")
         if not length.isdecimal() or int(length) > self._most_bytes:
             raise self._too_large()
-        if self._settings.token is not None and not _is_public(scope):
-            given = headers.get(b"authorization", "").removeprefix("Bearer ").strip()
-            if not secrets.compare_digest(given.encode(), self._settings.token.encode()):
-                raise _RefusedError(
-                    401,
-                    "the token is missing or wrong: open the address that the server printed",
-                    (b"www-authenticate", b"Bearer"),
-                )
+        client = self._client(headers.get(b"authorization", ""))
+        if client is not None:
+            scope[CLIENT] = client
+        elif not _is_public(scope):
+            raise _RefusedError(
+                401,
+                "the token is missing or wrong: open the address that the server printed",
+                (b"www-authenticate", b"Bearer"),
+            )
+
+    def _client(self, authorization: str) -> Client | None:
+        """Return who sends a request; the digest of a token gives away nothing by its timing."""
+        clients = self._settings.clients
+        if not clients:
+            return LOCAL
+        return clients.get(digest_of(authorization.removeprefix("Bearer ").strip()))
 
     def _announced_bytes(self, scope: Scope) -> int:
         """Return the announced bytes of a request; where it announces none, the largest number."""
@@ -152,12 +216,13 @@ class Guard:
 
     def _has_room(self, announced: int) -> bool:
         most = self._settings.limits.megabytes_at_once * 1e6
-        return self._inside < self._most_inside and self._bytes + announced <= most
+        fits = self._inside < self._most_inside and self._bytes + announced <= most
+        return fits or not self._inside
 
     def _is_ours(self, name: str) -> bool:
         if name in self._settings.hosts:
             return True
-        return self._settings.token is not None and _is_address(name)
+        return bool(self._settings.clients) and _is_address(name)
 
     def _bounded(self, receive: Receive, exchange: _Exchange) -> Receive:
         """Return a `receive` that refuses bodies that are too large or too slow."""
@@ -197,7 +262,7 @@ def _check_origin(headers: dict[bytes, str], host: str) -> None:
 
 def _is_public(scope: Scope) -> bool:
     path = scope["path"]
-    return scope["method"] in _SAFE and (path == "/" or path.endswith(_PUBLIC_SUFFIXES))
+    return scope["method"] in _SAFE and (path in _PUBLIC or path.endswith(_PUBLIC_SUFFIXES))
 
 
 def _without_port(host: str) -> str:

@@ -149,6 +149,12 @@ class About(BaseModel):
     seconds: float
 
 
+class Health(BaseModel):
+    """State of the server, in a word."""
+
+    status: str
+
+
 class Resolution(BaseModel):
     """Number of impressions of a resolution."""
 
@@ -209,4 +215,55 @@ class Enrolled(BaseModel):
     finger: str
     impression: str
     minutiae: int
+    notes: list[str]
+
+
+class EnrolledPrint(BaseModel):
+    """An enrolled print, as `fpmatch gallery list --json` prints it."""
+
+    id: int
+    subject: str
+    finger: str
+    impression: str
+    source: str
+    sha256: str = Field(description="Of the file")
+    dpi: float
+    minutiae: int
+
+
+class EnrolledPrints(BaseModel):
+    """The enrolled prints of a subject."""
+
+    prints: list[EnrolledPrint]
+
+
+class Removed(BaseModel):
+    """The outcome of a removal."""
+
+    removed: int = Field(description="Number of prints removed")
+
+
+class BestImpression(BaseModel):
+    """The enrolled impression that is most similar to the probe."""
+
+    id: int
+    finger: str
+    impression: str
+    source: str
+    score: float
+
+
+class CheckedClaim(BaseModel):
+    """The decision on a claimed identity, as `fpmatch verify --gallery --json` prints it."""
+
+    match: bool
+    score: float
+    fmr: float
+    extrapolated: bool
+    threshold: float
+    reason: str
+    subject: str
+    impressions: int = Field(description="Impressions enrolled")
+    compared: int = Field(description="Impressions compared: the 64 most similar at most")
+    best: BestImpression
     notes: list[str]

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Annotated, Any, Final, Literal, cast
 
-from fastapi import Depends, File, Form, Request, Response, UploadFile
+from fastapi import Depends, File, Form, Request, Response, Security, UploadFile, params
+from fastapi.security import HTTPBearer
 
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.pair import PairOptions
-from fpmatch.web.errors import TooLargeError
+from fpmatch.web.access import Client, Role
+from fpmatch.web.errors import ForbiddenError, TooLargeError
+from fpmatch.web.guard import CLIENT
 from fpmatch.web.models import Error
+from fpmatch.web.observer import AUDITED
 from fpmatch.web.pool import Pool
 from fpmatch.web.prints import PrintOptions, Upload, shown_name
 from fpmatch.web.settings import Settings
@@ -17,6 +22,7 @@ from fpmatch.web.settings import Settings
 # Errors of any route.
 ERRORS: dict[int | str, dict[str, Any]] = {
     401: {"model": Error, "description": "The token is missing or wrong"},
+    403: {"model": Error, "description": "The role of the token does not permit this"},
     413: {"model": Error, "description": "A file is too large"},
     422: {"model": Error, "description": "A print cannot be read or used"},
     503: {"model": Error, "description": "Too many requests at once; see Retry-After"},
@@ -36,6 +42,30 @@ Enhance = Annotated[Literal["learned", "filters"], Form(description="Enhancement
 
 PictureFormat = Annotated[Literal["png", "svg"], Form(alias="format")]
 SideBySide = Annotated[bool, Form(description="Draw the prints beside each other")]
+
+
+# Declares the token in the description of the API; `fpmatch.web.guard.Guard` checks it.
+_BEARER: Final = HTTPBearer(auto_error=False, description="Token of the server or of a client")
+
+
+def needs(role: Role) -> params.Depends:
+    """Return the dependency that refuses clients without a role."""
+
+    async def check(request: Request, _: Annotated[Any, Security(_BEARER)]) -> None:
+        client = cast("Client", request.scope[CLIENT])
+        if client.role < role:
+            raise ForbiddenError(
+                f"this needs the role {role.name.lower()}, and the token has "
+                f"{client.role.name.lower()}",
+                code="role",
+            )
+
+    return cast("params.Depends", Depends(check))
+
+
+def audit(request: Request, **details: Any) -> None:
+    """Add values to what the audit log states about a request."""
+    request.scope.setdefault(AUDITED, {}).update(details)
 
 
 async def _settings(request: Request) -> Settings:
@@ -88,26 +118,31 @@ OneReading = Annotated[PrintOptions, Depends(_print_options)]
 BothReadings = Annotated[tuple[PrintOptions, PrintOptions], Depends(_both_options)]
 
 
-async def read_upload(file: UploadFile, role: str, settings: Settings) -> Upload:
+async def read_upload(request: Request, file: UploadFile, role: str) -> Upload:
     """Return the bytes of an uploaded file; `role` is its name if it has none to show.
+
+    The audit log states the SHA-256 of the file, not its name.
 
     Raises
     ------
     TooLargeError
         If there are more than the server accepts.
     """
+    settings = await _settings(request)
     name, most = shown_name(file.filename, role), settings.limits.file_megabytes
     if (file.size or 0) > most * 1e6:
         raise TooLargeError(f"larger than {most:g} MB", path=name)
-    return Upload(name, await file.read())
+    data = await file.read()
+    audit(request, **{role: hashlib.sha256(data).hexdigest()})
+    return Upload(name, data)
 
 
 async def _both_uploads(
-    probe: UploadedFile, reference: UploadedFile, settings: ServerSettings
+    request: Request, probe: UploadedFile, reference: UploadedFile
 ) -> tuple[Upload, Upload]:
     return (
-        await read_upload(probe, "probe", settings),
-        await read_upload(reference, "reference", settings),
+        await read_upload(request, probe, "probe"),
+        await read_upload(request, reference, "reference"),
     )
 
 

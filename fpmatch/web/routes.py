@@ -6,10 +6,8 @@ from typing import Annotated
 
 from fastapi import APIRouter, Form, Request, Response
 
-from fpmatch._version import __version__
-from fpmatch.matching.matchers import matcher_names
 from fpmatch.web import models, pair, single
-from fpmatch.web.gallery import short_name
+from fpmatch.web.access import Role
 from fpmatch.web.requests import (
     ERRORS,
     FILE,
@@ -20,27 +18,16 @@ from fpmatch.web.requests import (
     OneReading,
     Options,
     PictureFormat,
-    ServerSettings,
     SideBySide,
     UploadedFile,
     Workers,
+    audit,
     download,
+    needs,
     read_upload,
 )
 
-router = APIRouter(tags=["Prints"], responses=ERRORS)
-
-
-@router.get("/about", summary="Version and limits of this server")
-async def about(settings: ServerSettings) -> models.About:
-    """Return version, matchers and limits."""
-    return models.About(
-        version=__version__,
-        gallery=None if settings.gallery is None else short_name(settings.gallery),
-        matchers=matcher_names(),
-        file_megabytes=settings.limits.file_megabytes,
-        seconds=settings.limits.seconds,
-    )
+router = APIRouter(tags=["Prints"], responses=ERRORS, dependencies=[needs(Role.VERIFY)])
 
 
 @router.post("/verify", summary="Decide whether two prints are of the same finger")
@@ -49,7 +36,9 @@ async def verify(
 ) -> models.Verified:
     """Return what `fpmatch verify --json` prints."""
     wanted = pair.PairRequest(*prints, readings, options)
-    return models.Verified(**await pool.run(request, pair.verify_pair, wanted))
+    document = await pool.run(request, pair.verify_pair, wanted)
+    audit(request, match=document["match"], score=document["score"])
+    return models.Verified(**document)
 
 
 @router.post("/compare", summary="Decide, and return all that the web interface shows")
@@ -58,7 +47,9 @@ async def compare(
 ) -> models.Shown:
     """Return the decision, both prints with their minutiae and pictures, and the pairs."""
     wanted = pair.PairRequest(*prints, readings, options)
-    return models.Shown(**await pool.run(request, pair.show_pair, wanted))
+    document = await pool.run(request, pair.show_pair, wanted)
+    audit(request, match=document["result"]["match"], score=document["result"]["score"])
+    return models.Shown(**document)
 
 
 @router.post(
@@ -91,7 +82,6 @@ async def overlay(
 async def extract(
     request: Request,
     pool: Workers,
-    settings: ServerSettings,
     image: UploadedFile,
     reading: OneReading,
     file_format: Annotated[
@@ -99,7 +89,7 @@ async def extract(
     ] = "json",
 ) -> Response:
     """Return the template as a file: JSON, which is complete, or another format."""
-    upload = await read_upload(image, "image", settings)
+    upload = await read_upload(request, image, "image")
     content, suffix = await pool.run(request, single.extract_template, upload, reading, file_format)
     media = "application/json" if suffix == ".json" else "application/octet-stream"
     return download(content, f"template{suffix}", media)
@@ -109,10 +99,9 @@ async def extract(
 async def stages(
     request: Request,
     pool: Workers,
-    settings: ServerSettings,
     image: UploadedFile,
     reading: OneReading,
 ) -> models.Stages:
     """Return the pictures that `fpmatch stages` writes."""
-    upload = await read_upload(image, "image", settings)
+    upload = await read_upload(request, image, "image")
     return models.Stages(**await pool.run(request, single.show_stages, upload, reading))

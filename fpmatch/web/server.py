@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.errors import FpmatchError
 from fpmatch.output import reason
+from fpmatch.web.access import Client, Role, check_token, digest_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 _BACKLOG: Final = 128
 _TOKEN_BYTES: Final = 24
-_MIN_TOKEN: Final = 16  # letters
 _LAST_PORT: Final = 65_535
 _GRACE_S: Final = 5  # for requests to end when the server is stopped
 
@@ -38,7 +38,7 @@ class BoundServer:
     address : str
         Address to open in a browser, with the token if there is one.
     settings : Settings
-        Those given, completed with the hosts and the token.
+        Those given, completed with the hosts and the client of the token.
     """
 
     listener: socket.socket
@@ -65,19 +65,20 @@ def bind_server(
     settings : Settings
         The other settings.
     token : str, optional
-        Token of requests (default: a random one if other machines can reach the host, else none).
+        Token of a client that may request everything, besides the clients of `settings` (default:
+        a random one if other machines can reach the host and there are no clients, else none).
     allowed_hosts : sequence of str
         Other names of this server in requests.
 
     Raises
     ------
     ServeError
-        If the host is unknown, the port taken, or the token too short.
+        If the host is unknown or the port taken.
+    TokenError
+        If the token is too short, or cannot be sent.
     """
-    if token is not None and len(token) < _MIN_TOKEN:
-        raise ServeError(f"a token must have at least {_MIN_TOKEN} letters", code="token")
-    if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
-        raise ServeError("a token consists of ASCII letters without spaces", code="token")
+    if token is not None:
+        check_token(token)
     where = f"cannot listen on {host}, port {port}"
     if not 0 <= port <= _LAST_PORT:
         raise ServeError(f"{where}: ports go up to {_LAST_PORT}", code="port")
@@ -91,8 +92,9 @@ def bind_server(
         raise ServeError(f"{where}: {why}", code="listen") from error
     own, bound = listener.getsockname()[:2]
     local = ipaddress.ip_address(own).is_loopback
-    if not local and token is None:
+    if not local and token is None and not settings.clients:
         token = secrets.token_urlsafe(_TOKEN_BYTES)
+    owner = {} if token is None else {digest_of(token): Client("owner", Role.ADMIN)}
     shown, own_name = _shown(host, own), socket.gethostname().lower()
     known = {shown, *allowed_hosts, *(settings.hosts if local else ("localhost", own_name))}
     fragment = "" if token is None else f"#token={token}"
@@ -100,32 +102,38 @@ def bind_server(
     return BoundServer(
         listener,
         f"http://{shown}:{bound}/{fragment}",
-        replace(settings, hosts=hosts, token=token),
+        replace(settings, hosts=hosts, clients={**settings.clients, **owner}),
     )
 
 
-def serve(bound: BoundServer, *, ready: Callable[[], None] = lambda: None) -> None:
+def serve(
+    bound: BoundServer, *, log: str = "none", ready: Callable[[], None] = lambda: None
+) -> None:
     """Answer requests until the process gets SIGINT or SIGTERM.
 
     Parameters
     ----------
     bound : BoundServer
         From `bind_server`.
+    log : str
+        Format of the log of requests, as for `fpmatch.web.observer.set_up_logging`.
     ready : callable
         Called once, when requests are answered.
     """
     import uvicorn  # noqa: PLC0415
 
     from fpmatch.web.app import make_app  # noqa: PLC0415
+    from fpmatch.web.observer import set_up_logging  # noqa: PLC0415
 
     class Server(uvicorn.Server):
         async def startup(self, sockets: list[socket.socket] | None = None) -> None:
             await super().startup(sockets)
             ready()
 
+    set_up_logging(log)
     config = uvicorn.Config(
         make_app(bound.settings),
-        log_level="warning",
+        log_config=None,
         access_log=False,
         server_header=False,
         timeout_graceful_shutdown=_GRACE_S,

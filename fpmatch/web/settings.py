@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from fpmatch.engine.local import available_cores
 from fpmatch.gallery.names import FVC_PATTERN
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from fpmatch.web.access import Client
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +31,11 @@ class Limits:
     upload_seconds : float
         Longest transfer of a request.
     waiting : int
-        Most requests that wait for a worker; others are refused.
+        Most requests in the server that wait for a worker; others wait before they are read.
+    wait_seconds : float
+        Longest time that a request waits before it is read; then it is refused.
+    queue : int
+        Most requests that wait before they are read; others are refused.
     megabytes_at_once : float
         Most data of all requests in the server; a single one is always accepted.
     candidates : int
@@ -38,6 +48,8 @@ class Limits:
     seconds: float = 30.0
     upload_seconds: float = 60.0
     waiting: int = 32
+    wait_seconds: float = 30.0
+    queue: int = 512
     megabytes_at_once: float = 512.0
     candidates: int = 100
 
@@ -49,14 +61,17 @@ class Settings:
     Parameters
     ----------
     hosts : tuple of str
-        Its names in requests, in lower case and without a port. With a `token`, IP addresses are
+        Its names in requests, in lower case and without a port. With tokens, IP addresses are
         accepted too: no other site can take them over by DNS rebinding.
-    token : str or None
-        Token that every request must contain; None where only this machine can reach the server.
+    clients : mapping of bytes to Client
+        Clients by the SHA-256 of their tokens, of which every request must contain one; none
+        where only this machine can reach the server.
     gallery : str or None
         File or URL of the gallery to search and to enrol in.
     pattern : str
         Pattern of names of enrolled files with subject, finger and impression.
+    audit_log : str or None
+        File of the audit log.
     workers : int
         Number of worker processes.
     limits : Limits
@@ -64,8 +79,9 @@ class Settings:
     """
 
     hosts: tuple[str, ...] = ("localhost", "127.0.0.1", "[::1]")
-    token: str | None = field(default=None, repr=False)
+    clients: Mapping[bytes, Client] = field(default_factory=dict, repr=False)
     gallery: str | None = None
+    audit_log: str | None = None
     pattern: str = FVC_PATTERN
     workers: int = field(default_factory=available_cores)
     limits: Limits = Limits()

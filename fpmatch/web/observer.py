@@ -1,0 +1,139 @@
+"""Observer: measures, logs and audits every request."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+import sys
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final
+
+from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
+
+from fpmatch.audit import AuditLog
+from fpmatch.web.guard import CLIENT
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+    from fpmatch.web.guard import Guard
+    from fpmatch.web.settings import Settings
+
+AUDITED: Final = "fpmatch.audited"  # key of what the audit log states, in the scope of a request
+_SECONDS: Final = (0.01, 0.03, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
+_log: Final = logging.getLogger("fpmatch.access")
+
+
+class Observer:
+    """Measure and log every request, and append those about prints to the audit log.
+
+    Parameters
+    ----------
+    guard : Guard
+        The application.
+    settings : Settings
+        With the file of the audit log, if there is one.
+
+    Raises
+    ------
+    AuditError
+        If the audit log cannot be written.
+    """
+
+    def __init__(self, guard: Guard, settings: Settings) -> None:
+        self._app: ASGIApp = guard
+        self._audit = None if settings.audit_log is None else AuditLog(settings.audit_log)
+        self.registry = registry = CollectorRegistry()
+        ProcessCollector(registry=registry)
+        self._requests = Counter(
+            "fpmatch_requests", "Requests answered", ["route", "status"], registry=registry
+        )
+        self._seconds = Histogram(
+            "fpmatch_request_seconds",
+            "Time from the arrival of a request to the end of its response",
+            ["route"],
+            buckets=_SECONDS,
+            registry=registry,
+        )
+        inside = Gauge("fpmatch_requests_inside", "Requests read or worked on", registry=registry)
+        inside.set_function(lambda: guard.inside)
+        waiting = Gauge("fpmatch_requests_waiting", "Requests not read yet", registry=registry)
+        waiting.set_function(lambda: guard.waiting)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass one request on, then account for it."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        start, status = time.perf_counter(), 500
+
+        async def sending(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+            await send(message)
+
+        scope["fpmatch.observer"] = self
+        try:
+            await self._app(scope, receive, sending)
+        finally:
+            self._account(scope, status, time.perf_counter() - start)
+
+    def _account(self, scope: Scope, status: int, seconds: float) -> None:
+        route = getattr(scope.get("route"), "path", "other")
+        self._requests.labels(route, status).inc()
+        self._seconds.labels(route).observe(seconds)
+        client = scope.get(CLIENT)
+        name = "-" if client is None else client.name
+        fields = {
+            "request": secrets.token_hex(8),
+            "client": name,
+            "address": (scope.get("client") or ("-",))[0],
+            "method": scope["method"],
+            "route": route,
+            "status": status,
+            "seconds": round(seconds, 4),
+        }
+        _log.info(
+            "%s %s %s %s %d %.3f s",
+            fields["address"],
+            name,
+            scope["method"],
+            route,
+            status,
+            seconds,
+            extra=fields,
+        )
+        details = scope.get(AUDITED)
+        if self._audit is not None and details is not None:
+            action = f"{scope['method']} {route}"
+            self._audit.append(
+                name, action, {"request": fields["request"], "status": status, **details}
+            )
+
+
+def set_up_logging(form: str, stream: Any = None) -> None:
+    """Let this process write its log as text or as JSON, a line an event.
+
+    Parameters
+    ----------
+    form : str
+        "none" (warnings and errors only, as text), "text" or "json".
+    stream : file, optional
+        Where to (default: stderr).
+    """
+    handler = logging.StreamHandler(stream or sys.stderr)
+    words = "%(asctime)s %(levelname)s %(name)s %(message)s"
+    if form == "json":
+        from pythonjsonlogger.json import JsonFormatter  # noqa: PLC0415
+
+        handler.setFormatter(JsonFormatter(words, timestamp="time"))
+    else:
+        handler.setFormatter(logging.Formatter(words))
+    root = logging.getLogger()
+    with suppress(ValueError):
+        root.removeHandler(root.handlers[0]) if root.handlers else None
+    root.addHandler(handler)
+    root.setLevel(logging.WARNING)
+    _log.setLevel(logging.WARNING if form == "none" else logging.INFO)

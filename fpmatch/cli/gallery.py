@@ -257,3 +257,33 @@ def export(gallery: str, output: Path, subject: str | None, file_format: str) ->
         if file_format not in OWN_FORMATS:
             say_note(f"{first_of(paths)}: {note}")
     click.echo(f"{count(written, 'template')}: {output}")
+
+
+@gallery.command(
+    epilog="""\b
+Examples:
+  fpmatch gallery audit audit.jsonl
+  fpmatch gallery audit audit.jsonl --verify
+
+Each line contains the hash of the line before it. That the last lines are missing shows only if the
+number of events and the last hash, which --verify prints, are less or other than noted earlier.
+
+Exit status: 0 when the log is whole, 2 when a line was changed, removed or inserted.
+"""
+)
+@click.argument("log", type=FILE)
+@click.option(
+    "--verify", is_flag=True, help="Check all lines, and print their number and last hash."
+)
+def audit(log: Path, verify: bool) -> None:
+    """Print the events of an audit LOG that `fpmatch serve --audit-log` wrote."""
+    from fpmatch.audit import check_audit_log, read_audit_log
+
+    if verify:
+        state = check_audit_log(log)
+        click.echo(f"{count(state.events, 'event')}, last hash {state.last}")
+        return
+    for event in read_audit_log(log):
+        time, client, action = (event.pop(key, "-") for key in ("time", "client", "action"))
+        event.pop("previous")
+        click.echo(f"{time}  {client}  {action}  {json.dumps(event)}")

@@ -95,18 +95,24 @@ def list_prints(where: str, subject: str) -> list[dict[str, Any]]:
         ]
 
 
-def remove_prints(where: str, number: int | None, subject: str | None) -> list[int]:
-    """Remove an entry, or all of a subject, and return their numbers.
+def remove_print(where: str, number: int) -> None:
+    """Remove one entry.
 
     Raises
     ------
     NotFoundError
-        If there is no such entry, or none of the subject.
+        If there is no such entry.
     GalleryError
         If the gallery cannot be written.
     """
     with open_served_gallery(where) as gallery, _not_found():
-        numbers = [number] if subject is None else gallery.numbers_of(subject)
+        gallery.remove([number])
+
+
+def remove_subject(where: str, subject: str) -> list[int]:
+    """Remove all entries of a subject, and return their numbers; errors as of `remove_print`."""
+    with open_served_gallery(where) as gallery, _not_found():
+        numbers = gallery.numbers_of(subject)
         gallery.remove(numbers)
     return numbers
 

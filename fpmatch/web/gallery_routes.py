@@ -165,8 +165,8 @@ async def list_prints(
 ) -> models.EnrolledPrints:
     """Return what `fpmatch gallery list --subject --json` prints."""
     audit(request, subject=subject)
-    prints = await pool.run(request, work.list_prints, settings.gallery, subject)
-    return models.EnrolledPrints(prints=prints)
+    found = await pool.run(request, work.list_prints, settings.gallery, subject)
+    return models.EnrolledPrints(prints=[models.EnrolledPrint(**one) for one in found])
 
 
 @router.post(
@@ -206,7 +206,7 @@ async def remove_subject(
 ) -> models.Removed:
     """Remove the templates of all prints of a subject."""
     audit(request, subject=subject)
-    removed = await pool.run(request, work.remove_prints, settings.gallery, None, subject)
+    removed = await pool.run(request, work.remove_subject, settings.gallery, subject)
     audit(request, entries=removed)
     return models.Removed(removed=len(removed))
 
@@ -219,5 +219,5 @@ async def remove_print(
 ) -> models.Removed:
     """Remove the template of entry `number`."""
     audit(request, entries=[number])
-    removed = await pool.run(request, work.remove_prints, settings.gallery, number, None)
-    return models.Removed(removed=len(removed))
+    await pool.run(request, work.remove_print, settings.gallery, number)
+    return models.Removed(removed=1)

@@ -272,9 +272,7 @@ Exit status: 0 when the log is whole, 2 when a line was changed, removed or inse
 """
 )
 @click.argument("log", type=FILE)
-@click.option(
-    "--verify", is_flag=True, help="Check all lines, and print their number and last hash."
-)
+@click.option("--verify", is_flag=True, help="Check all lines; print their number and last hash.")
 def audit(log: Path, verify: bool) -> None:
     """Print the events of an audit LOG that `fpmatch serve --audit-log` wrote."""
     from fpmatch.audit import check_audit_log, read_audit_log

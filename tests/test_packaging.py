@@ -1,0 +1,107 @@
+"""Files that build and ship the package agree with it; `packaging/check_dist` builds it."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fpmatch._version import __version__
+from fpmatch.cli.serve import serve
+
+ROOT = Path(__file__).resolve().parents[1]
+yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")
+
+
+def read_yaml(name: str) -> Any:
+    return yaml.safe_load((ROOT / name).read_text("utf-8"))
+
+
+@pytest.fixture(scope="module")
+def project() -> dict[str, Any]:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+
+
+def names(requirements: list[str]) -> set[str]:
+    """Return the names of requirements, without extras and versions."""
+    return {re.split(r"[\[<>=~ ;]", each)[0].lower() for each in requirements}
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    assert read_yaml("CITATION.cff")["version"] == __version__
+    assert read_yaml("packaging/conda/recipe.yaml")["context"]["version"] == __version__
+
+
+def test_the_same_pythons_are_built_tested_and_named(project: dict[str, Any]) -> None:
+    versions = [
+        text.rsplit(" ", 1)[1]
+        for text in project["project"]["classifiers"]
+        if re.search(r":: 3\.\d+$", text)
+    ]
+    assert versions[0] == project["project"]["requires-python"].removeprefix(">=")
+    built = project["tool"]["cibuildwheel"]["build"]
+    assert built == [f"cp{version.replace('.', '')}-*" for version in versions]
+    jobs = read_yaml(".github/workflows/tests.yml")["jobs"]
+    assert jobs["linux"]["strategy"]["matrix"]["python"] == versions
+    assert {*jobs["others"]["strategy"]["matrix"]["python"]} == {versions[0], versions[-1]}
+
+
+def test_the_recipe_needs_what_the_package_needs(project: dict[str, Any]) -> None:
+    recipe = read_yaml("packaging/conda/recipe.yaml")["requirements"]
+    needed = names(project["project"]["dependencies"]) - {"opencv-python-headless"}
+    assert names(recipe["run"]) == needed | {"python", "py-opencv"}
+
+
+def test_the_lock_file_has_every_dependency_with_hashes(project: dict[str, Any]) -> None:
+    text = (ROOT / "packaging/requirements.lock").read_text("utf-8")
+    locked = dict(re.findall(r"^([a-z0-9_.-]+)(?:\[\w+\])?==(.*(?:\n    --hash.*)+)", text, re.M))
+    extras = project["project"]["optional-dependencies"]
+    needed = names([*project["project"]["dependencies"], *extras["web"], *extras["postgres"]])
+    assert needed <= {name.lower() for name in locked}
+    assert "http" not in text
+
+
+def test_the_image_contains_the_package_and_runs_without_privileges() -> None:
+    lines = [line.split() for line in (ROOT / "Dockerfile").read_text("utf-8").splitlines()]
+    users = [words[1] for words in lines if words[:1] == ["USER"]]
+    assert users
+    assert users[-1] != "root"
+    assert any(words[:1] == ["HEALTHCHECK"] for words in lines)
+    kept = {
+        line.removeprefix("!")
+        for line in (ROOT / ".dockerignore").read_text("utf-8").splitlines()
+        if line.startswith("!")
+    }
+    assert all((ROOT / name).exists() for name in kept)
+    assert kept >= {"fpmatch", "pyproject.toml", "setup.py", "README.md", "LICENSE"}
+
+
+def test_the_services_take_options_that_exist_and_are_not_open_to_the_network() -> None:
+    services = read_yaml("compose.yaml")["services"]
+    command, *words = services["server"]["command"]
+    assert command == serve.name
+    options = {option for parameter in serve.params for option in parameter.opts}
+    assert {word.partition("=")[0] for word in words} <= options
+    assert all(port.startswith("127.0.0.1:") for port in services["server"]["ports"])
+    assert "ports" not in services["database"]
+
+
+def test_workflows_ask_for_no_more_rights_than_they_need() -> None:
+    for path in sorted((ROOT / ".github/workflows").glob("*.yml")):
+        workflow = yaml.safe_load(path.read_text("utf-8"))
+        assert workflow["permissions"] == {"contents": "read"}
+        for name, job in workflow["jobs"].items():
+            assert job.get("permissions", {}) == (
+                {"id-token": "write"} if name == "publish" else {}
+            )
+            assert "timeout-minutes" in job or "uses" in job, name
+
+
+def test_the_source_distribution_names_folders_that_exist() -> None:
+    for line in (ROOT / "MANIFEST.in").read_text("utf-8").splitlines():
+        command, *words = line.split()
+        if command in {"include", "graft"}:
+            assert all((ROOT / word).exists() for word in words), line

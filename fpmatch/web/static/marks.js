@@ -20,7 +20,7 @@ export function paper(bounds) {
 }
 
 export function picture(print) {
-  return image(print, print.picture);
+  return svg("g", { class: "picture" }, image(print, print.picture));
 }
 
 export function ink(print, side, move = null) {
@@ -36,7 +36,9 @@ export function mover({ scale, rotation_deg: degrees, tx, ty }) {
   return {
     matrix: [c, s, -s, c, tx, ty],
     degrees,
+    scale,
     point: ([x, y]) => [tx + c * x - s * y, ty + s * x + c * y],
+    back: ([x, y]) => [(c * (x - tx) + s * (y - ty)) / scale ** 2, (c * (y - ty) - s * (x - tx)) / scale ** 2],
   };
 }
 
@@ -55,14 +57,11 @@ export function extentOf({ extent: [left, top, right, bottom] }, move = null) {
   return boxAround(move ? corners.map(move.point) : corners, 14);
 }
 
-export function together(a, b, reach = 0.75) {
-  // The view follows the probe beyond the reference, but not to the end of the world.
-  const far = reach * Math.max(a.width, a.height);
-  const x = Math.max(Math.min(a.x, b.x), a.x - far);
-  const y = Math.max(Math.min(a.y, b.y), a.y - far);
-  const right = Math.min(Math.max(a.x + a.width, b.x + b.width), a.x + a.width + far);
-  const bottom = Math.min(Math.max(a.y + a.height, b.y + b.height), a.y + a.height + far);
-  return { x, y, width: right - x, height: bottom - y };
+// The box about both prints, whole.
+export function together(a, b) {
+  const x = Math.min(a.x, b.x);
+  const y = Math.min(a.y, b.y);
+  return { x, y, width: Math.max(a.x + a.width, b.x + b.width) - x, height: Math.max(a.y + a.height, b.y + b.height) - y };
 }
 
 function shape(kind, r) {
@@ -87,7 +86,7 @@ function mark(print, index, side, number, move, labelled) {
   if (number) {
     group.dataset.pair = number;
     group.prepend(svg("circle", { class: "reach", r: 12 }));
-    if (labelled) group.append(svg("text", { x: 9, y: -8 }, String(number)));
+    if (labelled) group.append(svg("text", { x: 9, y: -8, class: "number" }, String(number)));
   }
   return group;
 }

@@ -1,6 +1,7 @@
 // The decision, its evidence, and both prints to look at.
 
 import { byId, complain, el, save } from "./dom.js";
+import { Examination } from "./examination.js";
 import * as layer from "./marks.js";
 import { Viewer } from "./viewer.js";
 import { count, minutia, odds, place } from "./words.js";
@@ -23,6 +24,9 @@ class ResultView {
     this.source = source;
     this.threshold = shown.result.threshold;
     this.move = shown.result.transform && layer.mover(shown.result.transform);
+    this.turn = 0; // degrees by which both prints are rotated
+    this.linked = this.move !== null;
+    this.examination = new Examination(() => this.arrange(this.apart, true));
     this.verdict = this.#verdict();
     this.evidence = this.#evidence();
     this.stage = this.#stage();
@@ -106,7 +110,7 @@ class ResultView {
         save(new Blob([`${JSON.stringify(result, null, 2)}\n`], { type: "application/json" }), "result.json");
       }),
     );
-    return el("div", { class: "card evidence" }, facts, ...(shown.pairs.length ? [pairs] : []), exports);
+    return el("div", { class: "card evidence" }, facts, ...(shown.pairs.length ? [pairs] : []), this.examination.element, exports);
   }
 
   async #overlay(format) {
@@ -127,9 +131,12 @@ class ResultView {
   }
 
   #stage() {
-    this.over = new Viewer("Probe over reference. Arrow keys move, plus and minus zoom, 0 shows all.");
-    this.left = new Viewer("Probe. Arrow keys move, plus and minus zoom, 0 shows all.");
-    this.right = new Viewer("Reference. Arrow keys move, plus and minus zoom, 0 shows all.");
+    const keys = "Arrow keys move, plus and minus zoom, brackets rotate, 0 shows all.";
+    this.over = new Viewer(`Probe over reference. ${keys}`);
+    this.left = new Viewer(`Probe. ${keys}`);
+    this.right = new Viewer(`Reference. ${keys}`);
+    this.left.onview = () => this.#follow(this.left, this.right);
+    this.right.onview = () => this.#follow(this.right, this.left);
     this.panes = el("div", { class: "panes" });
     this.info = el("p", { class: "pair-info", "aria-live": "polite" });
     const choice = (words, id, apart) => {
@@ -142,7 +149,7 @@ class ResultView {
     this.together.disabled = !this.move;
     const tool = (words, label, does) => {
       const made = el("button", { type: "button", "aria-label": label, title: label }, words);
-      made.addEventListener("click", () => this.viewers.forEach(does));
+      made.addEventListener("click", () => does(this.viewers[0], this));
       return made;
     };
     this.fade = el("input", { type: "range", id: "fade", min: -100, max: 100, step: 1, value: 0 });
@@ -154,6 +161,16 @@ class ResultView {
       box.addEventListener("change", () => this.panes.classList.toggle(`without-${name}`, !box.checked));
       return el("label", { class: "tick" }, box, words);
     };
+    this.link = el("input", { type: "checkbox", id: "link", checked: this.linked, disabled: !this.move });
+    this.link.addEventListener("change", () => {
+      this.linked = this.link.checked;
+      this.arrange(this.apart);
+    });
+    this.linker = el("label", { class: "tick", title: "Both prints show the same place, as large, and stand alike" }, this.link, "Linked");
+    this.marking = el("button", { type: "button", id: "mark", "aria-pressed": "false", title: "Then click on a print" }, "Mark");
+    this.marking.addEventListener("click", () => this.#mark(this.marking.getAttribute("aria-pressed") !== "true"));
+    this.picture = this.#pictureTools();
+    for (const root of [this.panes, this.evidence]) root.addEventListener("click", (e) => this.#pin(e.target));
     for (const event of ["pointerover", "focusin"]) {
       this.panes.addEventListener(event, (e) => this.#light(e.target));
       this.evidence.addEventListener(event, (e) => this.#light(e.target));
@@ -168,10 +185,15 @@ class ResultView {
         { class: "tools", role: "toolbar", "aria-label": "View" },
         el("div", { class: "choice" }, this.together, this.beside),
         this.fader,
+        this.linker,
+        this.picture,
         el("div", { class: "ticks-of-view" }, tick("Pairs", "show-pairs", "pairs"), tick("Other minutiae", "show-lone", "lone")),
+        this.marking,
         el("div", { class: "zooms" },
           tool("−", "Zoom out", (viewer) => viewer.zoom(1 / 1.5)),
           tool("+", "Zoom in", (viewer) => viewer.zoom(1.5)),
+          tool("⟲", "Rotate to the left", (viewer) => viewer.turn(-15)),
+          tool("⟳", "Rotate to the right", (viewer) => viewer.turn(15)),
           tool("Fit", "Show all", (viewer) => viewer.fit())),
       ),
       this.panes,
@@ -179,33 +201,90 @@ class ResultView {
     );
   }
 
+  #pictureTools() {
+    const contrast = el("input", { type: "range", id: "contrast", min: 50, max: 300, step: 5, value: 100, "aria-label": "Contrast in percent" });
+    contrast.addEventListener("input", () => this.panes.style.setProperty("--contrast", `${contrast.value}%`));
+    const invert = el("input", { type: "checkbox", id: "invert" });
+    invert.addEventListener("change", () => this.panes.style.setProperty("--invert", invert.checked ? 1 : 0));
+    return el("div", { class: "picture-tools" }, el("label", { for: "contrast" }, "Contrast"), contrast,
+      el("label", { class: "tick" }, invert, "Inverted"));
+  }
+
   get viewers() {
     return this.apart ? [this.left, this.right] : [this.over];
   }
 
-  arrange(apart) {
+  // Show what `leader` shows in `follower`: the same place, as large, both prints standing alike.
+  #follow(leader, follower) {
+    if (!this.linked || !this.apart) {
+      if (this.apart && follower.centre && leader.degrees !== follower.degrees) follower.turn(leader.degrees - follower.degrees);
+      return;
+    }
+    const ahead = leader === this.left;
+    const { x, y } = leader.centre;
+    const [fx, fy] = ahead ? this.move.point([x, y]) : this.move.back([x, y]);
+    const scale = ahead ? this.move.scale : 1 / this.move.scale;
+    const degrees = leader.degrees + (ahead ? -1 : 1) * this.move.degrees;
+    follower.fitting = leader.fitting * scale;
+    follower.look({ x: fx, y: fy }, leader.unit * scale, degrees, leader.whole);
+  }
+
+  arrange(apart, still = false) {
     const { probe, reference, pairs } = this.shown;
+    const views = still ? this.viewers.map(({ centre, unit, degrees, whole }) => ({ centre, unit, degrees, whole })) : null;
     this.apart = apart;
     this.together.setAttribute("aria-pressed", String(!apart));
     this.beside.setAttribute("aria-pressed", String(apart));
     this.fader.hidden = apart;
+    this.linker.hidden = this.picture.hidden = !apart;
     this.panes.classList.toggle("apart", apart);
-    this.panes.replaceChildren(...this.viewers.map((viewer) => viewer.svg));
+    if (!still) this.panes.replaceChildren(...this.viewers.map((viewer) => viewer.svg));
+    const same = (point) => point;
+    const [there, back] = [this.move?.point ?? null, this.move?.back ?? null];
+    const inverse = { point: back };
     if (apart) {
-      for (const [viewer, print, side] of [[this.left, probe, "probe"], [this.right, reference, "reference"]]) {
-        const bounds = layer.boundsOf(print);
+      const linked = this.linked && this.move;
+      const degrees = linked ? this.move.degrees : 0;
+      for (const [viewer, print, side, angle, map] of [
+        [this.left, probe, "probe", degrees, back], [this.right, reference, "reference", 0, there],
+      ]) {
+        const page = layer.boundsOf(print);
+        const bounds = linked ? layer.together(layer.extentOf(print), layer.extentOf(...(side === "probe" ? [reference, inverse] : [probe, this.move]))) : page;
         const found = layer.minutiae(print, side, pairs, null, true);
-        viewer.show(bounds, layer.paper(bounds), layer.picture(print), found.lone, found.paired);
+        viewer.show(bounds, angle, layer.paper(page), layer.picture(print), found.lone, found.paired,
+          this.examination.layer(side, same, map));
       }
+      if (linked) this.left.fit();
     } else {
       const bounds = layer.together(layer.extentOf(reference), layer.extentOf(probe, this.move));
       const ours = layer.minutiae(probe, "probe", pairs, this.move);
       const theirs = layer.minutiae(reference, "reference", pairs);
-      this.over.show(bounds, layer.paper(bounds),
+      this.over.show(bounds, 0, layer.paper(bounds),
         layer.ink(reference, "reference"), layer.ink(probe, "probe", this.move),
-        theirs.lone, ours.lone, theirs.paired, layer.links(this.shown, this.move), ours.paired);
+        theirs.lone, ours.lone, theirs.paired, layer.links(this.shown, this.move), ours.paired,
+        this.examination.layer("reference", same, there));
       this.#fade();
     }
+    views?.forEach((view, k) => this.viewers[k].look(view.centre, view.unit, view.degrees, view.whole));
+    this.lit = undefined;
+    this.#light(null);
+  }
+
+  #mark(on) {
+    this.marking.setAttribute("aria-pressed", String(on));
+    this.panes.classList.toggle("marking", on);
+    const add = (side) => (on ? (point) => { this.#mark(false); this.examination.add(side, point); } : null);
+    this.left.onpoint = add("probe");
+    this.right.onpoint = this.over.onpoint = add("reference");
+  }
+
+  // The pair that was chosen stays lit in every view, until it is chosen again.
+  #pin(target) {
+    const number = target.closest?.("[data-pair]")?.dataset.pair;
+    if (!number || this.panes.classList.contains("marking")) return;
+    this.pinned = this.pinned === number ? null : number;
+    this.lit = undefined;
+    this.#light(this.pinned ? target : null);
   }
 
   #fade() {
@@ -219,7 +298,7 @@ class ResultView {
 
   #light(target) {
     const pairAt = (element) => element?.closest?.("[data-pair]")?.dataset.pair;
-    const number = pairAt(target) ?? pairAt(document.activeElement) ?? null;
+    const number = pairAt(target) ?? pairAt(document.activeElement) ?? this.pinned ?? null;
     if (number === this.lit) return;
     this.lit = number;
     for (const root of [this.panes, this.evidence]) {

@@ -1,73 +1,151 @@
-// A picture to zoom and pan, by mouse, touch and keys.
+// A picture to zoom, pan and rotate, by mouse, touch and keys.
 
 import { svg } from "./dom.js";
 
 const CLOSEST = 12;
 const STEP = 1.25;
+const TURN = 15; // degrees
 
+function turned({ x, y }, degrees, about) {
+  const c = Math.cos((degrees * Math.PI) / 180);
+  const s = Math.sin((degrees * Math.PI) / 180);
+  const [dx, dy] = [x - about.x, y - about.y];
+  return { x: about.x + c * dx - s * dy, y: about.y + s * dx + c * dy };
+}
+
+// The view is its `centre`, in pixels of the print; `unit`, pixels of the print a pixel of the
+// screen; and `degrees`, by which the print is rotated clockwise. `onview` is told of changes.
 export class Viewer {
   constructor(label) {
     this.layers = svg("g");
     this.svg = svg("svg", { class: "viewer", tabindex: "0", role: "group", "aria-label": label }, this.layers);
     this.pointers = new Map();
+    this.degrees = 0;
+    this.onview = () => {};
+    this.onpoint = null; // called with a place of the print that is clicked
     this.svg.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
     this.svg.addEventListener("pointerdown", (event) => this.#down(event));
     this.svg.addEventListener("pointermove", (event) => this.#move(event));
     for (const end of ["pointerup", "pointercancel"]) {
       this.svg.addEventListener(end, (event) => this.pointers.delete(event.pointerId));
     }
+    this.svg.addEventListener("click", (event) => this.#click(event));
     this.svg.addEventListener("keydown", (event) => this.#key(event));
-    new ResizeObserver(() => this.#apply()).observe(this.svg);
+    new ResizeObserver(() => (this.whole ? this.fit() : this.#apply())).observe(this.svg);
   }
 
-  show(bounds, ...layers) {
+  show(bounds, degrees, ...layers) {
     this.bounds = bounds;
+    this.degrees = degrees;
     this.layers.replaceChildren(...layers);
     this.fit();
   }
 
   fit() {
-    this.view = { ...this.bounds };
-    this.#apply();
+    const { width, height, x, y } = this.#extent();
+    const box = this.#box();
+    this.whole = true;
+    this.fitting = Math.max(width / box.width, height / box.height);
+    this.unit = this.fitting;
+    this.centre = this.#unturned({ x: x + width / 2, y: y + height / 2 });
+    this.#changed();
   }
 
-  zoom(factor, at = null) {
-    const { view, bounds } = this;
-    const wanted = Math.min(Math.max(bounds.width / view.width * factor, 1), CLOSEST);
-    const width = bounds.width / wanted;
-    const height = bounds.height / wanted;
-    const x = at ? at.x : view.x + view.width / 2;
-    const y = at ? at.y : view.y + view.height / 2;
-    this.view = {
-      x: x - ((x - view.x) * width) / view.width,
-      y: y - ((y - view.y) * height) / view.height,
-      width,
-      height,
-    };
-    this.#apply();
+  zoom(factor, at = this.centre) {
+    const unit = Math.min(Math.max(this.unit / factor, this.fitting / CLOSEST), this.fitting);
+    const share = unit / this.unit;
+    this.unit = unit;
+    this.centre = { x: at.x + (this.centre.x - at.x) * share, y: at.y + (this.centre.y - at.y) * share };
+    this.whole = unit === this.fitting;
+    if (this.whole) this.fit();
+    else this.#keepInside();
   }
 
   pan(right, down) {
-    this.view.x += right * this.view.width;
-    this.view.y += down * this.view.height;
+    const box = this.#box();
+    const from = this.#turned(this.centre);
+    const to = { x: from.x + right * box.width * this.unit, y: from.y + down * box.height * this.unit };
+    this.centre = this.#unturned(to);
+    this.#keepInside();
+  }
+
+  turn(degrees) {
+    this.degrees = (this.degrees + degrees) % 360;
+    if (this.whole) this.fit();
+    else this.#changed();
+  }
+
+  // Follow another viewer, without being followed.
+  look(centre, unit, degrees, whole) {
+    if (!this.bounds) return;
+    Object.assign(this, { centre, unit, degrees, whole: false });
     this.#apply();
+    this.svg.classList.toggle("zoomed", !whole);
+  }
+
+  get zoomed() {
+    return this.svg.classList.contains("zoomed");
+  }
+
+  #box() {
+    const { width, height } = this.svg.getBoundingClientRect();
+    return { width: width || 1, height: height || 1 };
+  }
+
+  #middle() {
+    const { x, y, width, height } = this.bounds;
+    return { x: x + width / 2, y: y + height / 2 };
+  }
+
+  #turned(point) {
+    return turned(point, this.degrees, this.#middle());
+  }
+
+  #unturned(point) {
+    return turned(point, -this.degrees, this.#middle());
+  }
+
+  // What the rotated bounds take up.
+  #extent() {
+    const { x, y, width, height } = this.bounds;
+    const corners = [[x, y], [x + width, y], [x, y + height], [x + width, y + height]]
+      .map(([left, top]) => this.#turned({ x: left, y: top }));
+    const [xs, ys] = [corners.map((one) => one.x), corners.map((one) => one.y)];
+    const [left, top] = [Math.min(...xs), Math.min(...ys)];
+    return { x: left, y: top, width: Math.max(...xs) - left, height: Math.max(...ys) - top };
+  }
+
+  #keepInside() {
+    const { x, y, width, height } = this.#extent();
+    const { x: cx, y: cy } = this.#turned(this.centre);
+    this.centre = this.#unturned({
+      x: Math.min(Math.max(cx, x), x + width),
+      y: Math.min(Math.max(cy, y), y + height),
+    });
+    this.#changed();
+  }
+
+  #changed() {
+    this.#apply();
+    this.svg.classList.toggle("zoomed", !this.whole);
+    this.onview(this);
   }
 
   #apply() {
-    if (!this.view) return;
-    const { view, bounds } = this;
-    view.x = Math.min(Math.max(view.x, bounds.x), bounds.x + bounds.width - view.width);
-    view.y = Math.min(Math.max(view.y, bounds.y), bounds.y + bounds.height - view.height);
-    this.svg.setAttribute("viewBox", `${view.x} ${view.y} ${view.width} ${view.height}`);
-    const box = this.svg.getBoundingClientRect();
-    const scale = Math.min(box.width / view.width, box.height / view.height) || 1;
-    this.svg.style.setProperty("--k", 1 / scale); // marks keep their size on screen
-    this.svg.classList.toggle("zoomed", view.width < bounds.width * 0.999);
+    if (!this.centre) return;
+    const box = this.#box();
+    const middle = this.#middle();
+    const { x, y } = this.#turned(this.centre);
+    const [width, height] = [box.width * this.unit, box.height * this.unit];
+    this.svg.setAttribute("viewBox", `${x - width / 2} ${y - height / 2} ${width} ${height}`);
+    this.layers.setAttribute("transform", `rotate(${this.degrees} ${middle.x} ${middle.y})`);
+    this.svg.style.setProperty("--k", this.unit); // marks keep their size on screen
+    this.svg.style.setProperty("--upright", `${-this.degrees}deg`); // and their letters stand
   }
 
   #at(event) {
-    const point = new DOMPoint(event.clientX, event.clientY);
-    return point.matrixTransform(this.svg.getScreenCTM().inverse());
+    const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.svg.getScreenCTM().inverse());
+    return this.#unturned(point);
   }
 
   #wheel(event) {
@@ -79,6 +157,13 @@ export class Viewer {
 
   #down(event) {
     this.pointers.set(event.pointerId, event);
+    this.pressed = event;
+  }
+
+  #click(event) {
+    const from = this.pressed ?? event;
+    const moved = Math.hypot(event.clientX - from.clientX, event.clientY - from.clientY);
+    if (this.onpoint && moved < 5) this.onpoint(this.#at(event));
   }
 
   #move(event) {
@@ -93,13 +178,10 @@ export class Viewer {
       const [other] = others;
       const apart = (one) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
       this.zoom(apart(event) / Math.max(apart(before), 1), this.#at(event));
-    } else if (this.svg.classList.contains("zoomed")) {
+    } else if (this.zoomed) {
       this.svg.setPointerCapture(event.pointerId);
-      const from = this.#at(before);
-      const to = this.#at(event);
-      this.view.x -= to.x - from.x;
-      this.view.y -= to.y - from.y;
-      this.#apply();
+      const box = this.#box();
+      this.pan((before.clientX - event.clientX) / box.width, (before.clientY - event.clientY) / box.height);
     }
     this.pointers.set(event.pointerId, event);
   }
@@ -110,6 +192,8 @@ export class Viewer {
       "=": () => this.zoom(STEP),
       "-": () => this.zoom(1 / STEP),
       0: () => this.fit(),
+      "[": () => this.turn(-TURN),
+      "]": () => this.turn(TURN),
       ArrowLeft: () => this.pan(-0.1, 0),
       ArrowRight: () => this.pan(0.1, 0),
       ArrowUp: () => this.pan(0, -0.1),

@@ -13,25 +13,17 @@ from fpmatch.pointset.random_sets import POINT_MODELS
 
 if TYPE_CHECKING:
     from fpmatch.evaluation.points.conditions import Condition
-    from fpmatch.evaluation.points.results import BenchResults, PointCell
+    from fpmatch.evaluation.points.results import BenchResults
     from fpmatch.pointset.random_sets import PointModel
 
-_FEWEST_SIZES: Final = 3
-"""Sizes of sets from which on a power of growth is fitted."""
+_FEWEST_SIZES: Final = 3  # of sets, from which on a power of growth is fitted
 
 
 def summarise(results: BenchResults) -> list[str]:
-    """Return the summary lines.
-
-    Speed of the default matcher beside van Wamelen's and scipy's triangulations; mean times, times
-    on independent pairs and growth of the times with the sets, beside those that the paper gives;
-    for each matcher and model the worst condition and the false positives; bounds of the search,
-    and cells that were not run.
-    """
+    """Return the summary lines, first on times, then on answers."""
     lines = []
     for model in POINT_MODELS:
-        ratios = speed_ups(results, model)
-        if ratios:
+        if ratios := speed_ups(results, model):
             lines.append(
                 f"triangles over van-wamelen at n = 2m, {model}: {geometric_mean(ratios):.1f} "
                 f"times as fast (geometric mean of {len(ratios)} rows, {min(ratios):.1f} to "
@@ -44,33 +36,20 @@ def summarise(results: BenchResults) -> list[str]:
     if results.cells:
         lines += _published()
     for model in POINT_MODELS:
-        for matcher in MATCHER_NAMES:
-            lines += _answers(results, model, matcher)
+        lines += [line for name in MATCHER_NAMES for line in _answers(results, model, name)]
     return [*lines, *_bounds(results), *_not_run(results)]
 
 
 def speed_ups(results: BenchResults, model: PointModel, factor: int = 2) -> list[float]:
-    """Return, for each row that both ran, van Wamelen's time over the default matcher's.
-
-    Parameters
-    ----------
-    results : BenchResults
-        The results.
-    model : {"patch", "clutter"}
-        The model.
-    factor : int
-        Points of Q for each point of P.
-    """
-    ratios = []
-    for condition in conditions([model]):
-        if condition.factor == factor:
-            default, baseline = (
-                results.cell(condition, "triangles"),
-                results.cell(condition, "van-wamelen"),
-            )
-            if default and baseline:
-                ratios.append(baseline.time_ms / default.time_ms)
-    return ratios
+    """Return, for each row that both ran, van Wamelen's time over the default matcher's."""
+    pairs = (
+        (results.cell(condition, "van-wamelen"), results.cell(condition, "triangles"))
+        for condition in conditions([model])
+        if condition.factor == factor
+    )
+    return [
+        baseline.time_ms / default.time_ms for baseline, default in pairs if baseline and default
+    ]
 
 
 def geometric_mean(values: list[float]) -> float:
@@ -107,11 +86,8 @@ def _averages(results: BenchResults, model: PointModel) -> list[str]:
         means = [cell.mean_ms for cell in cells if cell is not None and cell.mean_ms is not None]
         if len(means) == len(PAPER_ROWS):
             words.append(f"{matcher} {sum(means) / len(means):.3g} ms")
-    return (
-        [f"average time at n = 2m, {model}, over all {len(PAPER_ROWS)} rows: {', '.join(words)}"]
-        if words
-        else []
-    )
+    over = f"average time at n = 2m, {model}, over all {len(PAPER_ROWS)} rows"
+    return [f"{over}: {', '.join(words)}"] if words else []
 
 
 def _independent(results: BenchResults, model: PointModel) -> list[str]:
@@ -169,17 +145,14 @@ def _published() -> list[str]:
 
 def _powers(times: dict[float, list[tuple[int, float]]]) -> str:
     """Return the powers of m that fit times best, by ρ; from three sizes on."""
-    return ", ".join(
-        f"m^{_power(rows):.2f} (rho {rho:g})"
-        for rho, rows in sorted(times.items())
-        if len(rows) >= _FEWEST_SIZES
-    )
 
+    def power(rows: list[tuple[int, float]]) -> float:
+        """Return the slope of the least-squares line through log time over log m."""
+        x, y = ([math.log(value) for value in column] for column in zip(*rows, strict=True))
+        return linear_regression(x, y).slope
 
-def _power(rows: list[tuple[int, float]]) -> float:
-    """Return the slope of the least-squares line through log time over log m."""
-    x, y = ([math.log(value) for value in column] for column in zip(*rows, strict=True))
-    return linear_regression(x, y).slope
+    fitted = ((rho, rows) for rho, rows in sorted(times.items()) if len(rows) >= _FEWEST_SIZES)
+    return ", ".join(f"m^{power(rows):.2f} (rho {rho:g})" for rho, rows in fitted)
 
 
 def _at_2m(model: PointModel) -> list[Condition]:
@@ -187,24 +160,22 @@ def _at_2m(model: PointModel) -> list[Condition]:
 
 
 def _answers(results: BenchResults, model: PointModel, matcher: str) -> list[str]:
+    """Return what a matcher recognised, its worst condition and its false positives."""
     cells = [c for c in results.cells if (c.matcher, c.condition.model) == (matcher, model)]
     if not cells:
         return []
     worst = min(cells, key=lambda cell: cell.true_positive_rate)
+    at = worst.condition
     found, trials = sum(c.true_positives for c in cells), sum(c.trials for c in cells)
     false = sum(c.false_positives for c in cells)
     independent = sum(c.independent_trials for c in cells)
     stopped = sum(cell.stopped for cell in cells)
     return [
         f"{matcher}, {model}: recognised {found:,} of {trials:,}, at worst "
-        f"{worst.true_positives} of {worst.trials} ({_short_name(worst)}); "
-        f"false positives {false:,} of {independent:,}"
+        f"{worst.true_positives} of {worst.trials} (rho {at.parameters.rho:g}, m {at.m}, "
+        f"n {at.n}); false positives {false:,} of {independent:,}"
         + (f"; stopped for taking too long {stopped}" if stopped else "")
     ]
-
-
-def _short_name(cell: PointCell) -> str:
-    return f"rho {cell.condition.parameters.rho:g}, m {cell.condition.m}, n {cell.condition.n}"
 
 
 def _not_run(results: BenchResults) -> list[str]:

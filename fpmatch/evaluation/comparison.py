@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections import OrderedDict
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
@@ -14,7 +12,6 @@ import numpy as np
 from fpmatch.engine.workers import Progress, no_progress, run_chunks
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.finger import Finger
-from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.packed_templates import PackedTemplates
 
 if TYPE_CHECKING:
@@ -220,29 +217,3 @@ def compare_sets(
 def _compare_chunk(comparer: _ImpressionComparer, chunk: _Chunk) -> NDArray[np.void]:
     pairs = zip(chunk.probe.tolist(), chunk.reference.tolist(), strict=True)
     return np.array([comparer.outcome(chunk.database, *pair) for pair in pairs], OUTCOME)
-
-
-def compare_all_pairs(
-    templates: Sequence[Template], *, workers: int | None = None
-) -> NDArray[np.float64]:
-    """Compare each template with every later one, by the default matcher's 1:N comparison.
-
-    The similarities are in the order of ``numpy.triu_indices(N, 1)``, that of the extended
-    protocol, and the same for any number of threads `workers` (default: one a core).
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template
-    >>> minutiae = Minutiae(x=[50, 90, 60, 70], y=[40, 50, 80, 60], angle=[0, 1, 2, 3])
-    >>> full, empty = (Template(m, 100, 100) for m in (minutiae, Minutiae.empty()))
-    >>> (compare_all_pairs([full, empty, full]) > 0).tolist()
-    [False, True, False]
-    """
-    prints = [MATCHER.prepare(template) for template in templates]
-    many = PackedTemplates.pack(prints)
-
-    def with_later_ones(k: int) -> NDArray[np.float64]:
-        return MATCHER.similarities(prints[k], many, k + 1)
-
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        return np.concatenate([np.empty(0), *pool.map(with_later_ones, range(len(prints)))])

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.evaluation.partial import window
 from fpmatch.evaluation.protocol import choose_pairs
 from fpmatch.matching.align import AlignmentParameters, aligner_of
 from fpmatch.matching.bit_descriptors import descriptor_similarity
@@ -28,6 +27,7 @@ from fpmatch.matching.score_model import (
     ScoreModel,
     ScoreWeights,
 )
+from research.partial_templates import window
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

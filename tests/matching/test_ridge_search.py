@@ -14,7 +14,7 @@ from matching_prints import packed_pictures, seeds, spread_points, template_of
 from matching_weights import interpreted_kernels, print_for
 from numpy.typing import NDArray
 
-from fpmatch.evaluation.partial import window
+from research.partial_templates import window
 from fpmatch.image.extract import extract
 from fpmatch.matching._ridge_kernel import RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel import RidgeSearch

@@ -1,4 +1,4 @@
-"""Tests of fpmatch.evaluation.partial: fragments and windows of templates."""
+"""Tests of research.partial_templates: fragments and windows of templates."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.evaluation.partial import MARGIN_PX, fragment, window
+from research.partial_templates import MARGIN_PX, fragment, window
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 

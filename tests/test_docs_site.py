@@ -91,15 +91,9 @@ def test_every_stage_of_an_extraction_is_shown(fingers: list[NDArray[np.uint8]])
 
 def test_every_step_of_the_case_study_is_shown() -> None:
     pytest.importorskip("matplotlib")
-    from fpmatch.drawing.case_study.case import draw_case_study, make_case
+    from research.case_study.command import case_study
 
-    names = "103_1", "103_2"
-    images = [fpmatch.read_image(ROOT / "sample_data" / f"{name}.tif") for name in names]
-    templates = [fpmatch.extract(image) for image in images]
-    found = fpmatch.verify(*templates), fpmatch.verify(*templates, matcher="paper")
-    pixels = [image.pixels for image in images]
-    probe, reference = zip(names, pixels, strict=True)
-    figures = draw_case_study(make_case(probe, reference, *found))
+    figures = case_study(ROOT / "sample_data", ("103_1", "103_2"))
     shown = [Path(path).name for path, _ in links_of(DOCS / "tutorial" / "case_study.md")]
     assert [name for name in shown if name.endswith(".png")] == [f.file_name for f in figures]
 

@@ -28,11 +28,14 @@ from fpmatch.drawing.paper_figures.pair import (
     rotated_point_pair,
 )
 from fpmatch.drawing.paper_figures.rings import Ring, RingPair, choose_ring_pair
-from fpmatch.drawing.paper_figures.rotation import rotation
+from fpmatch.drawing.paper_figures.rotation import rotation, two_circles
 from fpmatch.drawing.paper_figures.sheet import PX, STYLE, PointFigure, write_point_figures
-from fpmatch.drawing.paper_figures.two_circles import two_circles
-from fpmatch.drawing.paper_figures.unit_circle import unit_circle
-from fpmatch.drawing.paper_figures.weights import shares_table, sub_triangles, weights
+from fpmatch.drawing.paper_figures.unit_circle import (
+    shares_table,
+    sub_triangles,
+    unit_circle,
+    weights,
+)
 from fpmatch.drawing.plots.style import plain_style
 from fpmatch.drawing.words import degrees, number
 from fpmatch.errors import OutputError, PointSetError

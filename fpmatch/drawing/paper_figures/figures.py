@@ -7,7 +7,7 @@
   points compared with that of the circles, and the alignment that follows from it;
 - Fig. 7: the matching algorithm as a flow chart, the same for all sets.
 
-Figures 1, 3 and 8 of prints are drawn by `fpmatch.drawing.case_study`.
+Figures 1, 3 and 8 of prints are drawn by `python -m research case-study`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,9 @@ import numpy as np
 
 from fpmatch.drawing.paper_figures.flow_chart import flow_chart
 from fpmatch.drawing.paper_figures.meshes import one_rings, triangulations
-from fpmatch.drawing.paper_figures.rotation import matched_points, rotation
+from fpmatch.drawing.paper_figures.rotation import matched_points, rotation, two_circles
 from fpmatch.drawing.paper_figures.sheet import draw_sheets
-from fpmatch.drawing.paper_figures.two_circles import two_circles
-from fpmatch.drawing.paper_figures.unit_circle import unit_circle
-from fpmatch.drawing.paper_figures.weights import weights
+from fpmatch.drawing.paper_figures.unit_circle import unit_circle, weights
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,19 +37,8 @@ def draw_point_figures(
 ) -> list[PointFigure]:
     """Draw all the figures, in the paper's order; the same sets give the same bytes.
 
-    Parameters
-    ----------
-    pair : PointPair
-        The two sets.
-    rings : RingPair
-        The rings to be shown, as `choose_ring_pair` returns them.
-    file_format : {"svg", "png"}
-        Vectors 800 pixels wide, or twice as many pixels.
-
-    Raises
-    ------
-    OutputError
-        If matplotlib is not installed, or the format is unknown.
+    `rings` are to be shown, as `choose_ring_pair` returns them. An SVG is 800 pixels wide, a PNG
+    twice as wide. An `OutputError` is raised if matplotlib is not installed.
 
     Examples
     --------
@@ -78,14 +65,6 @@ def numbers_drawn(pair: PointPair, rings: RingPair) -> dict[str, Any]:
 
     They are the two rings (centre, points, angles, weights, image, area), the cyclic shift, the
     rotation according to sets, rings, circles and images, and the number of points that match.
-
-    Examples
-    --------
-    >>> from fpmatch.drawing.paper_figures.pair import random_point_pair
-    >>> from fpmatch.drawing.paper_figures.rings import choose_ring_pair
-    >>> pair = random_point_pair(1)
-    >>> round(sum(numbers_drawn(pair, choose_ring_pair(pair))["p"]["weights"]), 12)
-    1.0
     """
     image_rotation = rings.image_rotation
     return {

@@ -6,17 +6,15 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.drawing.palette import TEXT
 from fpmatch.drawing.paper_figures.marks import (
-    ABOVE,
     CENTRE_DOT,
     EDGE,
-    MESH,
     TINTS,
     dots,
     line,
     mesh_lines,
     polygon,
+    ring_in_mesh,
 )
-from fpmatch.drawing.paper_figures.ring_marks import ring_in_mesh
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
 
 if TYPE_CHECKING:
@@ -64,14 +62,14 @@ def one_rings(rings: RingPair) -> Sheet:
         side = ring.side
         near = sheet.panel(part, f"({part}) the frame of ({whole}), enlarged")
         _points(near, side, show(near, ring.points, NAME_ROOM))
-        ring_in_mesh(near, ring, NAME_ROOM, MESH)
+        ring_in_mesh(near, ring, NAME_ROOM)
         far = sheet.panel(whole, f"({whole}) {side.letter}: one-ring of point {ring.centre}")
         _meshed(far, side)
         polygon(far, ring.points, TINTS[side.letter])
         dots(far, ring.middle, TINTS[side.letter], CENTRE_DOT, hollow=True)
         (x0, x1), (y0, y1) = near.get_xlim(), near.get_ylim()
         corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
-        line(far, corners, TEXT, EDGE, dashed=True, layer=ABOVE)
+        line(far, corners, TEXT, EDGE, "--")
     return sheet
 
 

@@ -1,18 +1,26 @@
-"""The command ``case-study``."""
+"""The command ``case-study``, and its figures."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import click
 
-from fpmatch.drawing.case_study.case import draw_case_study, make_case
-from fpmatch.drawing.paper_figures.sheet import FILE_FORMATS, PointFigure, write_point_figures
+from fpmatch.drawing.paper_figures.sheet import (
+    FILE_FORMATS,
+    PointFigure,
+    draw_sheets,
+    write_point_figures,
+)
 from fpmatch.errors import DatasetError
 from fpmatch.evaluation.dataset import load_dataset
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
 from fpmatch.matching.verify import verify
+from research.case_study.case import Case
+from research.case_study.prints import mesh_of_pairs, overlays, pairs, prints, triangulations
+from research.case_study.rings import ring_of_minutiae, ring_of_pairs
 from research.commands import PATH, ROOT, Command
 
 if TYPE_CHECKING:
@@ -50,7 +58,9 @@ def command(folder: Path, pair: tuple[str, str] | None, out: Path, file_format: 
         click.echo(f"{path}: {figure.title}")
 
 
-def case_study(folder: Path, names: tuple[str, ...], file_format: FileFormat) -> list[PointFigure]:
+def case_study(
+    folder: Path, names: tuple[str, ...], file_format: FileFormat = "png"
+) -> list[PointFigure]:
     """Extract and compare two prints of a folder, and draw all steps."""
     dataset = load_dataset(folder)
     path = {impression.path.stem: impression.path for impression in dataset.impressions}
@@ -68,4 +78,21 @@ def case_study(folder: Path, names: tuple[str, ...], file_format: FileFormat) ->
     default, paper = verify(*templates), verify(*templates, matcher="paper")
     pixels = [image.pixels for image in images]
     probe, reference = zip(names, pixels, strict=True)
-    return draw_case_study(make_case(probe, reference, default, paper), file_format)
+    return draw_case_study(Case.of(probe, reference, default, paper), file_format)
+
+
+def draw_case_study(case: Case, file_format: FileFormat = "png") -> list[PointFigure]:
+    """Draw all figures, in the order of the steps.
+
+    The figure of a ring is missing where no ring of one print recurs in the other.
+    """
+    sheets = {
+        "figure_1_prints": prints,
+        "figure_3_triangulations": triangulations,
+        "pairs": pairs,
+        "mesh_of_pairs": mesh_of_pairs,
+        "ring_of_pairs": ring_of_pairs,
+        "ring_of_minutiae": ring_of_minutiae,
+        "figure_8_overlays": overlays,
+    }
+    return draw_sheets({name: partial(draw, case) for name, draw in sheets.items()}, file_format)

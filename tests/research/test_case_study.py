@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +11,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fpmatch.drawing.case_study import prints
-from fpmatch.drawing.case_study.case import draw_case_study, make_case
-from fpmatch.drawing.case_study.sides import Case
 from fpmatch.drawing.paper_figures.sheet import STYLE
 from fpmatch.drawing.plots.style import plain_style
 from fpmatch.errors import OutputError
@@ -21,6 +19,9 @@ from fpmatch.image.io.read import read_image
 from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae
+from research.case_study import prints
+from research.case_study.case import Case
+from research.case_study.command import draw_case_study
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 NAMES = ("103_1", "103_2")
@@ -31,10 +32,8 @@ def case() -> Case:
     pytest.importorskip("matplotlib")
     images = [read_image(SAMPLES / f"{name}.tif") for name in NAMES]
     templates = [extract(image) for image in images]
-    pixels = [image.pixels for image in images]
-    probe, reference = zip(NAMES, pixels, strict=True)
-    found = verify(*templates), verify(*templates, matcher="paper")
-    return make_case(probe, reference, *found)
+    probe, reference = zip(NAMES, [image.pixels for image in images], strict=True)
+    return Case.of(probe, reference, verify(*templates), verify(*templates, matcher="paper"))
 
 
 def without(result: Verification, *, pairs: int) -> Verification:
@@ -84,10 +83,11 @@ def test_prints_are_upright_and_contain_their_marks(case: Case) -> None:
             assert image.get_array().shape == side.pixels.shape
 
 
-def test_a_triangle_without_area_is_turned_over() -> None:
+def test_mirrored_triangles_and_those_without_area_are_turned_over() -> None:
     p = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
-    assert prints.turned_over(np.array([[0, 1, 2]], np.int32), p, line).tolist() == [True]
+    turned = [prints.turned_over(np.array([[0, 1, 2]]), p, q) for q in (2 * p, -p[:, ::-1], line)]
+    assert np.ravel(turned).tolist() == [False, True, True]
 
 
 @pytest.mark.parametrize("pairs", [0, 1, 2, 3])
@@ -106,9 +106,38 @@ def test_prints_without_minutiae_or_ridges_are_drawn(case: Case) -> None:
     empty = [replace(side.template, minutiae=Minutiae.empty(), field=None) for side in case.sides]
     found = verify(*empty), verify(*empty, matcher="paper")
     probe, reference = ((side.name, side.pixels) for side in case.sides)
-    assert draw_case_study(make_case(probe, reference, *found))
+    assert draw_case_study(Case.of(probe, reference, *found))
 
 
 def test_an_unknown_format_is_refused(case: Case) -> None:
     with pytest.raises(OutputError, match="unknown format 'pdf'"):
         draw_case_study(case, "pdf")  # type: ignore[arg-type]
+
+
+def test_the_first_two_impressions_of_a_folder_are_drawn(tmp_path: Path, run_research) -> None:
+    pytest.importorskip("matplotlib")
+    folder = tmp_path / "DB1_B"
+    folder.mkdir()
+    for name in ("102_1", "102_3", "103_1"):
+        shutil.copy(SAMPLES / f"{name}.tif", folder)
+    done = run_research("case-study", folder, "--out", tmp_path / "out", "--format", "svg")
+    assert done.exit_code == 0, done.stderr
+    drawn = (tmp_path / "out" / "figure_1_prints.svg").read_text(encoding="utf-8")
+    assert "P, the probe: 102_1" in drawn
+    assert "Q, the reference: 102_3" in drawn
+    assert len(list((tmp_path / "out").iterdir())) == len(done.stdout.splitlines())
+
+
+def test_bad_input_is_said_in_one_line(tmp_path: Path, run_research) -> None:
+    single = tmp_path / "single"
+    single.mkdir()
+    shutil.copy(SAMPLES / "101_1.tif", single)
+    for words, reason in (
+        ((tmp_path / "none",), "no such folder"),
+        ((SAMPLES, "--pair", "101_1", "999_9"), "contains no print 999_9"),
+        ((single,), "contains one impression of its first finger"),
+    ):
+        done = run_research("case-study", *words, "--out", tmp_path / "out")
+        assert (done.exit_code, done.stdout) == (2, "")
+        assert reason in done.stderr
+        assert done.stderr.count("\n") == 1

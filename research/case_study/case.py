@@ -27,23 +27,9 @@ ROOM_PX: Final = 10.0  # pixels of the image around the print and its minutiae
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseSide:
-    """Hold one print, its minutiae and their triangulation, in pixels of the image, y down.
+    """Hold one print, its minutiae and their triangulation, in pixels of the image, y down."""
 
-    Parameters
-    ----------
-    letter : str
-        P for the probe, Q for the reference.
-    name : str
-        Name of the print in captions.
-    pixels : ndarray of uint8, shape (H, W)
-        The image.
-    template : Template
-        Its template.
-    mesh : Triangulation
-        Triangulation of its minutiae.
-    """
-
-    letter: str
+    letter: str  # P for the probe, Q for the reference
     name: str
     pixels: NDArray[np.uint8]
     template: Template
@@ -100,6 +86,18 @@ class Case:
     default: Verification
     paper: Verification
 
+    @classmethod
+    def of(
+        cls,
+        probe: tuple[str, NDArray[np.uint8]],
+        reference: tuple[str, NDArray[np.uint8]],
+        default: Verification,
+        paper: Verification,
+    ) -> Case:
+        """Collect names and pixels of two prints, and the comparisons of their templates."""
+        p = CaseSide.of("P", *probe, default.probe)
+        return cls(p, CaseSide.of("Q", *reference, default.reference), default, paper)
+
     @property
     def sides(self) -> tuple[CaseSide, CaseSide]:
         """Both prints."""
@@ -127,13 +125,7 @@ def show_pixels(axes: Axes, pixels: NDArray[np.uint8]) -> None:
     limits = axes.get_xlim(), axes.get_ylim()
     rows, columns = pixels.shape[:2]
     axes.imshow(
-        pixels,
-        cmap="gray",
-        vmin=0,
-        vmax=255,
-        extent=(-0.5, columns - 0.5, rows - 0.5, -0.5),
-        aspect="auto",
-        interpolation="bilinear",
-        zorder=BENEATH,
-    )
+        pixels, cmap="gray", vmin=0, vmax=255, extent=(-0.5, columns - 0.5, rows - 0.5, -0.5),
+        aspect="auto", interpolation="bilinear", zorder=BENEATH,
+    )  # fmt: skip
     axes.set(xlim=limits[0], ylim=limits[1])

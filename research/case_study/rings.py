@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fpmatch.drawing.paper_figures.marks import MESH, table
+from fpmatch.drawing.paper_figures.marks import ring_in_mesh, table
 from fpmatch.drawing.paper_figures.pair import PointPair, PointSide, upright
-from fpmatch.drawing.paper_figures.ring_marks import ring_in_mesh
 from fpmatch.drawing.paper_figures.rings import RingPair, as_complex, choose_ring_pair
+from fpmatch.drawing.paper_figures.rotation import aligned_circles
 from fpmatch.drawing.paper_figures.sheet import Sheet
-from fpmatch.drawing.paper_figures.two_circles import aligned_circles
 from fpmatch.drawing.words import degrees, number, positive_degrees
 from fpmatch.errors import PointSetError
 from fpmatch.pointset.similarity import Similarity
@@ -20,7 +19,7 @@ from fpmatch.pointset.similarity import Similarity
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.case_study.sides import Case
+    from research.case_study.case import Case
 
     Floats = NDArray[np.float64]
 
@@ -85,9 +84,8 @@ def _sheet(title: str, caption: str, rings: RingPair) -> Sheet:
     p, q = rings.p.circle, rings.q.circle
     for key, ring in zip("ab", (rings.p, rings.q), strict=True):
         axes = sheet.panel(key, f"({key}) the ring in {ring.side.letter}")
-        ring_in_mesh(axes, ring, RING_ROOM, MESH)
-    axes = sheet.panel("c", f"(c) P's circle rotated by {degrees(rings.turn)}, on Q's")
-    aligned_circles(axes, rings)
+        ring_in_mesh(axes, ring, RING_ROOM)
+    aligned_circles(sheet, "c", rings)
     columns = (
         ["", *rings.names, "Σ"],
         ["P, rotated", *map(positive_degrees, p.angles + rings.turn), ""],

@@ -7,30 +7,29 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.drawing.case_study.sides import FADED, show_pixels
-from fpmatch.drawing.palette import NO_MATCH, PAIR_LINK, PROBE_INK, REFERENCE_INK, hexadecimal
+from fpmatch.drawing.palette import NO_MATCH, PROBE_INK, REFERENCE_INK, hexadecimal
 from fpmatch.drawing.paper_figures.marks import (
-    ABOVE,
     EDGE,
     MESHES,
     OUTLINE,
-    TINTS,
     dots,
     label,
     mesh_lines,
     segments,
 )
+from fpmatch.drawing.paper_figures.rotation import matched_dots
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
 from fpmatch.drawing.words import degrees, number
 from fpmatch.pointset.delaunay.triangulate import triangulate
+from research.case_study.case import FADED, show_pixels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from fpmatch.drawing.case_study.sides import Case
     from fpmatch.drawing.palette import Colour
     from fpmatch.matching.result import Verification
+    from research.case_study.case import Case
 
     Floats = NDArray[np.float64]
 
@@ -38,7 +37,7 @@ HEIGHT: Final = 432
 FULL: Final = 0.75  # share of a print's contrast in the figure of the prints
 TICK_PX: Final = 13.0  # length of a direction's tick on the page
 DOT, SMALL_DOT = 7.0, 5.0
-STACKED_DOT: Final = {"P": 5.0, "Q": 9.0}
+STACKED_SHARE: Final = 0.85  # of the size of points that lie on each other, in other figures
 NUMBER_SIZE, NUMBER_DISTANCE = 11.5, 4.0
 
 
@@ -98,8 +97,8 @@ def pairs(case: Case) -> Sheet:
             side.show(axes)
             paired = side.points[result.pairs[:, column]]
             alone = np.delete(side.points, result.pairs[:, column], axis=0)
-            dots(axes, alone, side.tint, SMALL_DOT, hollow=True, layer=ABOVE)
-            dots(axes, paired, side.tint, SMALL_DOT, layer=ABOVE)
+            dots(axes, alone, side.tint, SMALL_DOT, hollow=True)
+            dots(axes, paired, side.tint, SMALL_DOT)
             texts = [numbers[i, j] for i, j in result.pairs.tolist()]
             _write_numbers(axes, paired, texts)
     return sheet
@@ -111,11 +110,9 @@ def _write_numbers(axes: Axes, points: Floats, texts: list[str]) -> None:
         off = at - points
         squared = (off**2).sum(axis=1)
         others = squared > 0
-        away = (off[others] / squared[others, None] ** 1.5).sum(axis=0)
-        if not others.any():
-            away = np.array([0.0, -1.0])
-        upwards = away * (1, -1)  # labels are moved with y up
-        label(axes, at, text, away=upwards, distance=NUMBER_DISTANCE, size=NUMBER_SIZE)
+        right, down = (off[others] / squared[others, None] ** 1.5).sum(axis=0)
+        away = (right, -down) if others.any() else (0.0, 1.0)  # labels are moved with y up
+        label(axes, at, text, away=away, distance=NUMBER_DISTANCE, size=NUMBER_SIZE)
 
 
 def mesh_of_pairs(case: Case) -> Sheet:
@@ -140,15 +137,7 @@ def mesh_of_pairs(case: Case) -> Sheet:
 
 
 def turned_over(triangles: NDArray[np.int32], p: Floats, q: Floats) -> NDArray[np.bool_]:
-    """Return which triangles of P have the other orientation in Q, or no area there.
-
-    Examples
-    --------
-    >>> p = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    >>> triangle = np.array([[0, 1, 2]], np.int32)
-    >>> turned_over(triangle, p, 2 * p).tolist(), turned_over(triangle, p, -p[:, ::-1]).tolist()
-    ([False], [True])
-    """
+    """Return which triangles of P have the other orientation in Q, or no area there."""
     return np.asarray(_areas(triangles, p) * _areas(triangles, q) <= 0)
 
 
@@ -187,14 +176,11 @@ def overlays(case: Case) -> Sheet:
         axes = sheet.panel(key, f"({key}) {name}: {len(result.pairs)} pairs")
         show(axes, case.reference.view, y_down=True)
         show_pixels(axes, _overprinted(case, result))
-        dots(axes, q, TINTS["Q"], STACKED_DOT["Q"], hollow=True)
         if result.transform is None:
-            continue
-        moved = result.transform.apply(p)
-        i, j = result.pairs.T
-        segments(axes, np.stack([moved[i], q[j]], axis=1), PAIR_LINK, 2 * EDGE)
-        dots(axes, moved[i], TINTS["P"], STACKED_DOT["P"])
-        dots(axes, np.delete(moved, i, axis=0), TINTS["P"], STACKED_DOT["P"], hollow=True)
+            dots(axes, q, case.reference.tint, hollow=True)
+        else:
+            moved = result.transform.apply(p)
+            matched_dots(axes, moved, q, result.pairs, STACKED_SHARE, 2 * EDGE)
     return sheet
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -73,12 +73,8 @@ def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
     quality, of equal ones the later. Each reason adds a line to `notes`.
     """
     minutiae = template.minutiae
-    inside = (
-        (minutiae.x >= -0.5)
-        & (minutiae.x <= template.width)
-        & (minutiae.y >= -0.5)
-        & (minutiae.y <= template.height)
-    )
+    sides = np.array([template.width, template.height])
+    inside = ((minutiae.xy >= -0.5) & (minutiae.xy <= sides)).all(axis=1)
     if not inside.all():
         notes.append(f"{np.count_nonzero(~inside)} minutiae outside the print dropped")
         minutiae = minutiae.take(inside)
@@ -87,6 +83,11 @@ def fit_minutiae(template: Template, most: int, notes: list[str]) -> Minutiae:
         best = np.argsort(-minutiae.quality.astype(np.int32), kind="stable")[:most]
         minutiae = minutiae.take(np.sort(best))
     return minutiae
+
+
+def side(positions: NDArray[Any]) -> int:
+    """Return the smallest side of an image from 0 that contains positions along it, 1 at least."""
+    return int(np.clip(positions.max(initial=0), 0, 2**31)) + 1
 
 
 def whole_pixels(values: NDArray[np.float32], side: int) -> NDArray[np.int64]:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import importlib.util
 from contextlib import suppress
+from typing import Final
 
 import click
 
-from fpmatch.cli.options import workers_option
+from fpmatch.cli.options import old_names, workers_option
 from fpmatch.cli.progress import ProgressBars
 from fpmatch.errors import FpmatchError
+
+_PACKAGES: Final = ("fastapi", "uvicorn", "python_multipart")
 
 
 class _MissingExtraError(FpmatchError):
@@ -17,6 +20,7 @@ class _MissingExtraError(FpmatchError):
 
 
 @click.command(
+    context_settings=old_names(name="allowed-host"),
     epilog="""\b
 Token:
   On a host that other machines can reach, every request needs a token. The address that is
@@ -30,15 +34,13 @@ Examples:
   fpmatch serve --host 0.0.0.0 --allowed-host prints.example.org
 
 Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not start.
-"""
+""",
 )
 @click.option(
     "--gallery", metavar="GALLERY", help="Gallery to search and to enrol in; made if missing."
 )
-@click.option(
-    "--host", default="127.0.0.1", show_default=True, help="Name or address to listen on."
-)
-@click.option("--port", type=int, default=8000, show_default=True, help="0 chooses a free one.")
+@click.option("--host", default="127.0.0.1", help="Name or address to listen on.")
+@click.option("--port", type=int, default=8000, help="0 chooses a free one.")
 @click.option(
     "--token",
     envvar="FPMATCH_TOKEN",
@@ -51,7 +53,6 @@ Ctrl-C stops the server. Exit status: 0 when it was stopped, 2 when it could not
     multiple=True,
     help="Another name of this server in requests; may be repeated.",
 )
-@click.option("--name", "old_names", multiple=True, hidden=True)  # of --allowed-host, until 0.1
 @click.option(
     "--pattern",
     metavar="REGEX",
@@ -64,7 +65,6 @@ def serve(
     port: int,
     token: str | None,
     allowed_hosts: tuple[str, ...],
-    old_names: tuple[str, ...],
     pattern: str | None,
     workers: int | None,
 ) -> None:
@@ -72,11 +72,7 @@ def serve(
 
     No uploaded file is kept; of a print that is enrolled in the gallery, the template is.
     """
-    missing = [
-        name
-        for name in ("fastapi", "uvicorn", "python_multipart")
-        if not importlib.util.find_spec(name)
-    ]
+    missing = [name for name in _PACKAGES if not importlib.util.find_spec(name)]
     if missing:
         raise _MissingExtraError(f"serve needs {', '.join(missing)}: pip install 'fpmatch[web]'")
     from fpmatch.engine.local import available_cores
@@ -90,8 +86,7 @@ def serve(
         pattern=NamePattern(FVC_PATTERN if pattern is None else pattern).text,
         workers=workers or available_cores(),
     )
-    allowed = (*allowed_hosts, *old_names)
-    server = bind_server(host, port, settings, token=token, allowed_hosts=allowed)
+    server = bind_server(host, port, settings, token=token, allowed_hosts=allowed_hosts)
 
     def say_ready() -> None:
         click.echo(f"fpmatch serves {server.address}")

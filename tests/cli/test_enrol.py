@@ -106,7 +106,7 @@ def test_options_reach_the_work(run, tmp_path, folder):
 
 
 def test_many_failures_are_counted(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(importlib.import_module("fpmatch.cli.enrol"), "FAILURES_SHOWN", 2)
+    monkeypatch.setattr(importlib.import_module("fpmatch.cli.notes"), "MOST_SHOWN", 2)
     for k in range(5):
         (tmp_path / f"x{k}.png").touch()
     place = tmp_path / "prints.db"

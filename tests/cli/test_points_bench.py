@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import importlib
-import io
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -232,26 +230,13 @@ def test_the_plot_is_written(bench: Any, tmp_path: Path) -> None:
     assert "patch model" in path.read_text()
 
 
-class Terminal(io.StringIO):
-    """Be a terminal that remembers what it was shown."""
-
-    def isatty(self) -> bool:
-        return True
-
-
-def test_the_bar_on_a_terminal_names_the_cell(monkeypatch: pytest.MonkeyPatch) -> None:
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
-    with command._Bar(2) as bar:
-        for name in (
-            "triangles, patch, rho 0.95, m 50, n 100",
-            "paper, patch, rho 0.95, m 50, n 100",
-        ):
-            bar.name(name)
-            bar.advance()
-    shown = terminal.getvalue()
-    assert shown.index("triangles, patch") < shown.index("paper, patch")
-    assert "100%" in shown
+def test_the_bar_on_a_terminal_names_the_cell(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(command.ProgressBars, "show", lambda _, *words: shown.append(words))
+    assert bench("--matcher", "paper", "--model", "patch").exit_code == 0
+    (_, first, total, name), *_, (_, last, *_) = shown
+    assert (first, last, total) == (0, 9, 9)
+    assert name.startswith("paper, patch")
 
 
 def test_help_tells_matchers_and_models(run: Any) -> None:

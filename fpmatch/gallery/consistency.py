@@ -10,7 +10,6 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.gallery.entry import Failure
 from fpmatch.matching.calibration import load_calibration
 from fpmatch.matching.consolidate import (
-    ConsolidationParameters,
     link_impressions,
     linked_groups,
 )
@@ -160,8 +159,9 @@ def _check(
     prepared = [matcher.prepare(template) for template in templates]
     among = set(choose_impressions(templates))
     needed = _link_score(len(entries))
-    parameters = ConsolidationParameters(link_score=needed, link_pairs=1)
-    links = link_impressions(prepared, matcher, curve, parameters, among)
+    links = link_impressions(
+        prepared, matcher, curve, least_score=needed, least_pairs=1, among=among
+    )
     groups = linked_groups(len(entries), links)
     found = []
     for group in groups[1:]:

@@ -45,7 +45,7 @@ STRAIN_PX = cython.declare(cython.double, 8.0)  # added to lengths: short edges 
 class PairMesh:
     """The mesh of the pairs of two prints; there is room for `size_a` minutiae of print A.
 
-    `parameters` are an `fpmatch.matching.pair_mesh.PairMeshParameters`. After `predict`,
+    `parameters` are an `fpmatch.matching.align.PairMeshParameters`. After `predict`,
     ``predicted[:, i]`` is the predicted minutia i of A in B, and ``nearest[i]`` its distance from
     the nearest other pair in its ring. Of measured pairs, ``place_agreement[i]`` and
     ``weight_agreement[i]``, 0 to 1, are the agreement of the places on the circle and with the

@@ -30,7 +30,7 @@ NEAR = cython.declare(cython.double, 1e-6)  # px: minutiae nearer than this coin
 class Relaxation:
     """The candidates of two prints and the support that they give one another.
 
-    `parameters` are an `fpmatch.matching.relaxation.RelaxationParameters`; there is room for prints
+    `parameters` are an `fpmatch.matching.align.RelaxationParameters`; there is room for prints
     of `size_a` and `size_b` minutiae. After `load`, candidate k of `count` is the pair
     ``(first[k], second[k])``, ``relaxed[k]`` its similarity after relaxation and ``support[k, m]``
     the compatibility of candidates k and m, 0 to 1. `strength` is the mean of the four greatest

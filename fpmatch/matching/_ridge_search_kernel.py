@@ -33,7 +33,7 @@ UNUSED = cython.declare(cython.double, -1e9)  # the value of a place without a p
 class RidgeSearch:
     """The pairs of minutiae under which the ridges of one print agree with those of another.
 
-    `parameters` are an `fpmatch.matching.ridge_search.RidgeSearchParameters`. After a search, the
+    `parameters` are an `fpmatch.matching.ridges.RidgeSearchParameters`. After a search, the
     pairs are ``(first[k], second[k])`` of print A and print B, ``value[k]`` what their ridges
     amount to, the best first.
     """

@@ -14,12 +14,10 @@ import numpy as np
 import pytest
 
 from fpmatch.matching import score
-from fpmatch.matching.align import AlignmentParameters
+from fpmatch.matching.align import AlignmentParameters, PairMeshParameters, RelaxationParameters
 from fpmatch.matching.local import LocalParameters
-from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparedTemplate
-from fpmatch.matching.relaxation import RelaxationParameters
-from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import ScoreParameters
 from fpmatch.matching.score_model import (
     FEATURES,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from fpmatch.matching import _pair_mesh_kernel as kernel
-from fpmatch.matching.pair_mesh import PairMeshParameters
+from fpmatch.matching.align import PairMeshParameters
 from fpmatch.pointset.unit_circle.parametrize import boundary_angles, shape_preserving_weights
 
 P = PairMeshParameters()

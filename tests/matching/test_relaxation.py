@@ -16,9 +16,9 @@ from matching_prints import COMPILED, Points, any_points, jittered, moved, seeds
 from numpy.typing import NDArray
 
 from fpmatch.matching import _relaxation_kernel as kernel
+from fpmatch.matching.align import RelaxationParameters
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.neighbourhood import neighbourhoods
-from fpmatch.matching.relaxation import RelaxationParameters
 
 P = RelaxationParameters()
 MOST = 25 if COMPILED else 12

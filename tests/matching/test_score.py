@@ -49,6 +49,8 @@ from fpmatch.matching._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.align import (
     Alignment,
     AlignmentParameters,
+    PairMeshParameters,
+    RelaxationParameters,
     aligner_of,
     alignments,
     best_alignment,
@@ -57,11 +59,8 @@ from fpmatch.matching.align import (
 )
 from fpmatch.matching.compare import align
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
-from fpmatch.matching.relaxation import RelaxationParameters
-from fpmatch.matching.ridge_search import RidgeSearchParameters
-from fpmatch.matching.ridges import ridge_correlation
+from fpmatch.matching.ridges import RidgeSearchParameters, ridge_correlation
 from fpmatch.matching.score import (
     WEIGHTS_FILE,
     Evidence,

@@ -14,7 +14,7 @@ from fpmatch.matching.align import AlignmentParameters
 from fpmatch.matching.bit_descriptors import descriptor_similarity
 from fpmatch.matching.compare import align
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import evidence_scorer
 from fpmatch.matching.score_model import (
     FEATURES,

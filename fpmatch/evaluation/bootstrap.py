@@ -14,6 +14,7 @@ analysis of pattern recognition systems: the subsets bootstrap", CVIU 93 (2004),
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -50,8 +51,7 @@ class Trials:
     @property
     def genuine(self) -> NDArray[np.bool_]:
         """Whether both prints show the same finger."""
-        same: NDArray[np.bool_] = self.probe == self.reference
-        return same
+        return np.asarray(self.probe == self.reference)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,13 +67,12 @@ class Replicates:
 
     @property
     def mean(self) -> NDArray[np.float64]:
-        """The mean over the databases, of shape (B, R)."""
-        averaged: NDArray[np.float64] = self.sets.mean(axis=0)
-        return averaged
+        """The mean over the databases, of shape (draws, rates)."""
+        return np.asarray(self.sets.mean(axis=0))
 
 
 def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) -> NDArray[np.int64]:
-    """Draw as many fingers as there are, `bootstrap` times; return how often each was drawn.
+    """Return how often each finger was drawn in each of `bootstrap` draws of all fingers.
 
     The array has the shape (bootstrap, fingers). Each database has its own draws.
 
@@ -82,8 +81,8 @@ def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) ->
     >>> draw_fingers(4, 2, seed=1).sum(axis=1).tolist()
     [4, 4]
     """
-    rng = default_rng([seed, set_index])
-    return rng.multinomial(fingers, np.full(fingers, 1 / fingers), size=bootstrap)
+    chances = np.full(fingers, 1 / fingers)
+    return default_rng([seed, set_index]).multinomial(fingers, chances, size=bootstrap)
 
 
 def bootstrap_rates(trials: Sequence[Trials], bootstrap: int, seed: int) -> Replicates:
@@ -108,10 +107,11 @@ def bootstrap_rates(trials: Sequence[Trials], bootstrap: int, seed: int) -> Repl
 def _together(trials: Sequence[Trials]) -> Trials:
     """Return the comparisons of all databases as one, with consecutive finger numbers."""
     first = np.cumsum([0, *(t.fingers for t in trials)])
+    numbered = list(zip(trials, first[:-1], strict=True))
     return Trials(
         similarity=np.concatenate([t.similarity for t in trials]),
-        probe=np.concatenate([t.probe + n for t, n in zip(trials, first, strict=False)]),
-        reference=np.concatenate([t.reference + n for t, n in zip(trials, first, strict=False)]),
+        probe=np.concatenate([t.probe + n for t, n in numbered]),
+        reference=np.concatenate([t.reference + n for t, n in numbered]),
         fingers=int(first[-1]),
     )
 
@@ -122,9 +122,7 @@ def _lowest_needed(trials: Trials) -> float:
     impostor = trials.similarity[~genuine]
     eer = error_rates(trials.similarity[genuine], impostor).eer
     share = 1.0 if eer is None else _SHARE_KEPT + _EERS_KEPT * eer
-    if share >= 1.0:
-        return float("-inf")
-    return float(np.quantile(impostor, 1.0 - share))
+    return float(np.quantile(impostor, 1.0 - share)) if share < 1.0 else -math.inf
 
 
 def _replicate(
@@ -136,10 +134,8 @@ def _replicate(
 ) -> NDArray[np.intp]:
     """Fill in the rates of draws from scores above `lowest`; return draws that need lower ones."""
     everything = (*trials, _together(trials))
-    ranked = [
-        RankedScores.of(t.similarity, t.genuine, low)
-        for t, low in zip(everything, lowest, strict=True)
-    ]
+    kept = zip(everything, lowest, strict=True)
+    ranked = [RankedScores.of(t.similarity, t.genuine, low) for t, low in kept]
     between = [_impostors_between(t) for t in trials]
     complete = np.ones(draws.size, bool)
     for part in _slices(draws.size, max(r.genuine.size + r.impostor.size for r in ranked)):
@@ -181,8 +177,7 @@ def _impostors_between(trials: Trials) -> NDArray[np.float64]:
 def _impostor_weight(between: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the weight of all impostor pairs in each draw."""
     drawn = counts.astype(np.float64)
-    weight: NDArray[np.int64] = np.einsum("bi,bi->b", drawn @ between, drawn).astype(np.int64)
-    return weight
+    return np.asarray(np.einsum("bi,bi->b", drawn @ between, drawn), np.int64)
 
 
 def bootstrap_fmr(
@@ -195,22 +190,14 @@ def bootstrap_fmr(
         impostor = ~t.genuine
         reached = (t.similarity >= threshold) & impostor
         for rows in _slices(bootstrap, t.similarity.size):
-            weights = _pair_weights(t, counts[rows])
+            weights = np.take(counts[rows], t.probe, axis=1)
+            weights *= np.take(counts[rows], t.reference, axis=1)
             matches[rows] += weights @ reached
             total[rows] += weights @ impostor
     with np.errstate(invalid="ignore"):
-        rates: NDArray[np.float64] = matches / total
-    return rates
+        return np.asarray(matches / total)
 
 
 def _slices(bootstrap: int, pairs: int) -> Iterator[slice]:
     step = max(1, _WEIGHTS_AT_A_TIME // max(pairs, 1))
-    for start in range(0, bootstrap, step):
-        yield slice(start, min(start + step, bootstrap))
-
-
-def _pair_weights(trials: Trials, counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how often each pair counts in each draw, of shape (draws, pairs)."""
-    probe = np.take(counts, trials.probe, axis=1)
-    other = np.where(trials.genuine, 1, np.take(counts, trials.reference, axis=1))
-    return probe * other
+    return (slice(start, min(start + step, bootstrap)) for start in range(0, bootstrap, step))

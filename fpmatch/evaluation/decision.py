@@ -1,4 +1,4 @@
-"""The default decisions of `fpmatch.verify` on comparisons that were made before."""
+"""The calibration of a matcher, and the default decisions of `fpmatch.verify` on similarities."""
 
 from __future__ import annotations
 
@@ -13,6 +13,13 @@ from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    from fpmatch.matching.calibration import Calibration
+
+
+def calibration_of(matcher: str) -> Calibration | None:
+    """Return the package's own calibration of a matcher; None where there is none."""
+    return load_calibration(matcher) if matcher in calibrated_matchers() else None
 
 
 def decide(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
@@ -29,9 +36,10 @@ def decide(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
     rho = rho_of(matcher)
     if rho is not None:
         return np.asarray(similarity > rho)
-    if matcher in calibrated_matchers():
-        return np.asarray(load_calibration(matcher).scores(similarity) >= DEFAULT_THRESHOLD)
-    return np.zeros(similarity.shape, bool)
+    calibration = calibration_of(matcher)
+    if calibration is None:
+        return np.zeros(similarity.shape, bool)
+    return np.asarray(calibration.scores(similarity) >= DEFAULT_THRESHOLD)
 
 
 def rho_of(matcher: str) -> float | None:

@@ -55,8 +55,8 @@ def identify_all(
 ) -> Identification | None:
     """Search each impression of a database among all others, by the similarities of all pairs.
 
-    Returns None where not all pairs were compared (protocol "fvc"), or where there are not two
-    fingers, one of them with two impressions.
+    The result is None where not all pairs were compared (protocol "fvc"), or where there are not
+    two fingers, one of them with two impressions.
 
     Examples
     --------
@@ -72,12 +72,10 @@ def identify_all(
     count = len(impressions)
     if len(pairs) != count * (count - 1) // 2:
         return None
-    order = np.argsort([i.finger for i in impressions], kind="stable")
+    fingers = np.array([i.finger for i in impressions])
+    order = np.argsort(fingers, kind="stable")
     _, starts, finger, sizes = np.unique(
-        np.array([impressions[k].finger for k in order]),
-        return_index=True,
-        return_inverse=True,
-        return_counts=True,
+        fingers[order], return_index=True, return_inverse=True, return_counts=True
     )
     probes = np.flatnonzero(sizes[finger] > 1)
     if sizes.size < 2 or not probes.size:

@@ -41,9 +41,13 @@ def gather_impostors(
 ) -> list[ImpostorSet]:
     """Return the impostor comparisons of files of scores, then of folders of prints, by database.
 
-    The files are those of `fpmatch.evaluation.score_file`; scores of the matcher are read. The
-    prints of FVC-style folders are extracted and compared by the extended protocol. `workers`,
-    `progress` and `extractor` are as for `evaluate`.
+    Parameters
+    ----------
+    sources : sequence of path
+        Files of scores, see `fpmatch.evaluation.score_file`, of which those of the matcher are
+        read, and FVC-style folders, whose prints are compared by the extended protocol.
+    matcher, workers, progress, extractor
+        As for `evaluate`.
 
     Raises
     ------
@@ -65,8 +69,7 @@ def gather_impostors(
         if one.name in seen:
             raise DatasetError(f"{one.name}: scores of this database are given twice")
         seen.add(one.name)
-    folders = [path for path in paths if not path.is_file()]
-    if folders:
+    if folders := [path for path in paths if not path.is_file()]:
         report = evaluate(
             folders, matcher=chosen, workers=workers, progress=progress, extractor=extractor
         )

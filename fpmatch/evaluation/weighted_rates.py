@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -89,7 +88,11 @@ class RankedScores:
         rates[:, 0] = fmr(before) + way * (fmr(after) - fmr(before))
         for column, limit in enumerate(FMR_LIMITS.values(), start=1):
             needed = total_ranked - np.floor(limit * total_i + ROUNDING)
-            kept = _first(partial(_reaches, below_i, needed), self.impostor.size, rows.size)
+
+            def reaches(k: NDArray[np.intp], needed: NDArray[Any] = needed) -> NDArray[np.bool_]:
+                return np.asarray(below_i[rows, k] >= needed)
+
+            kept = _first(reaches, self.impostor.size, rows.size)
             complete &= kept > 0
             rejected = self.genuine_up_to[np.maximum(kept - 1, 0)]
             rates[:, column] = below_g[rows, rejected] / nonzero_g
@@ -99,19 +102,9 @@ class RankedScores:
 
 def _cumulated(weights: NDArray[np.integer[Any]]) -> NDArray[np.integer[Any]]:
     """Return the weight of the first 0, 1, 2, … pairs, of shape (rows, pairs + 1)."""
-    rows, pairs = weights.shape
-    sums = np.empty((rows, pairs + 1), weights.dtype)
-    sums[:, 0] = 0
+    sums = np.zeros((len(weights), weights.shape[1] + 1), weights.dtype)
     np.cumsum(weights, axis=1, out=sums[:, 1:])
     return sums
-
-
-def _reaches(
-    below: NDArray[np.integer[Any]], needed: NDArray[np.float64], k: NDArray[np.intp]
-) -> NDArray[np.bool_]:
-    """Return for each row whether the weight below its k-th impostor is at least `needed`."""
-    enough: NDArray[np.bool_] = below[np.arange(k.size), k] >= needed
-    return enough
 
 
 def _first(

@@ -39,8 +39,7 @@ def test_reach_is_where_the_knots_end(sets):
 
 def test_share_that_reached_a_score_by_the_packages_own_calibration(sets, monkeypatch):
     ten_a_unit = Calibration(((0.0, 0.0), (9.0, 90.0)), tail_scale=1.0)
-    monkeypatch.setattr(calibration_report, "calibrated_matchers", lambda: ["fake"])
-    monkeypatch.setattr(calibration_report, "load_calibration", lambda name: ten_a_unit)
+    monkeypatch.setattr(calibration_report, "calibration_of", lambda name: ten_a_unit)
     found = report_calibration(calibrate_on(sets, "fake"), sets, bootstrap=20)
     pooled = np.concatenate([one.trials.similarity for one in sets])
     assert found.package == ((20.0, np.mean(pooled >= 2.0)), (30.0, np.mean(pooled >= 3.0)))

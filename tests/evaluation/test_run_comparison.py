@@ -56,7 +56,7 @@ def test_the_same_run_is_no_change():
     assert found.identical == found.pooled.pairs == 1128
     assert (found.only_before, found.only_now) == (0, 0)
     assert (found.decisions.gained, found.decisions.lost) == ((), ())
-    assert found.decisions.p_value == 1.0
+    assert found.decisions.mcnemar_p == 1.0
 
 
 def test_a_better_run_is_outside_chance_and_a_little_noise_is_not():
@@ -117,7 +117,7 @@ def test_decisions_that_changed_are_named_and_tested():
     assert len(found.gained) == (accepted[1] & ~accepted[0]).sum()
     assert len(found.lost) == (accepted[0] & ~accepted[1]).sum()
     changed = len(found.gained) + len(found.lost)
-    assert found.p_value == pytest.approx(binomtest(len(found.lost), changed).pvalue)
+    assert found.mcnemar_p == pytest.approx(binomtest(len(found.lost), changed).pvalue)
     k = int(np.flatnonzero(accepted[1] & ~accepted[0])[0])
     assert (found.gained[0].probe, found.gained[0].reference) == (
         after.prints[after.probe[k]],

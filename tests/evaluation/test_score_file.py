@@ -64,8 +64,7 @@ def test_a_reason_stands_beside_what_does_not_match_alone(report, tmp_path, monk
 
 def test_scores_come_from_the_calibration(report, tmp_path, monkeypatch):
     calibration = Calibration(((0.0, 0.0), (1.0, 50.0)), tail_scale=1.0)
-    monkeypatch.setattr(score_file, "calibrated_matchers", lambda: ["fake"])
-    monkeypatch.setattr(score_file, "load_calibration", lambda name: calibration)
+    monkeypatch.setattr(score_file, "calibration_of", lambda name: calibration)
     write_scores(tmp_path / "scores.csv", report)
     for row in read(tmp_path / "scores.csv"):
         assert float(row["score"] or 0) == pytest.approx(

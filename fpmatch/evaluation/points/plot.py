@@ -56,8 +56,9 @@ def save_bench_plot(path: str | os.PathLike[str], results: BenchResults) -> None
         size = _PANEL_INCHES[0] * len(shares), _PANEL_INCHES[1] * max(1, len(models)) + 0.6
         figure = Figure(figsize=size, layout="constrained")
         if models:
-            grid = {"sharex": True, "sharey": True, "squeeze": False}
-            panels = figure.subplots(len(models), len(shares), **grid)
+            panels = figure.subplots(
+                len(models), len(shares), sharex=True, sharey=True, squeeze=False
+            )
             for model, row in zip(models, panels, strict=True):
                 for rho, panel in zip(shares, row, strict=True):
                     cells = {
@@ -112,6 +113,6 @@ def _add_legend(figure: Any, results: BenchResults) -> None:
     ]
     for factor, marker in _MARKERS.items():
         face = "black" if factor == TARGET_FACTORS[0] else "white"
-        look = {"color": "black", "linestyle": "", "marker": marker, "markerfacecolor": face}
-        handles.append(Line2D([], [], **look, label=f"n = {factor}m"))
+        look: Any = {"marker": marker, "markerfacecolor": face, "label": f"n = {factor}m"}
+        handles.append(Line2D([], [], color="black", linestyle="", **look))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)

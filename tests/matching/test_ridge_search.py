@@ -14,7 +14,6 @@ from matching_prints import packed_pictures, seeds, spread_points, template_of
 from matching_weights import interpreted_kernels, print_for
 from numpy.typing import NDArray
 
-from research.partial_templates import window
 from fpmatch.image.extract import extract
 from fpmatch.matching._ridge_kernel import RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel import RidgeSearch
@@ -25,6 +24,7 @@ from fpmatch.matching.prepare import PreparedTemplate, prepare
 from fpmatch.matching.quantization import flow_of
 from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.minutiae import RidgeField, Template
+from research.partial_templates import window
 
 SAMPLES = 24
 ROOM = 40

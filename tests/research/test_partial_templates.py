@@ -8,8 +8,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from research.partial_templates import MARGIN_PX, fragment, window
 from fpmatch.minutiae import Minutiae, RidgeField, Template
+from research.partial_templates import MARGIN_PX, fragment, window
 
 
 def whole(seed: int, *, minutiae: int = 30, field: bool = True) -> Template:

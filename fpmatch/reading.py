@@ -46,15 +46,10 @@ _STDERR: Final = 2
 
 @dataclass(frozen=True, slots=True)
 class PrintReader:
-    """Read files of prints; it can be sent to worker processes.
+    """Read files of prints, also in worker processes; files of `raw_sizes` have no header.
 
-    Parameters
-    ----------
-    raw_sizes : tuple of RawSize
-        Sizes in pixels of files without a header.
-    quiet : bool
-        Whether to suppress what C libraries write to stderr about damaged files, for programs that
-        read on one thread.
+    With `quiet`, what C libraries write to stderr about damaged files is suppressed, in programs
+    that read on one thread.
     """
 
     raw_sizes: tuple[RawSize, ...] = ()
@@ -63,20 +58,7 @@ class PrintReader:
     def __call__(
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
     ) -> GreyImage | TemplateRecord:
-        """Read a template file as such and any other file as an image.
-
-        Parameters
-        ----------
-        path : Path
-            The file. One that contains an image and minutiae, as AN2 may, is read as an image.
-        polarity, dpi
-            As for `fpmatch.image.io.read.read_image`.
-
-        Raises
-        ------
-        TemplateError, ImageReadError, ImageError
-            If it cannot be read.
-        """
+        """Read a file of minutiae alone as a template, and any other file as an image."""
         if _contains_minutiae_only(_head_of(path)):
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
 
@@ -104,20 +86,10 @@ def decode_print(
 
 @dataclass(frozen=True, eq=False)
 class GivenPrint:
-    """Hold a print that was given for comparison.
+    """Hold a print that was given for comparison, the name of its file, and notes on reading it.
 
-    Parameters
-    ----------
-    name : str
-        Name of its file.
-    template : Template
-        Its template, extracted where it is an image.
-    image : GreyImage or None
-        The image; None for a template.
-    notes : tuple of str
-        What was noticed on reading it or assumed, each to follow the name.
-    stages : QualityRecorder or None
-        Stages of the extraction from which `quality` is computed.
+    `stages` are those of the extraction from which `quality` is computed; a print that was given
+    as a template has neither these nor an `image`.
     """
 
     name: str
@@ -126,11 +98,6 @@ class GivenPrint:
     notes: tuple[str, ...] = ()
     stages: QualityRecorder | None = None
 
-    @property
-    def dpi_assumed(self) -> bool:
-        """Whether the resolution is neither in the file nor was given."""
-        return ASSUMED_DPI in self.notes
-
     @cached_property
     def quality(self) -> PrintQuality | None:
         """Quality of the image; None for a template."""
@@ -138,13 +105,7 @@ class GivenPrint:
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
-        """Pixels of the image; of a template, a white image of its size.
-
-        Raises
-        ------
-        ImageError
-            If the template is too large for an image.
-        """
+        """Pixels of the image; of a template, a white image of its size."""
         if self.image is not None:
             return self.image.pixels
         width, height = self.template.width, self.template.height
@@ -163,25 +124,8 @@ def make_given_print(
 ) -> GivenPrint:
     """Return a print that was read, with the template of an image extracted.
 
-    Parameters
-    ----------
-    found : GreyImage or TemplateRecord
-        From `PrintReader` or `decode_print`; of several prints, the first is taken.
-    name : str
-        Name of the file.
-    dpi : float, optional
-        Resolution in dots per inch (default: that in the file, else 500).
-    enhance : str
-        Enhancement of ridges, as for `fpmatch.extract`.
-    recorder : Recorder, optional
-        Receives the stages of the extraction, instead of what `GivenPrint.quality` needs.
-
-    Raises
-    ------
-    ImageError
-        If the image cannot be a fingerprint.
-    ResolutionError
-        If `dpi` is outside 100 to 4000.
+    Of several prints in a record the first is taken. The stages go to `recorder`, or without one
+    to the recorder that `GivenPrint.quality` needs.
     """
     given_dpi = None if dpi is None else check_dpi(dpi)
     if isinstance(found, TemplateRecord):

@@ -74,6 +74,8 @@ def verify(
         return _verify_claim(gallery, subject, finger, values, as_json=as_json)
     if values["reference"] is None:
         raise click.MissingParameter(param_hint="'REFERENCE'", param_type="argument")
+    from fpmatch.report import as_text
+
     pair = compare_files(values)
     match = pair.verification.match
     say_notes_on((pair.probe, pair.reference), resolution=match)  # else the report contains it
@@ -81,7 +83,10 @@ def verify(
         from fpmatch.drawing.overlay.draw import save_overlay
 
         save_overlay(overlay_file, pair.probe.pixels, pair.reference.pixels, pair.verification)
-    click.echo(json_text(pair.as_dict()) if as_json else pair.as_text())
+    if as_json:
+        click.echo(json_text(pair.as_dict()))
+    else:
+        click.echo(as_text(pair.verification, pair.scale, pair.quality))
     return 0 if match else 1
 
 

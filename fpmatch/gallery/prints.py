@@ -146,7 +146,7 @@ def extract_print(
         raise QualityError(why, path=file.path)
     if not len(given.template.minutiae):
         raise ImageError("no minutiae found", path=file.path, code="no minutiae")
-    return ExtractedPrint(given.template, given.dpi_assumed, found.notes)
+    return ExtractedPrint(given.template, ASSUMED_DPI in given.notes, found.notes)
 
 
 def extract_request(extractor: Extractor, request: EnrolmentRequest) -> ExtractedPrint:

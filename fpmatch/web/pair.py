@@ -19,6 +19,7 @@ from fpmatch.drawing.words import odds
 from fpmatch.errors import GalleryError
 from fpmatch.pair import compare_pair
 from fpmatch.reading import GivenPrint
+from fpmatch.report import as_rows
 from fpmatch.web.errors import NotFoundError
 from fpmatch.web.gallery import open_served_gallery
 from fpmatch.web.prints import Upload, open_upload
@@ -104,10 +105,13 @@ def show_pair(request: PairRequest) -> dict[str, Any]:
     """
     pair = request.compare()
     v = pair.verification
+    rows = as_rows(v, pair.scale, pair.quality)
     return {
         "result": pair.as_dict(),
         "odds": odds(v.fmr),
-        "rows": [{"label": label, "words": text} for label, text in pair.as_rows()],
+        "rows": [
+            {"label": label, "words": text} for label, text in as_rows(v, pair.scale, pair.quality)
+        ],
         "fmr_reach": v.smallest_measured_fmr,
         "pairs": v.pairs.reshape(-1, 2).tolist(),
         "probe": _shown_print(pair.probe, PROBE_INK),

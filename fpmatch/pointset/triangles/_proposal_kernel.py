@@ -44,12 +44,11 @@ def propose(
         zy = shape_p[1, k]
         count = -1
         met = 0
-        low_column = shapes.column(zx - widest)
-        end_column = shapes.column(zx + widest) + 1
-        for row in range(shapes.row(zy - widest), shapes.row(zy + widest) + 1):
+        left, top, right, bottom = shapes.around(zx, zy, widest)
+        for row in range(top, bottom):
             for e in range(
-                shapes.start[row * shapes.columns + low_column],
-                shapes.start[row * shapes.columns + end_column],
+                shapes.start[row * shapes.columns + left],
+                shapes.start[row * shapes.columns + right],
             ):
                 met += 1
                 if o == state[0] and met <= state[1]:

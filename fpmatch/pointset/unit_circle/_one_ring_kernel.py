@@ -160,10 +160,9 @@ def best_overlay(move, p_point, grid, tolerance, enough, last_met, found):
                 and y - tolerance < 1.0
             ):
                 continue
-            left = grid.column(x - tolerance)
-            right = grid.column(x + tolerance) + 1
+            left, top, right, bottom = grid.around(x, y, tolerance)
             near = 0
-            for row in range(grid.row(y - tolerance), grid.row(y + tolerance) + 1):
+            for row in range(top, bottom):
                 for j in range(
                     grid.start[row * grid.columns + left], grid.start[row * grid.columns + right]
                 ):

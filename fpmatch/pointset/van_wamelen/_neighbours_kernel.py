@@ -19,8 +19,7 @@ def find_neighbours(grid, i, near, squared, steps):
     shell = 0
     x = grid.x[i]
     y = grid.y[i]
-    column = grid.column(x)
-    row = grid.row(y)
+    column, row, _, _ = grid.around(x, y, 0.0)
     while True:
         left = column - shell if column > shell else 0
         right = column + shell if column + shell < grid.columns else grid.columns - 1

@@ -184,7 +184,7 @@ def nearest_within(
     """
     cython.declare(
         j=cython.Py_ssize_t, row=cython.Py_ssize_t, begin=cython.int, end=cython.int,
-        left=cython.int, right=cython.int, nearest=cython.int,
+        left=cython.int, top=cython.int, right=cython.int, bottom=cython.int, nearest=cython.int,
     )  # fmt: skip
     if not (
         x + reach >= 0.0
@@ -195,9 +195,8 @@ def nearest_within(
         return -1
     nearest = -1
     least = reach * reach
-    left = grid.column(x - reach)
-    right = grid.column(x + reach) + 1
-    for row in range(grid.row(y - reach), grid.row(y + reach) + 1):
+    left, top, right, bottom = grid.around(x, y, reach)
+    for row in range(top, bottom):
         begin = grid.start[row * grid.columns + left]
         end = grid.start[row * grid.columns + right]
         steps[0] += 1 + end - begin

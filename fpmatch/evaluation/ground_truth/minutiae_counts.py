@@ -113,11 +113,9 @@ def assign_minutiae(
     """Assign extracted minutiae to true ones, one to one.
 
     The assignment has the most visible true minutiae, then the most invisible ones, then the least
-    sum of squared distances and turns in units of their tolerances.
-
-    `found` and `true` are in one frame, and `visible` marks those of `true` that are visible. The
-    two of a pair are within the tolerance and, if `with_kind`, of one kind. Returns indices into
-    `found` and `true`, shape (K, 2), sorted by the first.
+    sum of squared distances and turns in units of their tolerances. `visible` marks the visible
+    ones of `true`. The two of a pair are within the tolerance and, if `with_kind`, of one kind.
+    Returns indices into `found` and `true`, shape (K, 2), sorted by the first.
     """
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415
 
@@ -143,4 +141,4 @@ def differences(one: Minutiae, other: Minutiae) -> tuple[NDArray[np.float64], ND
 
 
 def _share(part: int, whole: int) -> float:
-    return part / whole if whole else float("nan")
+    return part / whole if whole else math.nan

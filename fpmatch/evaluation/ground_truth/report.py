@@ -22,11 +22,12 @@ from fpmatch.evaluation.ground_truth.transform_error import (
     measure_transforms,
     summarise_transforms,
 )
-from fpmatch.minutiae import STANDARD_DPI, Minutiae, Template
+from fpmatch.minutiae import STANDARD_DPI, Template
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from fpmatch.evaluation.ground_truth.minutiae_counts import Tolerance
     from fpmatch.evaluation.ground_truth.truth import ImpressionTruth
     from fpmatch.evaluation.report import EvaluationReport, SetResult
 
@@ -57,6 +58,11 @@ class MinutiaeResult:
         """The counts at `MAIN_TOLERANCE`, with any kinds."""
         return self.counts[TOLERANCES.index(MAIN_TOLERANCE)]
 
+    @property
+    def by_tolerance(self) -> list[tuple[Tolerance, MinutiaeCounts, MinutiaeCounts]]:
+        """Each tolerance with its counts, with any kinds and with equal ones."""
+        return list(zip(TOLERANCES, self.counts, self.with_kind, strict=True))
+
     def as_json(self) -> dict[str, Any]:
         """Return the result as JSON values: shares as fractions, null where undefined."""
         return {
@@ -69,9 +75,7 @@ class MinutiaeResult:
                     **_counts_as_json(counts),
                     "with_kind": _counts_as_json(with_kind),
                 }
-                for tolerance, counts, with_kind in zip(
-                    TOLERANCES, self.counts, self.with_kind, strict=True
-                )
+                for tolerance, counts, with_kind in self.by_tolerance
             ],
             "false_positives_by_cause": _causes_as_json(self.causes),
         }
@@ -154,16 +158,13 @@ def measure_minutiae(
 def _measure_set(
     row: SetResult, truths: Sequence[ImpressionTruth], matcher: str
 ) -> MinutiaeSetResult:
-    extracted = row.extracted
-    names = [impression.path.name for impression in extracted.dataset.impressions]
-    templates = [extraction.template for extraction in extracted.extractions]
-    results = map(measure_print, templates, truths)
-    return MinutiaeSetResult(
-        name=row.name,
-        prints=tuple(zip(names, results, strict=True)),
-        genuine=row.genuine,
-        errors=tuple(measure_transforms(row, truths, matcher)),
-    )
+    names = [impression.path.name for impression in row.extracted.dataset.impressions]
+    results = [
+        measure_print(found.template, truth)
+        for found, truth in zip(row.extracted.extractions, truths, strict=True)
+    ]
+    errors = tuple(measure_transforms(row, truths, matcher))
+    return MinutiaeSetResult(row.name, tuple(zip(names, results, strict=True)), row.genuine, errors)
 
 
 def measure_print(template: Template | None, truth: ImpressionTruth) -> MinutiaeResult:
@@ -175,16 +176,14 @@ def measure_print(template: Template | None, truth: ImpressionTruth) -> Minutiae
         missed = MinutiaeCounts(false_negatives=int(np.count_nonzero(truth.visible)))
         return MinutiaeResult((missed,) * len(TOLERANCES), (missed,) * len(TOLERANCES))
     factor = STANDARD_DPI / template.dpi
-    found, true = _scaled(template.minutiae, factor), _scaled(truth.minutiae, factor)
+    found, true = (
+        replace(m, x=m.x * factor, y=m.y * factor) for m in (template.minutiae, truth.minutiae)
+    )
     counts, with_kind = (
         tuple(count_minutiae(found, true, truth.visible, t, with_kind=kind) for t in TOLERANCES)
         for kind in (False, True)
     )
     return MinutiaeResult(counts, with_kind, Counter(false_minutiae(template, truth).values()))
-
-
-def _scaled(minutiae: Minutiae, factor: float) -> Minutiae:
-    return replace(minutiae, x=minutiae.x * factor, y=minutiae.y * factor)
 
 
 def _print_as_json(name: str, result: MinutiaeResult) -> dict[str, Any]:

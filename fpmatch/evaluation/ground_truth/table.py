@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from fpmatch.evaluation.ground_truth.false_minutiae import Cause
-from fpmatch.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE, TOLERANCES
+from fpmatch.evaluation.ground_truth.minutiae_counts import MAIN_TOLERANCE
 from fpmatch.text_table import text_table
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ _TRANSFORM_HEAD: Final = (
     *("transforms", "genuine", "judged", "MATCH", "in place"),
     *("rotation", "95 %", "shift", "95 %", "scale", "95 %", "residual", "at best"),
 )
-_UNDEFINED: Final = "-"
 
 
 def format_minutiae(report: MinutiaeReport) -> str:
@@ -43,18 +42,13 @@ def format_minutiae(report: MinutiaeReport) -> str:
 
 
 def _minutiae_cells(row: MinutiaeSetResult) -> list[Cells]:
-    total = row.total
-    numbers = (str(total.main.extracted), str(total.main.true))
+    main = row.total.main
     return [
         (
-            row.name,
-            str(tolerance),
-            *numbers,
-            str(c.true_positives),
-            *_shares(c),
-            *_shares(with_kind),
+            *(row.name, str(tolerance), str(main.extracted), str(main.true)),
+            *(str(counts.true_positives), *_shares(counts), *_shares(with_kind)),
         )
-        for tolerance, c, with_kind in zip(TOLERANCES, total.counts, total.with_kind, strict=True)
+        for tolerance, counts, with_kind in row.total.by_tolerance
     ]
 
 
@@ -79,8 +73,8 @@ def _transform_cells(row: MinutiaeSetResult) -> Cells:
 
 
 def _percent(share: float) -> str:
-    return _UNDEFINED if math.isnan(share) else f"{100 * share:.1f} %"
+    return "-" if math.isnan(share) else f"{100 * share:.1f} %"
 
 
 def _number(value: float, unit: str) -> str:
-    return _UNDEFINED if math.isnan(value) else f"{value:.2f}{unit}"
+    return "-" if math.isnan(value) else f"{value:.2f}{unit}"

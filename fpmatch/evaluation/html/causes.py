@@ -23,15 +23,7 @@ ODD_SCALE: Final = 1.07  # beyond that of the resolutions
 
 
 def explain_false_non_match(verification: Verification) -> tuple[str, ...]:
-    """Return likely causes of a low score of two prints of one finger, as short phrases.
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae, Template, verify
-    >>> empty = Template(Minutiae.empty(), width=300, height=300)
-    >>> explain_false_non_match(verify(empty, empty))[0]
-    'the probe has only 0 minutiae'
-    """
+    """Return likely causes of a low score of two prints of one finger, as short phrases."""
     v = verification
     found = _poor_prints(v)
     if v.reason:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -45,8 +45,7 @@ class Curve:
 def det_plot(curves: Sequence[Curve], name: str) -> str:
     """Draw FNMR against FMR on axes of normal deviates, on which normal scores give a line.
 
-    Each curve has genuine and impostor scores; the last one determines the shaded range of unsure
-    rates. `name` is as for `inline_svg`.
+    The last curve determines the shaded range of unsure rates. `name` is as for `inline_svg`.
 
     References
     ----------
@@ -71,10 +70,8 @@ def det_plot(curves: Sequence[Curve], name: str) -> str:
         for set_ticks, low in ((axes.set_xticks, low_x), (axes.set_yticks, low_y)):
             ticks = [t for t in _DET_TICKS if low <= t <= _DET_HIGHEST]
             set_ticks([float(ndtri(t)) for t in ticks], [_in_percent(t) for t in ticks])
-        axes.set_xlim(ndtri(low_x), highest)
-        axes.set_ylim(ndtri(low_y), highest)
-        axes.set_xlabel("false match rate, %")
-        axes.set_ylabel("false non-match rate, %")
+        axes.set(xlim=(ndtri(low_x), highest), ylim=(ndtri(low_y), highest))
+        axes.set(xlabel="false match rate, %", ylabel="false non-match rate, %")
         return svg.inline_svg(figure, name, "DET curves")
 
 
@@ -92,11 +89,10 @@ def roc_plot(curves: Sequence[Curve], name: str) -> str:
         ticks = [1e-4, 1e-3, 1e-2, 1e-1, 1.0]
         axes.set_xticks(ticks, [_in_percent(t) for t in ticks])
         axes.minorticks_off()
-        axes.set_xlim(_ROC_LOWEST_FMR, 1)
-        axes.set_ylim(min(np.floor(lowest * 20) / 20, _LEAST_SPAN), 1.002)
+        bottom = min(np.floor(lowest * 20) / 20, _LEAST_SPAN)
+        axes.set(xlim=(_ROC_LOWEST_FMR, 1), ylim=(bottom, 1.002))
         axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g}")
-        axes.set_xlabel("false match rate, %")
-        axes.set_ylabel("genuine pairs that match, %")
+        axes.set(xlabel="false match rate, %", ylabel="genuine pairs that match, %")
         return svg.inline_svg(figure, name, "ROC curves")
 
 
@@ -117,8 +113,7 @@ def score_plot(curve: Curve, name: str, unit: str, threshold: float | None = Non
         if threshold is not None:
             axes.axvline(threshold, color=svg.INK, linewidth=1, linestyle="--")
             axes.text(threshold, 1.02, " default threshold", transform=axes.get_xaxis_transform())
-        axes.set_xlabel(unit)
-        axes.set_ylabel(f"pairs in each of {_BINS} bins, %")
+        axes.set(xlabel=unit, ylabel=f"pairs in each of {_BINS} bins, %")
         return svg.inline_svg(figure, name, "distributions of scores")
 
 
@@ -128,20 +123,14 @@ def rank_plot(found: Sequence[tuple[str, NDArray[np.float64]]], name: str) -> st
         figure, axes = _axes()
         ranks = min(_MOST_RANKS, max(share.size for _, share in found))
         for index, (_, share) in enumerate(found):
-            axes.plot(
-                np.arange(1, share[:ranks].size + 1),
-                share[:ranks],
-                color=svg.series_colour(index),
-                linestyle=svg.series_dashes(index),
-                marker="o",
-                markersize=3.5,
-            )
+            shown = share[:ranks]
+            look = svg.series_look(index)
+            axes.plot(np.arange(1, shown.size + 1), shown, marker="o", markersize=3.5, **look)
         lowest = min(float(share[0]) for _, share in found)
         axes.set_ylim(min(np.floor(lowest * 20) / 20, _LEAST_SPAN), 1.005)
         axes.set_xticks(range(1, ranks + 1))
         axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g}")
-        axes.set_xlabel("rank")
-        axes.set_ylabel("own finger at this rank or before, %")
+        axes.set(xlabel="rank", ylabel="own finger at this rank or before, %")
         return svg.inline_svg(figure, name, "cumulative match characteristic")
 
 
@@ -155,10 +144,8 @@ def _axes() -> tuple[Figure, Axes]:
 def _line(
     axes: Axes, x: NDArray[np.float64], y: NDArray[np.float64], index: int, curve: Curve
 ) -> None:
-    if curve.bold:
-        axes.plot(x, y, color=svg.INK, linewidth=2.4)
-    else:
-        axes.plot(x, y, color=svg.series_colour(index), linestyle=svg.series_dashes(index))
+    look: Any = {"color": svg.INK, "linewidth": 2.4} if curve.bold else svg.series_look(index)
+    axes.plot(x, y, **look)
 
 
 def _in_percent(share: float) -> str:

@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
-import numpy as np
-
+from fpmatch.evaluation.decision import calibration_of
 from fpmatch.evaluation.html import svg
 from fpmatch.evaluation.html.curves import Curve, det_plot, rank_plot, roc_plot, score_plot
-from fpmatch.matching.calibration import calibrated_matchers, load_calibration
+from fpmatch.evaluation.report import pooled
 from fpmatch.matching.verify import DEFAULT_THRESHOLD
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fpmatch.evaluation.report import EvaluationReport, SetResult
+    from fpmatch.evaluation.report import EvaluationReport
 
 _POOLED: Final = "all pooled"
 _DASHES: Final = {"-": "", "--": "6 3", "-.": "7 3 2 3", ":": "2 3"}
 
 
-@dataclass(frozen=True, slots=True)
-class LegendLine:
-    """Hold a line of a legend: its label, and its look as SVG attributes."""
+class LegendLine(NamedTuple):
+    """A line of a legend: its label, and its look as SVG attributes."""
 
     label: str
     colour: str
@@ -31,9 +28,8 @@ class LegendLine:
     width: float
 
 
-@dataclass(frozen=True, slots=True)
-class Figures:
-    """Hold a legend, and drawings as SVG elements with their captions."""
+class Figures(NamedTuple):
+    """A legend, and drawings as SVG elements with their captions."""
 
     legend: list[LegendLine]
     drawings: list[tuple[str, str]]
@@ -41,12 +37,12 @@ class Figures:
 
 def matcher_figures(report: EvaluationReport, number: int) -> Figures:
     """Return the plots of one matcher, a line a database; `number` makes identifiers unique."""
-    curves = [_curve([row], row.name) for row in report.sets]
+    curves = [Curve(row.name, *pooled([row])) for row in report.sets]
     usable = [c for c in curves if c.genuine.size and c.impostor.size]
     if not usable:
         return Figures([], [])
     several = len(usable) > 1
-    lines = [*usable, _curve(report.sets, _POOLED, bold=True)] if several else usable
+    lines = [*usable, Curve(_POOLED, *pooled(report.sets), bold=True)] if several else usable
     drawings = [
         (
             det_plot(lines, f"det-{number}"),
@@ -73,7 +69,7 @@ def matcher_figures(report: EvaluationReport, number: int) -> Figures:
 
 def pooled_figures(reports: Sequence[EvaluationReport]) -> Figures:
     """Return DET and ROC of several matchers; no drawings where a kind of pair is missing."""
-    curves = [pooled_curve(report, report.matcher) for report in reports]
+    curves = [Curve(report.matcher, *pooled(report.sets)) for report in reports]
     if any(not (curve.genuine.size and curve.impostor.size) for curve in curves):
         return Figures([], [])
     return Figures(
@@ -85,24 +81,14 @@ def pooled_figures(reports: Sequence[EvaluationReport]) -> Figures:
     )
 
 
-def pooled_curve(report: EvaluationReport, label: str = "") -> Curve:
-    """Return the similarities of all databases together."""
-    return _curve(report.sets, label)
-
-
-def _curve(rows: Sequence[SetResult], label: str, *, bold: bool = False) -> Curve:
-    genuine = np.concatenate([row.pairs.genuine for row in rows])
-    similarity = np.concatenate([row.outcomes["similarity"] for row in rows])
-    return Curve(label, similarity[genuine], similarity[~genuine], bold)
-
-
 def _scores(report: EvaluationReport, number: int) -> str:
-    pooled = pooled_curve(report)
-    if report.matcher not in calibrated_matchers():
-        return score_plot(pooled, f"scores-{number}", "similarity")
-    calibration = load_calibration(report.matcher)
-    scored = Curve("", calibration.scores(pooled.genuine), calibration.scores(pooled.impostor))
-    return score_plot(scored, f"scores-{number}", "score", DEFAULT_THRESHOLD)
+    name = f"scores-{number}"
+    genuine, impostor = pooled(report.sets)
+    calibration = calibration_of(report.matcher)
+    if calibration is None:
+        return score_plot(Curve("", genuine, impostor), name, "similarity")
+    scored = Curve("", calibration.scores(genuine), calibration.scores(impostor))
+    return score_plot(scored, name, "score", DEFAULT_THRESHOLD)
 
 
 def _legend(labels: Sequence[str]) -> list[LegendLine]:

@@ -60,23 +60,22 @@ def hardest_impostors(report: EvaluationReport, count: int = DEFAULT_COUNT) -> l
 
 def _hardest(report: EvaluationReport, count: int, *, genuine: bool) -> list[HardPair]:
     """Return the hardest pairs of all databases."""
-    indices, similarity, set_index = [], [], []
-    for k, row in enumerate(report.sets):
-        usable = row.outcomes["reason"] != NO_TEMPLATE
-        chosen = np.flatnonzero((row.pairs.genuine == genuine) & usable)
-        indices.append(chosen)
-        similarity.append(row.outcomes["similarity"][chosen])
-        set_index.append(np.full(chosen.size, k))
-    pair, of = np.concatenate(indices), np.concatenate(set_index)
-    towards = np.concatenate(similarity) * (1 if genuine else -1)
+    rows = report.sets
+    places = [
+        (n, k)
+        for n, row in enumerate(rows)
+        for k in np.flatnonzero(row.pairs.genuine == genuine).tolist()
+        if row.outcomes["reason"][k] != NO_TEMPLATE
+    ]
+    similarity = np.array([rows[n].outcomes["similarity"][k] for n, k in places])
     found: list[HardPair] = []
     seen: set[tuple[int, int]] = set()
-    for n in np.argsort(towards, kind="stable"):
-        row, k = report.sets[of[n]], int(pair[n])
-        sides = [(int(of[n]), int(row.pairs.probe[k])), (int(of[n]), int(row.pairs.reference[k]))]
+    for n in np.argsort(similarity if genuine else -similarity, kind="stable"):
+        of, k = places[n]
+        sides = {(of, int(rows[of].pairs.probe[k])), (of, int(rows[of].pairs.reference[k]))}
         if seen.isdisjoint(sides):
-            seen.update(sides)
-            found.append(_explained(report, row, k, genuine=genuine))
+            seen |= sides
+            found.append(_explained(report, rows[of], k, genuine=genuine))
         if len(found) >= count:
             break
     return found
@@ -86,20 +85,17 @@ def _explained(report: EvaluationReport, row: SetResult, k: int, *, genuine: boo
     i, j = int(row.pairs.probe[k]), int(row.pairs.reference[k])
     impressions, extractions = row.extracted.dataset.impressions, row.extracted.extractions
     probe, reference = extractions[i].template, extractions[j].template
-    if probe is None or reference is None:
-        raise ValueError("a pair without templates cannot be explained")
-    causes: tuple[str, ...]
-    score: float | None = None
-    picture = b""
+    assert probe is not None
+    assert reference is not None
+    score, picture = None, b""
     try:
         verification = verify(probe, reference, matcher=report.matcher)
     except MatcherError as error:  # not one of the package's, or not calibrated
-        causes = (f"not drawn: {error}",)
+        causes: tuple[str, ...] = (f"not drawn: {error}",)
     else:
-        causes = (
-            explain_false_non_match(verification) if genuine else explain_false_match(verification)
-        )
         score = verification.score
+        explain = explain_false_non_match if genuine else explain_false_match
+        causes = explain(verification)
         try:
             images = (_as_extracted(impressions[m].path, extractions[m]) for m in (i, j))
             picture = _picture(verification, *images)

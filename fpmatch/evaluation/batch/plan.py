@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-REFERENCES_PER_BAND: Final = 256
-PAIRS_PER_CHUNK: Final = 4096
-LISTED_PAIRS_PER_CHUNK: Final = 512
 PROBE: Final = "probe"
 REFERENCE: Final = "reference"
 
@@ -72,12 +69,7 @@ class AllPairs:
     """
 
     def __init__(
-        self,
-        probes: int,
-        references: int,
-        *,
-        band: int = REFERENCES_PER_BAND,
-        pairs_per_chunk: int = PAIRS_PER_CHUNK,
+        self, probes: int, references: int, *, band: int = 256, pairs_per_chunk: int = 4096
     ) -> None:
         self.probes: Sequence[int] = range(probes)
         self.references: Sequence[int] = range(references)
@@ -91,7 +83,7 @@ class AllPairs:
         return len(self.probes) * len(self.references)
 
     def chunks(self, start: int = 0) -> Iterator[PairChunk]:
-        """Yield the pairs in their order, from chunk number `start` on."""
+        """Yield the pairs, as `Plan` says."""
         for number in range(start, self.number_of_chunks):
             band, block = divmod(number, self._blocks)
             reference = _span(band, self._band, len(self.references))
@@ -104,12 +96,8 @@ class ListedPairs:
 
     The list is a CSV file with the columns ``probe`` and ``reference`` among others; or, without a
     first line that names these, with probe and reference as the first two. They contain names of
-    prints, with or without extension.
-
-    Raises
-    ------
-    ScoringError
-        If the list cannot be read, is empty, or names a print that is not there.
+    prints, with or without extension. Raises a `ScoringError` if the list cannot be read, is empty,
+    or names a print that is not there.
     """
 
     def __init__(
@@ -118,7 +106,7 @@ class ListedPairs:
         probes: Sequence[str],
         references: Sequence[str],
         *,
-        pairs_per_chunk: int = LISTED_PAIRS_PER_CHUNK,
+        pairs_per_chunk: int = 512,
     ) -> None:
         self._size = pairs_per_chunk
         # 8 bytes a pair: less than the rows of the output
@@ -142,7 +130,7 @@ class ListedPairs:
         return len(self._pairs)
 
     def chunks(self, start: int = 0) -> Iterator[PairChunk]:
-        """Yield the pairs in their order, from chunk number `start` on."""
+        """Yield the pairs, as `Plan` says."""
         for k in range(start * self._size, len(self._pairs), self._size):
             probe, reference = self._pairs[k : k + self._size].T
             yield PairChunk(probe, reference)

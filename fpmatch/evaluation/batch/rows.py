@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from fpmatch.evaluation.score_file import csv_lines, failure_reason
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -19,9 +19,8 @@ if TYPE_CHECKING:
     from fpmatch.matching.calibration import Calibration
 
 
-@dataclass(frozen=True, slots=True)
-class SideRows:
-    """Hold names and fingers of the prints of one side, and why some have no template."""
+class SideRows(NamedTuple):
+    """Names and fingers of the prints of one side, and why some have no template."""
 
     names: Sequence[str]
     fingers: Sequence[str]
@@ -58,22 +57,15 @@ class RowWriter:
         if self.threshold is not None:
             kept = np.flatnonzero(failed | (score >= self.threshold))
         columns = (chunk.probe, chunk.reference, similarity, score)
-        rows = self._rows(*(column[kept].tolist() for column in columns))
+        rows = map(self._row, *(column[kept].tolist() for column in columns))
         return csv_lines(rows), len(kept), int(failed.sum())
 
-    def _rows(self, *columns: list[float]) -> Iterator[tuple[object, ...]]:
+    def _row(self, i: int, j: int, similarity: float, score: float) -> tuple[object, ...]:
         probes, references = self.probes, self.references
-        for i, j, similarity, score in zip(*columns, strict=True):
-            a, b = int(i), int(j)
-            genuine = int(probes.fingers[a] == references.fingers[b]) if self.same else ""
-            reason = ""
-            if math.isnan(similarity):
-                reason = failure_reason(probes.failures.get(a, ""), references.failures.get(b, ""))
-            names = probes.names[a], references.names[b]
-            numbers = _cell(similarity), _cell(score)
-            yield (self.matcher, self.database, *names, genuine, *numbers, reason)
-
-
-def _cell(value: float) -> float | str:
-    """Return a number with all its digits; "" where there is none."""
-    return "" if math.isnan(value) else value
+        genuine = int(probes.fingers[i] == references.fingers[j]) if self.same else ""
+        reason = ""
+        if math.isnan(similarity):
+            reason = failure_reason(probes.failures.get(i, ""), references.failures.get(j, ""))
+        names = probes.names[i], references.names[j]
+        numbers = ["" if math.isnan(value) else value for value in (similarity, score)]
+        return (self.matcher, self.database, *names, genuine, *numbers, reason)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -78,10 +78,7 @@ def collect(
     engine: Engine,
     progress: Progress,
 ) -> None:
-    """Store the templates of some prints of a side, ascending, that are not stored yet.
-
-    `key` names the side in the store, and the stage for `progress`.
-    """
+    """Store the templates of some prints of a side, ascending, that are not stored yet."""
     start = store.count_items(key)
     missing = numbers[start:]
     progress(key, start, len(numbers))
@@ -96,14 +93,11 @@ def collect(
 
 @dataclass(frozen=True, slots=True)
 class Comparing:
-    """Compare the pairs of a plan and write their rows; every `save_every_s` the position is saved.
-
-    `probes` and `references` name the two sides in the store, which holds the templates.
-    """
+    """Compare the pairs of a plan and write their rows; save the position every `save_every_s`."""
 
     store: Store
     plan: Plan
-    probes: str
+    probes: str  # name of the side in the store
     references: str
     matcher: Matcher
     writer: RowWriter
@@ -111,8 +105,7 @@ class Comparing:
 
     def run(self, engine: Engine, progress: Progress) -> tuple[Position, Position]:
         """Write the rows that are missing, and the file; return the positions before and after."""
-        start = self._saved_position()
-        position = start
+        position = start = self._saved_position()
         progress(COMPARE, start.pairs, len(self.plan))
         if not self._is_in_place(start):
             with closing(self._write(start, engine)) as positions:
@@ -125,9 +118,8 @@ class Comparing:
     def _saved_position(self) -> Position:
         """Return the position of an earlier run; the start if its rows are missing."""
         position = self.store.position
-        if self.store.rows_file.exists() or self._is_in_place(position):
-            return position
-        return Position()
+        is_there = self.store.rows_file.exists() or self._is_in_place(position)
+        return position if is_there else Position()
 
     def _is_in_place(self, position: Position) -> bool:
         """Return whether an earlier run put its file in place without clearing up."""
@@ -149,7 +141,7 @@ class Comparing:
         ):
             if start == Position():
                 stream.write(HEADER)
-                position = replace(position, size=len(HEADER))
+                position = Position(size=len(HEADER))
             try:
                 for similarity in results:
                     chunk = pending.popleft()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.search import open_search
 from fpmatch.gallery.summary import summarise
 from fpmatch.gallery.tables import ENROLLED
-from fpmatch.web.errors import ConflictError, RequestError
+from fpmatch.web.errors import RequestError
 from fpmatch.web.prints import open_upload_with_minutiae
 
 if TYPE_CHECKING:
@@ -60,40 +61,9 @@ def describe_gallery(where: str) -> dict[str, Any]:
 
 
 def identify_print(
-    upload: Upload,
-    reading: PrintOptions,
-    where: str,
-    matcher: str,
-    count: int,
-    threshold: float,
+    upload: Upload, reading: PrintOptions, where: str, matcher: str, count: int, threshold: float
 ) -> dict[str, Any]:
-    """Rank the fingers of a gallery by how well they match a probe.
-
-    Parameters
-    ----------
-    upload : Upload
-        The probe.
-    reading : PrintOptions
-        How it is to be read.
-    where : str
-        The gallery.
-    matcher : str
-        Name of the matcher.
-    count : int
-        Largest number of candidates.
-    threshold : float
-        Smallest score of a candidate.
-
-    Returns
-    -------
-    dict
-        What ``fpmatch identify --transform --json`` prints of one probe.
-
-    Raises
-    ------
-    FpmatchError
-        If the probe or the gallery cannot be read, or an option is out of its range.
-    """
+    """Return what ``fpmatch identify --transform --json`` prints of one probe."""
     most = reading.limits.candidates
     if count > most:
         raise RequestError(f"at most {most} candidates can be listed, not {count}")
@@ -121,31 +91,9 @@ def identify_print(
 def enrol_print(
     upload: Upload, reading: PrintOptions, where: str, label: Label | None, pattern: str
 ) -> dict[str, Any]:
-    """Enrol one print in a gallery.
+    """Enrol one print in a gallery, by default under the label that `pattern` finds in its name.
 
-    Parameters
-    ----------
-    upload : Upload
-        The print.
-    reading : PrintOptions
-        How it is to be read.
-    where : str
-        The gallery.
-    label : Label or None
-        Its label; None for that in the name of the file.
-    pattern : str
-        Pattern of such names.
-
-    Returns
-    -------
-    dict
-        ``enrolled``, false where the same file was enrolled before; the label; ``minutiae``.
-
-    Raises
-    ------
-    FpmatchError
-        If the print cannot be read, its name does not fit, another print has its label, or the
-        gallery cannot be written.
+    In what is returned, ``enrolled`` is false where the same file was enrolled before.
     """
     used = label or NamePattern(pattern).label(Path(upload.name))
     if used is None:
@@ -162,13 +110,11 @@ def enrol_print(
         if conflict is None:
             (conflict,) = gallery.add([NewEntry(used, upload.name, content, given.template)])
         if conflict not in {None, ENROLLED}:
-            raise ConflictError(str(conflict), path=upload.name)
+            raise RequestError(str(conflict), path=upload.name, status=409)
     return {
         "enrolled": conflict is None,
         "name": upload.name,
-        "subject": used.subject,
-        "finger": used.finger,
-        "impression": used.impression,
+        **asdict(used),
         "minutiae": len(given.template.minutiae),
         "notes": list(given.notes),
     }

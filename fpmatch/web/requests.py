@@ -2,48 +2,63 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, Literal, cast
+from collections.abc import Awaitable, Callable
+from functools import partial
+from typing import Annotated, Any, Literal, cast
 
-from fastapi import Depends, File, Form, Request, Response, UploadFile
+from fastapi import Depends, File, Form, Request, UploadFile
 
 from fpmatch.matching.matchers import DEFAULT_MATCHER
 from fpmatch.pair import PairOptions
-from fpmatch.web.errors import TooLargeError
-from fpmatch.web.models import Error
-from fpmatch.web.pool import Pool
+from fpmatch.web.errors import RequestError
+from fpmatch.web.pair import EnrolledPrint, PairRequest
 from fpmatch.web.prints import PrintOptions, Upload, shown_name
 from fpmatch.web.settings import Settings
-
-# Errors of any route.
-ERRORS: dict[int | str, dict[str, Any]] = {
-    401: {"model": Error, "description": "The token is missing or wrong"},
-    413: {"model": Error, "description": "A file is too large"},
-    422: {"model": Error, "description": "A print cannot be read or used"},
-    503: {"model": Error, "description": "Too many requests at once; see Retry-After"},
-    504: {"model": Error, "description": "The work took too long and was stopped"},
-}
-
-MEDIA: Final = {"png": "image/png", "svg": "image/svg+xml"}
-FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/octet-stream": {}}}}
-PICTURE: dict[int | str, dict[str, Any]] = {
-    200: {"content": {media: {} for media in MEDIA.values()}}
-}
 
 UploadedFile = Annotated[UploadFile, File(description="An image or a template, by its content")]
 Dpi = Annotated[float | None, Form(description="Resolution in dpi; by default that in the file")]
 Matcher = Annotated[str, Form(description="Name of the matcher")]
 Enhance = Annotated[Literal["learned", "filters"], Form(description="Enhancement of ridges")]
 
-PictureFormat = Annotated[Literal["png", "svg"], Form(alias="format")]
-SideBySide = Annotated[bool, Form(description="Draw the prints beside each other")]
-
 
 async def _settings(request: Request) -> Settings:
     return cast("Settings", request.app.state.settings)
 
 
-async def _pool(request: Request) -> Pool:
-    return cast("Pool", request.app.state.pool)
+async def _run(request: Request) -> Callable[..., Awaitable[Any]]:
+    return partial(request.app.state.pool.run, request)
+
+
+ServerSettings = Annotated[Settings, Depends(_settings)]
+Run = Annotated[Callable[..., Awaitable[Any]], Depends(_run)]
+
+
+async def read_upload(file: UploadFile, role: str, settings: Settings) -> Upload:
+    """Return the bytes of an uploaded file; `role` is its name if it has none to show."""
+    name, most = shown_name(file.filename, role), settings.limits.file_megabytes
+    if (file.size or 0) > most * 1e6:
+        raise RequestError(f"larger than {most:g} MB", path=name, status=413)
+    return Upload(name, await file.read())
+
+
+async def _print_options(
+    settings: ServerSettings, dpi: Dpi = None, enhance: Enhance = "learned"
+) -> PrintOptions:
+    return PrintOptions(settings.limits, dpi, enhance)
+
+
+async def _both_options(
+    settings: ServerSettings,
+    dpi: Dpi = None,
+    probe_dpi: Dpi = None,
+    reference_dpi: Dpi = None,
+    enhance: Enhance = "learned",
+) -> tuple[PrintOptions, PrintOptions]:
+    probe, reference = (
+        PrintOptions(settings.limits, dpi if own is None else own, enhance)
+        for own in (probe_dpi, reference_dpi)
+    )
+    return probe, reference
 
 
 async def _pair_options(
@@ -61,60 +76,33 @@ async def _pair_options(
     return PairOptions(matcher, fmr, threshold, None, rho, area_tolerance)
 
 
-async def _print_options(
-    settings: Annotated[Settings, Depends(_settings)], dpi: Dpi = None, enhance: Enhance = "learned"
-) -> PrintOptions:
-    return PrintOptions(settings.limits, dpi, enhance)
-
-
-async def _both_options(
-    settings: Annotated[Settings, Depends(_settings)],
-    dpi: Dpi = None,
-    probe_dpi: Dpi = None,
-    reference_dpi: Dpi = None,
-    enhance: Enhance = "learned",
-) -> tuple[PrintOptions, PrintOptions]:
-    probe, reference = (
-        PrintOptions(settings.limits, dpi if own is None else own, enhance)
-        for own in (probe_dpi, reference_dpi)
-    )
-    return probe, reference
-
-
-ServerSettings = Annotated[Settings, Depends(_settings)]
-Workers = Annotated[Pool, Depends(_pool)]
-Options = Annotated[PairOptions, Depends(_pair_options)]
 OneReading = Annotated[PrintOptions, Depends(_print_options)]
-BothReadings = Annotated[tuple[PrintOptions, PrintOptions], Depends(_both_options)]
+_BothReadings = Annotated[tuple[PrintOptions, PrintOptions], Depends(_both_options)]
+_Options = Annotated[PairOptions, Depends(_pair_options)]
 
 
-async def read_upload(file: UploadFile, role: str, settings: Settings) -> Upload:
-    """Return the bytes of an uploaded file; `role` is its name if it has none to show.
-
-    Raises
-    ------
-    TooLargeError
-        If there are more than the server accepts.
-    """
-    name, most = shown_name(file.filename, role), settings.limits.file_megabytes
-    if (file.size or 0) > most * 1e6:
-        raise TooLargeError(f"larger than {most:g} MB", path=name)
-    return Upload(name, await file.read())
+async def _uploaded_pair(
+    settings: ServerSettings,
+    probe: UploadedFile,
+    reference: UploadedFile,
+    readings: _BothReadings,
+    options: _Options,
+) -> PairRequest:
+    first = await read_upload(probe, "probe", settings)
+    second = await read_upload(reference, "reference", settings)
+    return PairRequest(first, second, readings, options)
 
 
-async def _both_uploads(
-    probe: UploadedFile, reference: UploadedFile, settings: ServerSettings
-) -> tuple[Upload, Upload]:
-    return (
-        await read_upload(probe, "probe", settings),
-        await read_upload(reference, "reference", settings),
-    )
+async def _enrolled_pair(
+    settings: ServerSettings,
+    number: int,
+    probe: UploadedFile,
+    readings: _BothReadings,
+    options: _Options,
+) -> PairRequest:
+    enrolled = EnrolledPrint(str(settings.gallery), number)
+    return PairRequest(await read_upload(probe, "probe", settings), enrolled, readings, options)
 
 
-BothUploads = Annotated[tuple[Upload, Upload], Depends(_both_uploads)]
-
-
-def download(content: bytes, name: str, media: str) -> Response:
-    """Return a response with a file, under a name that no client has chosen."""
-    headers = {"content-disposition": f'attachment; filename="{name}"'}
-    return Response(content, media_type=media, headers=headers)
+UploadedPair = Annotated[PairRequest, Depends(_uploaded_pair)]
+EnrolledPair = Annotated[PairRequest, Depends(_enrolled_pair)]

@@ -29,17 +29,7 @@ class ServeError(FpmatchError):
 
 @dataclass(frozen=True, slots=True)
 class BoundServer:
-    """Hold a listening socket, and what clients need.
-
-    Parameters
-    ----------
-    listener : socket
-        Bound and listening.
-    address : str
-        Address to open in a browser, with the token if there is one.
-    settings : Settings
-        Those given, completed with the hosts and the token.
-    """
+    """Hold a listening socket, its address for browsers, and settings with hosts and token."""
 
     listener: socket.socket
     address: str
@@ -54,25 +44,10 @@ def bind_server(
     token: str | None = None,
     allowed_hosts: Sequence[str] = (),
 ) -> BoundServer:
-    """Listen on a host and port; connections wait until `serve` answers.
+    """Listen on a host and a port (0: any that is free); connections wait until `serve` answers.
 
-    Parameters
-    ----------
-    host : str
-        Name or address; one that other machines can reach needs a token.
-    port : int
-        0 for any free port.
-    settings : Settings
-        The other settings.
-    token : str, optional
-        Token of requests (default: a random one if other machines can reach the host, else none).
-    allowed_hosts : sequence of str
-        Other names of this server in requests.
-
-    Raises
-    ------
-    ServeError
-        If the host is unknown, the port taken, or the token too short.
+    Without a `token`, a random one is made if other machines can reach the host. `allowed_hosts`
+    are other names of this server in requests.
     """
     if token is not None and len(token) < _MIN_TOKEN:
         raise ServeError(f"a token must have at least {_MIN_TOKEN} letters", code="token")
@@ -105,15 +80,7 @@ def bind_server(
 
 
 def serve(bound: BoundServer, *, ready: Callable[[], None] = lambda: None) -> None:
-    """Answer requests until the process gets SIGINT or SIGTERM.
-
-    Parameters
-    ----------
-    bound : BoundServer
-        From `bind_server`.
-    ready : callable
-        Called once, when requests are answered.
-    """
+    """Answer requests until SIGINT or SIGTERM; `ready` is called once, when they are answered."""
     import uvicorn  # noqa: PLC0415
 
     from fpmatch.web.app import make_app  # noqa: PLC0415

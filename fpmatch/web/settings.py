@@ -10,62 +10,30 @@ from fpmatch.gallery.names import FVC_PATTERN
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Bound what one request may cost.
+    """Bound what one request may cost."""
 
-    Parameters
-    ----------
-    file_megabytes : float
-        Largest upload.
-    megapixels : float
-        Largest image, before it is decoded.
-    megapixels_at_500_dpi : float
-        Largest image at 500 dpi: four flat fingers side by side have 2.5.
-    seconds : float
-        Longest work on one request, without waiting.
-    upload_seconds : float
-        Longest transfer of a request.
-    waiting : int
-        Most requests that wait for a worker; others are refused.
-    megabytes_at_once : float
-        Most data of all requests in the server; a single one is always accepted.
-    candidates : int
-        Most candidates of one identification.
-    """
-
-    file_megabytes: float = 32.0
-    megapixels: float = 32.0
-    megapixels_at_500_dpi: float = 4.0
-    seconds: float = 30.0
-    upload_seconds: float = 60.0
-    waiting: int = 32
-    megabytes_at_once: float = 512.0
-    candidates: int = 100
+    file_megabytes: float = 32.0  # of an upload
+    megapixels: float = 32.0  # of an image, before it is decoded
+    megapixels_at_500_dpi: float = 4.0  # four flat fingers side by side have 2.5
+    seconds: float = 30.0  # of work on one request, without waiting
+    upload_seconds: float = 60.0  # of the transfer of a request
+    waiting: int = 32  # requests that wait for a worker; others are refused
+    megabytes_at_once: float = 512.0  # of all requests; a single one is always accepted
+    candidates: int = 100  # of one identification
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
     """Hold the settings of a server.
 
-    Parameters
-    ----------
-    hosts : tuple of str
-        Its names in requests, in lower case and without a port. With a `token`, IP addresses are
-        accepted too: no other site can take them over by DNS rebinding.
-    token : str or None
-        Token that every request must contain; None where only this machine can reach the server.
-    gallery : str or None
-        File or URL of the gallery to search and to enrol in.
-    pattern : str
-        Pattern of names of enrolled files with subject, finger and impression.
-    workers : int
-        Number of worker processes.
-    limits : Limits
-        Limits of one request.
+    `hosts` are its names in requests, in lower case and without a port. Every request must contain
+    the `token`, if there is one. With it, IP addresses are accepted as hosts, too: no other site
+    can take them over by DNS rebinding.
     """
 
     hosts: tuple[str, ...] = ("localhost", "127.0.0.1", "[::1]")
     token: str | None = field(default=None, repr=False)
-    gallery: str | None = None
-    pattern: str = FVC_PATTERN
+    gallery: str | None = None  # file or URL
+    pattern: str = FVC_PATTERN  # of names of enrolled files
     workers: int = field(default_factory=available_cores)
     limits: Limits = Limits()

@@ -1,7 +1,5 @@
 """Windows of one print, put together, are that print again."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

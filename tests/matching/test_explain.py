@@ -1,7 +1,5 @@
 """`fpmatch.matching.explain`: the reasons of a non-match, each on prints made to have it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -10,22 +8,22 @@ from hypothesis import given, settings
 from matching_prints import COMPILED, jittered, moved, seeds, spread_points, template_of
 from matching_weights import NEVER, REJECTING, scored_by, some_weights
 
-from fpmatch import Template, verify
-from fpmatch.matching.align import Alignment, alignments
-from fpmatch.matching.explain import competing_pairs
+from fpmatch import verify
+from fpmatch.matching.align import alignments
+from fpmatch.matching.explain import ExplanationParameters, competing_pairs
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.prepare import prepare
 
 CERTAIN = 100.0  # a threshold that few pairs reach
 
 
-def reason(probe: Template, reference: Template) -> str:
+def reason(probe, reference):
     found = verify(probe, reference, threshold=CERTAIN)
     return found.reason if not found.match else ""
 
 
-def doubled(rng: np.random.Generator) -> tuple[Template, Template]:
+def doubled(rng):
     """Return a print, and one that holds it twice, turned and a little wrong."""
     points = spread_points(rng, 12, size=130.0)
     there = jittered(rng, moved(points, 1.0, 260 + 10j), 0.5, 0.02)
@@ -33,7 +31,7 @@ def doubled(rng: np.random.Generator) -> tuple[Template, Template]:
     return template_of(points), template_of(both, size=500)
 
 
-def test_a_competing_transform_is_named(rng: np.random.Generator) -> None:
+def test_a_competing_transform_is_named(rng):
     probe, reference = doubled(rng)
     found = reason(probe, reference)
     assert "; a quite different transform pairs 1" in found
@@ -41,15 +39,13 @@ def test_a_competing_transform_is_named(rng: np.random.Generator) -> None:
     assert "a quite different transform" in reason(reference, probe)
 
 
-def test_a_transform_without_a_competing_one_is_not_doubted(rng: np.random.Generator) -> None:
+def test_a_transform_without_a_competing_one_is_not_doubted(rng):
     points = spread_points(rng, 12, size=200.0)
     worn = template_of(jittered(rng, moved(points, 0.4, 5 + 3j), 2.0, 0.05))
     assert "quite different" not in verify(template_of(points), worn, threshold=100).reason
 
 
-def competing_twin(
-    a: PreparedTemplate, alignment: Alignment, others: list[Alignment], apart_px: float
-) -> int:
+def competing_twin(a, alignment, others, apart_px):
     """Return the pairs of the best transform that maps the minutiae elsewhere, one by one."""
     most = 0
     for other in others:
@@ -67,7 +63,7 @@ def competing_twin(
 
 @given(seeds)
 @settings(max_examples=20 if COMPILED else 4)
-def test_competing_pairs_agree_with_their_twin(seed: int) -> None:
+def test_competing_pairs_agree_with_their_twin(seed):
     """Of the hypotheses of all local matches, and of those that are not among the pairs."""
     a, b = map(prepare, doubled(np.random.default_rng(seed)))
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
@@ -80,14 +76,15 @@ def test_competing_pairs_agree_with_their_twin(seed: int) -> None:
                 masked[i, j] = 0.0
         others = found + alignments(a.points, b.points, masked)
         for apart_px in (0.5, 30.0, 1e4):
+            parameters = ExplanationParameters(apart_px=apart_px)
             expected = competing_twin(a, alignment, others, apart_px)
-            assert competing_pairs(a, b, alignment, similarity, apart_px) == expected
-        assert competing_pairs(a, b, alignment, similarity, apart_px) == 0
+            assert competing_pairs(a, b, alignment, similarity, parameters) == expected
+        assert competing_pairs(a, b, alignment, similarity, parameters) == 0
     assert similarity.tolist() == before.tolist()
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_of_a_doubled_print_both_places_compete(seed: int) -> None:
+def test_of_a_doubled_print_both_places_compete(seed):
     """Although every minutia is in one local match alone."""
     a, b = map(prepare, doubled(np.random.default_rng(seed)))
     similarity = local_similarity(a.neighbourhoods, b.neighbourhoods)
@@ -97,7 +94,7 @@ def test_of_a_doubled_print_both_places_compete(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_prints_whose_local_matches_are_weak_are_explained(seed: int) -> None:
+def test_prints_whose_local_matches_are_weak_are_explained(seed):
     """Even where the one hypothesis that a comparison then tries pairs nothing."""
     rng = np.random.default_rng(seed)
     pair = [MATCHER.prepare(template_of(spread_points(rng, 20))) for _ in range(2)]
@@ -115,7 +112,7 @@ def test_prints_whose_local_matches_are_weak_are_explained(seed: int) -> None:
 
 
 @pytest.mark.parametrize("side", ["probe", "reference"])
-def test_poor_minutiae_are_named_with_their_side(rng: np.random.Generator, side: str) -> None:
+def test_poor_minutiae_are_named_with_their_side(rng, side):
     one, other = spread_points(rng, 20), spread_points(rng, 20)
     poor = template_of(one, quality=np.full(20, 20))
     good = template_of(other, quality=np.full(20, 80))
@@ -125,13 +122,13 @@ def test_poor_minutiae_are_named_with_their_side(rng: np.random.Generator, side:
     assert found.count("poor") == 1
 
 
-def test_unknown_quality_is_not_poor(rng: np.random.Generator) -> None:
+def test_unknown_quality_is_not_poor(rng):
     found = reason(template_of(spread_points(rng, 20)), template_of(spread_points(rng, 20)))
     assert found
     assert "poor" not in found
 
 
-def test_a_comparison_has_the_main_reason_alone(rng: np.random.Generator) -> None:
+def test_a_comparison_has_the_main_reason_alone(rng):
     probe, reference = map(MATCHER.prepare, doubled(rng))
     with scored_by(some_weights()):
         found = MATCHER.compare(probe, reference)
@@ -146,7 +143,7 @@ def test_a_comparison_has_the_main_reason_alone(rng: np.random.Generator) -> Non
 
 @given(seeds)
 @settings(max_examples=15 if COMPILED else 3)
-def test_prints_that_the_prefilter_rejects_are_aligned_to_explain_it(seed: int) -> None:
+def test_prints_that_the_prefilter_rejects_are_aligned_to_explain_it(seed):
     """Whichever of the two is the probe; the similarity is that of `compare` all the same."""
     rng = np.random.default_rng(seed)
     one, other = (MATCHER.prepare(template_of(spread_points(rng, 30))) for _ in range(2))
@@ -174,7 +171,7 @@ def test_prints_that_the_prefilter_rejects_are_aligned_to_explain_it(seed: int) 
     assert inverse.matrix == pytest.approx(explained.transform.matrix, abs=1e-9)
 
 
-def test_what_passes_the_prefilter_is_explained_as_compared(rng: np.random.Generator) -> None:
+def test_what_passes_the_prefilter_is_explained_as_compared(rng):
     points = spread_points(rng, 40)
     pair = (
         MATCHER.prepare(template_of(side)) for side in (points, jittered(rng, points, 1.0, 0.02))
@@ -189,7 +186,7 @@ def test_what_passes_the_prefilter_is_explained_as_compared(rng: np.random.Gener
     assert explained.similarity == found.similarity
 
 
-def test_what_cannot_be_aligned_is_explained_as_compared(rng: np.random.Generator) -> None:
+def test_what_cannot_be_aligned_is_explained_as_compared(rng):
     one, few = template_of(spread_points(rng, 20)), template_of(spread_points(rng, 2))
     pair = MATCHER.prepare(one), MATCHER.prepare(few)
     found = MATCHER.compare(*pair)

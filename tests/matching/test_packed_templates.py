@@ -1,9 +1,6 @@
 """Many prepared prints: each comes back as it was, from memory and from a file, or is refused."""
 
-from __future__ import annotations
-
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,14 +18,14 @@ from matching_prints import (
 from fpmatch.errors import MatcherError, OutputError
 from fpmatch.matching.align import identity_alignment
 from fpmatch.matching.packed_templates import FORMAT, PRINTS_AT_ONCE, PackedTemplates
-from fpmatch.matching.prepare import PreparationParameters, PreparedTemplate, prepare
+from fpmatch.matching.prepare import PreparationParameters, prepare
 from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.minutiae import Minutiae, Template
 
 EXAMPLES = 40 if COMPILED else 10
 
 
-def some_prints(sizes: tuple[int, ...] = (12, 0, 3, 25, 2)) -> list[PreparedTemplate]:
+def some_prints(sizes=(12, 0, 3, 25, 2)):
     """Return prints of so many minutiae, with and without a field, and one with its ridges."""
     field = (None, even_field(side=9), striped_field(side=8))
     return [
@@ -44,7 +41,7 @@ def some_prints(sizes: tuple[int, ...] = (12, 0, 3, 25, 2)) -> list[PreparedTemp
     ]
 
 
-def assert_same(found: PreparedTemplate, expected: PreparedTemplate) -> None:
+def assert_same(found, expected):
     """Hold two prepared prints to being equal to the last bit."""
     assert found.key == expected.key
     assert found.to_500dpi == expected.to_500dpi
@@ -72,7 +69,7 @@ def assert_same(found: PreparedTemplate, expected: PreparedTemplate) -> None:
     assert n.frame[columns].tolist() == m.frame[columns].tolist()
 
 
-def assert_all_same(found: PackedTemplates, expected: list[PreparedTemplate]) -> None:
+def assert_all_same(found, expected):
     assert len(found) == len(expected)
     for k, print_ in enumerate(expected):
         assert_same(found[k], print_)
@@ -80,12 +77,12 @@ def assert_all_same(found: PackedTemplates, expected: list[PreparedTemplate]) ->
 
 @given(st.lists(templates(), max_size=4))
 @settings(max_examples=EXAMPLES)
-def test_any_prints_come_back_as_they_were(given_: list[Template]) -> None:
+def test_any_prints_come_back_as_they_were(given_):
     prints = [prepare(template) for template in given_]
     assert_all_same(PackedTemplates.pack(prints), prints)
 
 
-def test_joined_parts_are_one_after_the_other() -> None:
+def test_joined_parts_are_one_after_the_other():
     prints = some_prints()
     parts = [
         PackedTemplates.pack(prints[:2]),
@@ -98,7 +95,7 @@ def test_joined_parts_are_one_after_the_other() -> None:
 
 @given(st.lists(st.integers(0, 4), max_size=8))
 @settings(max_examples=EXAMPLES)
-def test_some_are_taken_in_any_order(which: list[int]) -> None:
+def test_some_are_taken_in_any_order(which):
     prints = some_prints()
     taken = PackedTemplates.pack(prints).take(np.array(which, np.intp))
     assert len(taken) == len(which)
@@ -106,21 +103,21 @@ def test_some_are_taken_in_any_order(which: list[int]) -> None:
         assert_same(taken[k], prints[place])
 
 
-def test_more_prints_than_are_packed_at_once() -> None:
+def test_more_prints_than_are_packed_at_once():
     print_ = some_prints((3,))[0]
     many = PackedTemplates.pack(print_ for _ in range(PRINTS_AT_ONCE + 2))
     assert len(many) == PRINTS_AT_ONCE + 2
     assert_same(many[PRINTS_AT_ONCE + 1], print_)
 
 
-def test_of_a_crowd_the_best_come_back_with_their_places() -> None:
+def test_of_a_crowd_the_best_come_back_with_their_places():
     points = spread_points(np.random.default_rng(3), 12)
     quality = np.array([10, 90] * 6)
     print_ = prepare(template_of(points, quality=quality), PreparationParameters(max_minutiae=6))
     assert PackedTemplates.pack([print_])[0].index.tolist() == [1, 3, 5, 7, 9, 11]
 
 
-def test_a_print_of_forty_minutiae_takes_less_than_eight_kilobytes() -> None:
+def test_a_print_of_forty_minutiae_takes_less_than_eight_kilobytes():
     n = 40 if COMPILED else 20
     points = spread_points(np.random.default_rng(2), n)
     many = PackedTemplates.pack([prepare(template_of(points, field=striped_field(side=22)))] * 10)
@@ -128,7 +125,7 @@ def test_a_print_of_forty_minutiae_takes_less_than_eight_kilobytes() -> None:
     assert many.nbytes == sum(getattr(many, f.name).nbytes for f in dataclasses.fields(many))
 
 
-def test_more_minutiae_than_a_byte_can_number_are_refused() -> None:
+def test_more_minutiae_than_a_byte_can_number_are_refused():
     points = np.zeros((4, 300))
     points[0] = np.arange(300) * 7.0
     points[2] = 1
@@ -138,23 +135,21 @@ def test_more_minutiae_than_a_byte_can_number_are_refused() -> None:
 
 
 @pytest.mark.parametrize("k", [-1, 5, 99])
-def test_there_is_no_print_beyond_the_last(k: int) -> None:
+def test_there_is_no_print_beyond_the_last(k):
     with pytest.raises(IndexError, match="of 5"):
         PackedTemplates.pack(some_prints())[k]
 
 
 @pytest.mark.parametrize("mmap", [True, False])
 @pytest.mark.parametrize("sizes", [(), (0,), (12, 0, 3, 25, 2)])
-def test_a_file_gives_back_what_was_saved(
-    tmp_path: Path, sizes: tuple[int, ...], mmap: bool
-) -> None:
+def test_a_file_gives_back_what_was_saved(tmp_path, sizes, mmap):
     prints = some_prints(sizes)
     PackedTemplates.pack(prints).save(tmp_path / "prints")
     assert_all_same(PackedTemplates.load(tmp_path / "prints", mmap=mmap), prints)
     assert [p.name for p in tmp_path.iterdir()] == ["prints"]
 
 
-def test_saving_replaces_the_file_and_leaves_what_was_mapped(tmp_path: Path) -> None:
+def test_saving_replaces_the_file_and_leaves_what_was_mapped(tmp_path):
     file, prints = tmp_path / "prints", some_prints()
     PackedTemplates.pack(prints).save(file)
     mapped = PackedTemplates.load(file)
@@ -163,7 +158,7 @@ def test_saving_replaces_the_file_and_leaves_what_was_mapped(tmp_path: Path) -> 
     assert len(PackedTemplates.load(file)) == 1
 
 
-def saved(folder: Path) -> bytes:
+def saved(folder):
     PackedTemplates.pack(some_prints()).save(folder / "prints")
     return (folder / "prints").read_bytes()
 
@@ -180,7 +175,7 @@ def saved(folder: Path) -> bytes:
         (lambda content: content + b"more", "damaged"),
     ],
 )
-def test_another_file_is_refused_by_name(tmp_path: Path, change, reason: str) -> None:
+def test_another_file_is_refused_by_name(tmp_path, change, reason):
     changed = change(saved(tmp_path))
     (tmp_path / "prints").write_bytes(changed)
     with pytest.raises(MatcherError, match=reason) as caught:
@@ -189,7 +184,7 @@ def test_another_file_is_refused_by_name(tmp_path: Path, change, reason: str) ->
     assert "\n" not in str(caught.value)
 
 
-def harmed(folder: Path, name: str, at: int, value: float) -> Path:
+def harmed(folder, name, at, value):
     """Return a file in which one number of one array is another; `save` does not look at it."""
     many = PackedTemplates.pack(some_prints((12, 9)))
     array = getattr(many, name).copy()
@@ -214,15 +209,13 @@ def harmed(folder: Path, name: str, at: int, value: float) -> Path:
         ("shape", 0, -9),
     ],
 )
-def test_numbers_that_would_lead_astray_are_refused(
-    tmp_path: Path, name: str, at: int, value: float
-) -> None:
+def test_numbers_that_would_lead_astray_are_refused(tmp_path, name, at, value):
     with pytest.raises(MatcherError, match="damaged"):
         PackedTemplates.load(harmed(tmp_path, name, at, value))
 
 
 @pytest.mark.parametrize("by", [-1, 1])
-def test_ridges_that_are_not_one_a_cell_are_refused(tmp_path: Path, by: int) -> None:
+def test_ridges_that_are_not_one_a_cell_are_refused(tmp_path, by):
     many = PackedTemplates.pack(some_prints())
     ridges = np.resize(many.ridges, len(many.ridges) + by)
     dataclasses.replace(many, ridges=ridges).save(tmp_path / "prints")
@@ -230,7 +223,7 @@ def test_ridges_that_are_not_one_a_cell_are_refused(tmp_path: Path, by: int) -> 
         PackedTemplates.load(tmp_path / "prints")
 
 
-def test_a_file_from_before_there_were_codes_is_refused(tmp_path: Path) -> None:
+def test_a_file_from_before_there_were_codes_is_refused(tmp_path):
     content = saved(tmp_path)
     assert content.startswith(b"fpmatch prepared prints 4\n")
     (tmp_path / "prints").write_bytes(content.replace(b"prints 4", b"prints 3", 1))
@@ -239,7 +232,7 @@ def test_a_file_from_before_there_were_codes_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mmap", [True, False])
-def test_ridges_are_compared_from_a_file_as_from_memory(tmp_path: Path, mmap: bool) -> None:
+def test_ridges_are_compared_from_a_file_as_from_memory(tmp_path, mmap):
     """A mapped file cannot be written, which the kernels must not mind."""
     prints = some_prints((5, 5, 5, 6, 6, 6))
     PackedTemplates.pack(prints).save(tmp_path / "prints")
@@ -254,7 +247,7 @@ def test_ridges_are_compared_from_a_file_as_from_memory(tmp_path: Path, mmap: bo
     assert cells == [0, 0, 64] * 2
 
 
-def test_no_file_and_no_folder_are_named(tmp_path: Path) -> None:
+def test_no_file_and_no_folder_are_named(tmp_path):
     with pytest.raises(MatcherError, match=r"nothing: no such file"):
         PackedTemplates.load(tmp_path / "nothing")
     with pytest.raises(MatcherError, match="is a directory"):
@@ -263,6 +256,6 @@ def test_no_file_and_no_folder_are_named(tmp_path: Path) -> None:
         PackedTemplates.pack([]).save(tmp_path / "nowhere" / "prints")
 
 
-def test_a_template_without_minutiae_has_a_place() -> None:
+def test_a_template_without_minutiae_has_a_place():
     empty = prepare(Template(Minutiae.empty(), 9, 9))
     assert_all_same(PackedTemplates.pack([empty, empty]), [empty, empty])

@@ -1,20 +1,11 @@
 """What is prepared of a template: points, region, order."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
-from matching_prints import (
-    even_field,
-    seeds,
-    spread_points,
-    striped_field,
-    template_of,
-    templates,
-)
+from matching_prints import even_field, seeds, spread_points, striped_field, template_of, templates
 
 from fpmatch.matching.neighbourhood import NeighbourhoodParameters
 from fpmatch.matching.prepare import PreparationParameters, prepare
@@ -22,7 +13,7 @@ from fpmatch.minutiae import Minutiae, RidgeField, Template
 
 
 @pytest.mark.parametrize("dpi", [250.0, 500.0, 1000.0])
-def test_points_are_at_500_dpi_with_y_pointing_up(dpi: float) -> None:
+def test_points_are_at_500_dpi_with_y_pointing_up(dpi):
     minutiae = Minutiae(x=[10, 30], y=[20, 40], angle=[0, np.pi / 2], quality=[100, 25])
     prepared = prepare(Template(minutiae, 100, 100, dpi))
     zoom = 500 / dpi
@@ -34,7 +25,7 @@ def test_points_are_at_500_dpi_with_y_pointing_up(dpi: float) -> None:
     assert len(prepared) == 2
 
 
-def test_of_too_many_minutiae_the_best_take_part_in_their_order() -> None:
+def test_of_too_many_minutiae_the_best_take_part_in_their_order():
     quality = np.array([10, 90, 50, 90, 50, 70])
     points = spread_points(np.random.default_rng(1), 6)
     prepared = prepare(template_of(points, quality=quality), PreparationParameters(max_minutiae=4))
@@ -43,14 +34,14 @@ def test_of_too_many_minutiae_the_best_take_part_in_their_order() -> None:
     assert prepared.neighbourhoods.count.tolist() == [3] * 4
 
 
-def test_parameters_of_the_neighbourhoods_are_handed_on() -> None:
+def test_parameters_of_the_neighbourhoods_are_handed_on():
     template = template_of(spread_points(np.random.default_rng(1), 9))
     prepared = prepare(template, neighbourhood=NeighbourhoodParameters(size=2))
     assert prepared.neighbourhoods.frame.shape == (9, 6, 2)
 
 
 @given(templates())
-def test_any_template_can_be_prepared(template: Template) -> None:
+def test_any_template_can_be_prepared(template):
     prepared = prepare(template)
     ridges = None if template.field is None else template.field.ridges
     assert (prepared.region.ridges is None) == (ridges is None)
@@ -61,7 +52,7 @@ def test_any_template_can_be_prepared(template: Template) -> None:
     assert prepared.region.has_flow == (template.field is not None)
 
 
-def test_region_of_a_field_is_its_mask_and_flow() -> None:
+def test_region_of_a_field_is_its_mask_and_flow():
     mask = np.array([[True, False, False], [True, True, False]])
     orientation = np.array([[0.0, 9.0, 9.0], [np.pi / 4, np.pi / 2, 9.0]])
     template = Template(Minutiae.empty(), 60, 40, 1000.0, RidgeField(20.0, orientation, mask))
@@ -75,7 +66,7 @@ def test_region_of_a_field_is_its_mask_and_flow() -> None:
     assert region.contains(x, y).tolist() == [True, True, False, False, False, False]
 
 
-def test_ridges_are_those_of_the_cells_in_the_box_around_the_mask() -> None:
+def test_ridges_are_those_of_the_cells_in_the_box_around_the_mask():
     mask = np.zeros((5, 6), bool)
     mask[1, 4] = mask[3, 2] = mask[3, 3] = True
     ridges = np.arange(1, 31, dtype=np.uint64).reshape(mask.shape) << np.uint64(59)
@@ -89,14 +80,14 @@ def test_ridges_are_those_of_the_cells_in_the_box_around_the_mask() -> None:
     assert region.code.shape == region.ridges.shape
 
 
-def test_ridges_are_not_known_without_a_field_or_without_them_in_it() -> None:
+def test_ridges_are_not_known_without_a_field_or_without_them_in_it():
     points = spread_points(np.random.default_rng(1), 5)
     assert prepare(template_of(points)).region.ridges is None
     assert prepare(template_of(points, field=even_field())).region.ridges is None
 
 
 @pytest.mark.parametrize("shape", [(0, 0), (0, 3), (2, 3)])
-def test_ridges_of_an_empty_field_are_none_in_number(shape: tuple[int, int]) -> None:
+def test_ridges_of_an_empty_field_are_none_in_number(shape):
     field = RidgeField(16.0, np.zeros(shape), np.zeros(shape), np.ones(shape))
     prepared = prepare(Template(Minutiae.empty(), 60, 40, field=field))
     assert prepared.region.ridges is not None
@@ -104,7 +95,7 @@ def test_ridges_of_an_empty_field_are_none_in_number(shape: tuple[int, int]) -> 
     prepared.for_kernels()
 
 
-def test_region_without_a_field_is_the_hull_of_the_minutiae() -> None:
+def test_region_without_a_field_is_the_hull_of_the_minutiae():
     corners = np.array([[20.0, 180, 180, 20], [-20, -20, -180, -180], [1, 1, 1, 1], [0, 0, 0, 0]])
     region = prepare(template_of(corners)).region
     assert not region.has_flow
@@ -117,13 +108,13 @@ def test_region_without_a_field_is_the_hull_of_the_minutiae() -> None:
 
 
 @given(seeds)
-def test_the_hull_holds_its_minutiae(seed: int) -> None:
+def test_the_hull_holds_its_minutiae(seed):
     rng = np.random.default_rng(seed)
     prepared = prepare(template_of(spread_points(rng, int(rng.integers(1, 20)))))
     assert prepared.region.contains(*prepared.points[:2]).all()
 
 
-def test_minutiae_outside_the_image_have_no_region() -> None:
+def test_minutiae_outside_the_image_have_no_region():
     prepared = prepare(
         template_of(spread_points(np.random.default_rng(1), 9) * [[-1], [1], [1], [1]])
     )
@@ -133,7 +124,7 @@ def test_minutiae_outside_the_image_have_no_region() -> None:
 
 
 @pytest.mark.parametrize("reach", [2e4, 1e9])
-def test_far_minutiae_take_no_more_memory(reach: float) -> None:
+def test_far_minutiae_take_no_more_memory(reach):
     minutiae = Minutiae(x=[0, reach, 10], y=[0, 10, reach], angle=[0, 0, 0])
     p = PreparationParameters(max_hull_cells=64)
     prepared = prepare(Template(minutiae, 100, 100), p)
@@ -141,7 +132,7 @@ def test_far_minutiae_take_no_more_memory(reach: float) -> None:
     assert prepared.region.contains(*prepared.points[:2]).all()
 
 
-def test_key_tells_whatever_is_compared_apart() -> None:
+def test_key_tells_whatever_is_compared_apart():
     points = spread_points(np.random.default_rng(1), 5)
     plain = template_of(points)
     one_cell = np.zeros((2, 2), np.float32)

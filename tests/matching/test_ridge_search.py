@@ -1,40 +1,30 @@
 """Small prints found by their ridges: against a slow twin, interpreted, and on prints cut out."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from matching_prints import packed_pictures, seeds, spread_points, template_of
 from matching_weights import interpreted_kernels, print_for
-from numpy.typing import NDArray
 
+from research.partial_templates import window
 from fpmatch.image.extract import extract
 from fpmatch.matching._ridge_kernel import RidgeCorrelator
 from fpmatch.matching._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.align import aligner_of
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
-from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.prepare import prepare
 from fpmatch.matching.quantization import flow_of
-from fpmatch.matching.ridges import RidgeSearchParameters
-from fpmatch.minutiae import RidgeField, Template
-from research.partial_templates import window
+from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.minutiae import RidgeField
 
 SAMPLES = 24
 ROOM = 40
 
-Pairs = list[tuple[int, int, float]]
 
-
-def searched(
-    a: PreparedTemplate, b: PreparedTemplate, parameters: RidgeSearchParameters | None = None
-) -> Pairs:
+def searched(a, b, parameters=None):
     """Return the pairs that the kernel finds, and their values."""
     p = parameters or RidgeSearchParameters()
     search = RidgeSearch(p)
@@ -42,27 +32,20 @@ def searched(
     return [(search.first[k], search.second[k], search.value[k]) for k in range(found)]
 
 
-def pair_transform(
-    small: PreparedTemplate, i: int, large: PreparedTemplate, j: int
-) -> tuple[complex, complex]:
+def pair_transform(small, i, large, j):
     """Return rotation and shift of the transform that maps minutia i to minutia j."""
     own, other = small.points, large.points
     turn = (other[2, j] + 1j * other[3, j]) * (own[2, i] - 1j * own[3, i])
     return turn, other[0, j] + 1j * other[1, j] - turn * (own[0, i] + 1j * own[1, i])
 
 
-def twin(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    parameters: RidgeSearchParameters | None = None,
-    among: list[tuple[int, int]] | None = None,
-) -> Pairs:
+def twin(a, b, parameters=None, among=None):
     """Return the same, one pair of minutiae after the other, as the docstrings say it."""
     p = parameters or RidgeSearchParameters()
     swapped = b.region.area < a.region.area
     small, large = (b, a) if swapped else (a, b)
     cells = small.region.cells
-    taken: list[int] = []
+    taken = []
     for k in range(cells.shape[1]):
         if k * SAMPLES >= len(taken) * cells.shape[1] and len(taken) < SAMPLES:
             taken.append(k)
@@ -88,7 +71,7 @@ def twin(
     kept = sorted(kept, key=lambda row: -round(row[0], 9))[: p.compared]
     correlator = RidgeCorrelator(ROOM)
     sides = small.for_kernels(), large.for_kernels()
-    found: list[tuple[float, int, int, complex, complex]] = []
+    found = []
     for _, i, j in kept:
         turn, shift = pair_transform(small, i, large, j)
         if not correlator.compare_rigid(*sides, turn.real, turn.imag, shift.real, shift.imag):
@@ -109,7 +92,7 @@ def twin(
     return [(j, i, value) if swapped else (i, j, value) for value, i, j, _, _ in found]
 
 
-def some_print(rng: np.random.Generator, size: int, side: int) -> PreparedTemplate:
+def some_print(rng, size, side):
     """Return a print of stripes that run nearly one way, with minutiae anywhere on it."""
     way = rng.uniform(0, np.pi)
     row, column = np.mgrid[: 8 * side, : 8 * side] + 0.5
@@ -123,12 +106,12 @@ def some_print(rng: np.random.Generator, size: int, side: int) -> PreparedTempla
 
 
 @pytest.fixture(scope="module")
-def whole(fingers: list[NDArray[np.uint8]]) -> Template:
+def whole(fingers):
     return extract(fingers[0])
 
 
 @given(seeds)
-def test_search_agrees_with_its_twin(seed: int) -> None:
+def test_search_agrees_with_its_twin(seed):
     rng = np.random.default_rng(seed)
     a = some_print(rng, int(rng.integers(0, 6)), int(rng.integers(2, 7)))
     b = some_print(rng, int(rng.integers(0, 9)), int(rng.integers(4, 12)))
@@ -144,7 +127,7 @@ def test_search_agrees_with_its_twin(seed: int) -> None:
 
 @given(seeds)
 @settings(max_examples=20)
-def test_interpreted_is_compiled(interpreted: Callable[[str], ModuleType], seed: int) -> None:
+def test_interpreted_is_compiled(interpreted, seed):
     rng = np.random.default_rng(seed)
     a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
     kernels = interpreted_kernels(interpreted)
@@ -157,14 +140,14 @@ def test_interpreted_is_compiled(interpreted: Callable[[str], ModuleType], seed:
 
 
 @given(seeds)
-def test_order_of_the_prints_changes_nothing_but_the_order_of_the_pairs(seed: int) -> None:
+def test_order_of_the_prints_changes_nothing_but_the_order_of_the_pairs(seed):
     rng = np.random.default_rng(seed)
     a, b = some_print(rng, 4, 4), some_print(rng, 6, 8)
     assert [(j, i, value) for i, j, value in searched(b, a)] == searched(a, b)
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_part_is_found_where_it_was_cut_out(whole: Template, seed: int) -> None:
+def test_part_is_found_where_it_was_cut_out(whole, seed):
     """The pair found first maps the part, turned and moved, to where it was."""
     rng = np.random.default_rng(seed)
     part = window(whole, 110.0, rng)
@@ -179,7 +162,7 @@ def test_part_is_found_where_it_was_cut_out(whole: Template, seed: int) -> None:
     assert abs(turn * middle + shift - middle) < 8
 
 
-def test_single_minutia_and_the_ridges_round_it_are_a_match(whole: Template) -> None:
+def test_single_minutia_and_the_ridges_round_it_are_a_match(whole):
     """With ridges on 12 by 12 cells one minutia is enough to tell where they lie."""
     inside = np.hypot(whole.minutiae.x - 140, whole.minutiae.y - 150).argmin()
     part = replace(whole, minutiae=whole.minutiae.take(np.array([inside])))
@@ -194,7 +177,7 @@ def test_single_minutia_and_the_ridges_round_it_are_a_match(whole: Template) -> 
 
 
 @pytest.mark.parametrize("size", [0, 1])
-def test_prints_of_hardly_anything(size: int) -> None:
+def test_prints_of_hardly_anything(size):
     rng = np.random.default_rng(3)
     few = some_print(rng, size, 2)
     assert searched(few, few)[: 1 - size] == []
@@ -202,18 +185,18 @@ def test_prints_of_hardly_anything(size: int) -> None:
     assert searched(few, empty) == searched(empty, few) == []
 
 
-def test_fewest_parameters_are_taken_for_one() -> None:
+def test_fewest_parameters_are_taken_for_one():
     rng = np.random.default_rng(3)
     a, b = some_print(rng, 5, 5), some_print(rng, 8, 8)
     least = RidgeSearchParameters(compared=0, found=0, least_flow=-1.0)
     assert len(searched(a, b, least)) <= 1
 
 
-def test_parameters_name_the_cosine_of_the_rotation() -> None:
+def test_parameters_name_the_cosine_of_the_rotation():
     assert RidgeSearchParameters(apart_deg=60.0).apart_cosine == pytest.approx(0.5)
 
 
-def candidates_of(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Any, list[tuple[int, int]]]:
+def candidates_of(a, b):
     """Return an aligner whose local matches are relaxed, and the candidates."""
     aligner = aligner_of(a.points, b.points)
     count = aligner.relax(local_similarity(a.neighbourhoods, b.neighbourhoods))
@@ -223,7 +206,7 @@ def candidates_of(a: PreparedTemplate, b: PreparedTemplate) -> tuple[Any, list[t
 
 
 @given(seeds)
-def test_larger_prints_are_looked_for_among_the_candidates(seed: int) -> None:
+def test_larger_prints_are_looked_for_among_the_candidates(seed):
     """The one pair under which the ridges agree best, as the search of all pairs would find it."""
     rng = np.random.default_rng(seed)
     a, b = some_print(rng, 9, 8), some_print(rng, 12, 9)
@@ -247,7 +230,7 @@ def test_larger_prints_are_looked_for_among_the_candidates(seed: int) -> None:
     assert again == searched(a, b, p)
 
 
-def test_aligning_by_one_pair_alone_needs_no_other_candidate(whole: Template) -> None:
+def test_aligning_by_one_pair_alone_needs_no_other_candidate(whole):
     """The mesh grows from it, to the pairs that the whole print has with itself."""
     print_ = prepare(whole)
     aligner = aligner_of(print_.points, print_.points)

@@ -1,13 +1,8 @@
 """Ridges laid on one another: against a slow, obvious twin, and compiled against interpreted."""
 
-from __future__ import annotations
-
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,12 +18,11 @@ from matching_prints import (
     templates,
 )
 from matching_weights import print_for
-from numpy.typing import NDArray
 
 from fpmatch.matching import _ridge_kernel
 from fpmatch.matching.align import Alignment, aligner_of, identity_alignment
 from fpmatch.matching.packed_templates import PackedTemplates
-from fpmatch.matching.prepare import PreparedTemplate, prepare
+from fpmatch.matching.prepare import prepare
 from fpmatch.matching.ridges import ridge_correlation
 from fpmatch.minutiae import Minutiae, RidgeField, Template
 
@@ -39,12 +33,8 @@ ROOM = 20  # for pairs
 SAMPLES = ((1, 1), (1, 5), (3, 3), (3, 7), (5, 1), (5, 5), (7, 3), (7, 7))
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int32]
-Transform = tuple[float, float, float, float]
 
-
-def picture_of(print_: PreparedTemplate) -> NDArray[np.bool_]:
+def picture_of(print_):
     """Return the ridges of a print's region as one picture, 8 pixels a cell along either side."""
     assert print_.region.ridges is not None
     rows, columns = print_.region.code.shape
@@ -53,7 +43,7 @@ def picture_of(print_: PreparedTemplate) -> NDArray[np.bool_]:
     return square.reshape(8 * rows, 8 * columns).astype(bool)
 
 
-def mesh_of(a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Transform) -> Any:
+def mesh_of(a, b, partner, transform):
     """Return the measured mesh of given pairs under a given transform."""
     aligner = aligner_of(a.points, b.points)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -61,7 +51,7 @@ def mesh_of(a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: 
     return aligner.mesh
 
 
-def mapped_by(mesh: Any, place: complex) -> complex | None:
+def mapped_by(mesh, place):
     """Return where the triangle round a place is mapped affinely; None where there is no pair."""
     vertices = slice(0, mesh.vertices)
     own = np.array(mesh.ax)[vertices] + 1j * np.array(mesh.ay)[vertices]
@@ -80,9 +70,7 @@ def mapped_by(mesh: Any, place: complex) -> complex | None:
     return None
 
 
-def twin(
-    a: PreparedTemplate, b: PreparedTemplate, partner: Ints, transform: Transform
-) -> tuple[float, int]:
+def twin(a, b, partner, transform):
     """Return correlation and cells as the docstrings say them, one cell after the other."""
     c, s, x, y = transform
     linear, shift = complex(c, s), complex(x, y)
@@ -90,7 +78,7 @@ def twin(
     step = a.region.step
     mesh = mesh_of(a, b, partner, transform)
     offsets = range(-REACH_BITS, REACH_BITS + 1)
-    agreeing: dict[tuple[int, int], NDArray[np.int64]] = {}
+    agreeing = {}
     for row, column in np.argwhere(a.region.code).tolist():
         # in pixels whose middles have whole coordinates, y pointing up
         corner = complex(
@@ -129,12 +117,7 @@ def twin(
     return (float(np.mean(correlations)) if correlations else 0.0), len(correlations)
 
 
-def compared(
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    transform: Transform = IDENTITY,
-    partner: Ints | None = None,
-) -> tuple[float, int]:
+def compared(a, b, transform=IDENTITY, partner=None):
     """Return correlation and cells as the kernel finds them; no minutiae paired if not told."""
     unpaired = np.full(len(a), -1, np.int32)
     bare = Alignment(
@@ -143,13 +126,7 @@ def compared(
     return ridge_correlation(a, b, bare)
 
 
-def compared_interpreted(
-    interpreted: Callable[[str], ModuleType],
-    a: PreparedTemplate,
-    b: PreparedTemplate,
-    transform: Transform,
-    partner: Ints,
-) -> tuple[float, int]:
+def compared_interpreted(interpreted, a, b, transform, partner):
     """Return correlation and cells as the interpreted kernel finds them."""
     prints = interpreted("_template_view_kernel")
     correlator = interpreted("_ridge_kernel").RidgeCorrelator(ROOM)
@@ -159,7 +136,7 @@ def compared_interpreted(
     return float(correlator.correlation), cells
 
 
-def some_field(rng: np.random.Generator, most: int = 6) -> RidgeField:
+def some_field(rng, most=6):
     """Return a field with holes, of ridges that are stripes or no ridges at all but noise."""
     rows, columns = rng.integers(2, most + 1, 2)
     top, left = rng.integers(0, 2, 2)
@@ -173,9 +150,7 @@ def some_field(rng: np.random.Generator, most: int = 6) -> RidgeField:
     return RidgeField(step, np.zeros(mask.shape, np.float32), mask, packed_pictures(picture))
 
 
-def some_case(
-    seed: int,
-) -> tuple[PreparedTemplate, PreparedTemplate, Ints, Transform]:
+def some_case(seed):
     """Return two prints, pairs of their minutiae, and a transform, of a copy or of another."""
     rng = np.random.default_rng(seed)
     points = spread_points(rng, int(rng.integers(0, 8)), size=100.0)
@@ -195,7 +170,7 @@ def some_case(
 
 
 @given(seeds)
-def test_comparison_agrees_with_its_twin(seed: int) -> None:
+def test_comparison_agrees_with_its_twin(seed):
     a, b, partner, transform = some_case(seed)
     found, cells = compared(a, b, transform, partner)
     expected, expected_cells = twin(a, b, partner, transform)
@@ -206,16 +181,14 @@ def test_comparison_agrees_with_its_twin(seed: int) -> None:
 
 @given(seeds)
 @settings(max_examples=10)
-def test_compiled_and_interpreted_agree(
-    interpreted: Callable[[str], ModuleType], seed: int
-) -> None:
+def test_compiled_and_interpreted_agree(interpreted, seed):
     a, b, partner, transform = some_case(seed)
     found = compared(a, b, transform, partner)
     same = compared_interpreted(interpreted, a, b, transform, partner)
     assert same == pytest.approx(found, rel=1e-12)
 
 
-def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
+def test_the_cases_that_are_drawn_are_of_every_kind():
     """Else agreement with the twin would say little."""
     found = [compared(a, b, move, partner) for a, b, partner, move in map(some_case, range(60))]
     assert sum(cells == 0 for _, cells in found) > 3
@@ -225,7 +198,7 @@ def test_the_cases_that_are_drawn_are_of_every_kind() -> None:
 
 
 @given(templates())
-def test_a_print_correlates_with_itself_wholly(template: Template) -> None:
+def test_a_print_correlates_with_itself_wholly(template):
     print_ = prepare(template)
     correlation, cells = ridge_correlation(print_, print_, identity_alignment(print_.points))
     if print_.region.ridges is None:
@@ -235,12 +208,12 @@ def test_a_print_correlates_with_itself_wholly(template: Template) -> None:
         assert correlation == (1.0 if cells else 0.0)
 
 
-def test_all_cells_of_a_whole_print_are_compared() -> None:
+def test_all_cells_of_a_whole_print_are_compared():
     print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=7)))
     assert compared(print_, print_) == (1.0, 49)
 
 
-def inverted(field: RidgeField) -> RidgeField:
+def inverted(field):
     """Return a field whose valleys are ridges."""
     assert field.ridges is not None
     return replace(field, ridges=~field.ridges)
@@ -248,7 +221,7 @@ def inverted(field: RidgeField) -> RidgeField:
 
 @pytest.mark.parametrize("orientation", [0.0, 0.6, math.pi / 4, math.pi / 2, 2.5])
 @pytest.mark.parametrize("period", [32.0, 40.0])
-def test_inverted_ridges_speak_against(period: float, orientation: float) -> None:
+def test_inverted_ridges_speak_against(period, orientation):
     """Of ridges so broad that no shift within reach lays ridges on ridges."""
     field = striped_field(period, orientation=orientation)
     print_, other = (
@@ -259,7 +232,7 @@ def test_inverted_ridges_speak_against(period: float, orientation: float) -> Non
     assert -0.8 < correlation < -0.1
 
 
-def test_ridges_of_the_usual_width_may_lie_half_a_period_off() -> None:
+def test_ridges_of_the_usual_width_may_lie_half_a_period_off():
     field = striped_field(8.0, orientation=0.0)
     print_, other = (
         prepare(template_of(np.empty((4, 0)), field=f)) for f in (field, inverted(field))
@@ -267,7 +240,7 @@ def test_ridges_of_the_usual_width_may_lie_half_a_period_off() -> None:
     assert compared(print_, other)[0] > 0.9
 
 
-def test_ridges_that_cross_hardly_correlate() -> None:
+def test_ridges_that_cross_hardly_correlate():
     along, across = (
         prepare(template_of(np.empty((4, 0)), field=striped_field(orientation=turn)))
         for turn in (0.3, 0.3 + math.pi / 2)
@@ -277,14 +250,14 @@ def test_ridges_that_cross_hardly_correlate() -> None:
 
 @given(seeds, st.integers(0, 5), st.integers(0, 5))
 @settings(max_examples=20)
-def test_both_shifted_by_whole_cells_are_as_before(seed: int, down: int, right: int) -> None:
+def test_both_shifted_by_whole_cells_are_as_before(seed, down, right):
     rng = np.random.default_rng(seed)
     points = spread_points(rng, 5, size=80.0)
     partner = rng.permutation(5).astype(np.int32)
     field, other = (replace(some_field(rng), step=16.0) for _ in range(2))
     move = (1.0, 0.0, *rng.uniform(-20, 20, 2).tolist())
 
-    def placed(field: RidgeField, down: int, right: int) -> PreparedTemplate:
+    def placed(field, down, right):
         assert field.ridges is not None
         room = ((down, 0), (right, 0))
         grids = (np.pad(grid, room) for grid in (field.orientation, field.mask, field.ridges))
@@ -296,7 +269,7 @@ def test_both_shifted_by_whole_cells_are_as_before(seed: int, down: int, right: 
     assert after == pytest.approx(before, abs=1e-12)
 
 
-def test_pairs_bend_the_skin_where_they_are() -> None:
+def test_pairs_bend_the_skin_where_they_are():
     """Ridges that lie farther off than shifts reach are found by the pairs that are displaced."""
     rng = np.random.default_rng(4)
     noise = rng.random((96, 96)) < 0.5
@@ -313,12 +286,12 @@ def test_pairs_bend_the_skin_where_they_are() -> None:
     assert compared(a, b, partner=everyone)[0] > 0.7
 
 
-def test_skin_without_pairs_does_not_bend() -> None:
+def test_skin_without_pairs_does_not_bend():
     print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=3)))
     assert compared(print_, print_) == (1.0, 9)
 
 
-def test_more_pairs_than_there_is_room_for_do_not_bend_the_skin() -> None:
+def test_more_pairs_than_there_is_room_for_do_not_bend_the_skin():
     a, b, _, transform = some_case(2)
     assert len(a) > 1
     mesh = mesh_of(a, b, np.arange(len(a), dtype=np.int32), transform)
@@ -327,7 +300,7 @@ def test_more_pairs_than_there_is_room_for_do_not_bend_the_skin() -> None:
     assert (correlator.correlation, cells) == compared(a, b, transform)
 
 
-def test_without_ridges_there_is_nothing_to_compare() -> None:
+def test_without_ridges_there_is_nothing_to_compare():
     points = spread_points(np.random.default_rng(1), 9)
     field = striped_field()
     shown, plain, bare = (
@@ -338,7 +311,7 @@ def test_without_ridges_there_is_nothing_to_compare() -> None:
         assert ridge_correlation(a, b, identity_alignment(points)) == (0.0, 0)
 
 
-def small_print(mask: list[list[int]]) -> PreparedTemplate:
+def small_print(mask):
     """Return a print without minutiae, every second bit of which is set."""
     shape = np.shape(mask)
     ridges = np.full(shape, 0xAAAAAAAAAAAAAAAA, np.uint64)
@@ -359,15 +332,13 @@ def small_print(mask: list[list[int]]) -> PreparedTemplate:
         ([[0, 1, 0], [1, 1, 1], [0, 1, 0]], 5),
     ],
 )
-def test_a_cell_is_compared_together_with_three_more(mask: Any, cells: int) -> None:
+def test_a_cell_is_compared_together_with_three_more(mask, cells):
     print_ = small_print(mask)
     assert compared(print_, print_) == (1.0 if cells else 0.0, cells)
 
 
 @pytest.mark.parametrize("far", [math.nan, math.inf, -math.inf, 1e10, -1e300, 1.7e308])
-def test_transforms_that_lead_nowhere_find_nothing(
-    interpreted: Callable[[str], ModuleType], far: float
-) -> None:
+def test_transforms_that_lead_nowhere_find_nothing(interpreted, far):
     print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=3)))
     nobody = np.empty(0, np.int32)
     for k in range(4):
@@ -378,9 +349,7 @@ def test_transforms_that_lead_nowhere_find_nothing(
 
 
 @pytest.mark.parametrize("scale", [1e4, 1e9, 1e20, 1e300, 1.7e308])
-def test_samples_that_lie_far_from_the_cell_they_are_of_are_in_a_valley(
-    interpreted: Callable[[str], ModuleType], scale: float
-) -> None:
+def test_samples_that_lie_far_from_the_cell_they_are_of_are_in_a_valley(interpreted, scale):
     """The middle of one cell falls into B, and nothing else does."""
     field = striped_field(side=4, step=2.0)
     print_ = prepare(template_of(np.empty((4, 0)), field=field))
@@ -393,9 +362,7 @@ def test_samples_that_lie_far_from_the_cell_they_are_of_are_in_a_valley(
 
 
 @pytest.mark.parametrize("step", [1e-300, 1e-9, 1e9, 1e300])
-def test_cells_of_very_different_sizes_are_compared_or_not(
-    interpreted: Callable[[str], ModuleType], step: float
-) -> None:
+def test_cells_of_very_different_sizes_are_compared_or_not(interpreted, step):
     usual = prepare(template_of(np.empty((4, 0)), field=striped_field(side=3)))
     strange = replace(usual, region=replace(usual.region, step=step))
     nobody = np.empty(0, np.int32)
@@ -414,7 +381,7 @@ def test_cells_of_very_different_sizes_are_compared_or_not(
         max_size=4,
     )
 )
-def test_any_transform_is_survived(transform: list[float]) -> None:
+def test_any_transform_is_survived(transform):
     print_ = prepare(template_of(np.empty((4, 0)), field=striped_field(side=4, step=4.0)))
     c, s, x, y = transform
     correlation, cells = compared(print_, print_, (c, s, x, y))
@@ -425,7 +392,7 @@ def test_any_transform_is_survived(transform: list[float]) -> None:
 @pytest.mark.parametrize(
     ("rows", "columns"), [(124, 124), (2044, 4), (4, 2044), (124, 125), (2045, 4), (4, 2045)]
 )
-def test_too_large_a_region_is_not_compared(rows: int, columns: int) -> None:
+def test_too_large_a_region_is_not_compared(rows, columns):
     """Empty but for four cells in each of two corners, so that little is to be done."""
     mask = np.zeros((rows, columns), bool)
     mask[:2, :2] = mask[-2:, -2:] = True
@@ -442,7 +409,7 @@ def test_too_large_a_region_is_not_compared(rows: int, columns: int) -> None:
 
 @given(seeds)
 @settings(max_examples=10)
-def test_a_lens_remembers_nothing(seed: int) -> None:
+def test_a_lens_remembers_nothing(seed):
     correlator = _ridge_kernel.RidgeCorrelator(ROOM)
     for a, b, partner, transform in map(some_case, (seed, seed + 1, seed)):
         mesh = mesh_of(a, b, partner, transform)
@@ -451,9 +418,7 @@ def test_a_lens_remembers_nothing(seed: int) -> None:
         assert cells == correlator.cells
 
 
-def test_prints_unpacked_of_many_are_compared_as_they_were(
-    interpreted: Callable[[str], ModuleType],
-) -> None:
+def test_prints_unpacked_of_many_are_compared_as_they_were(interpreted):
     """In place: their cells begin somewhere among those of all."""
     cases = [some_case(seed)[0] for seed in range(6)]
     cases.insert(2, prepare(template_of(spread_points(np.random.default_rng(1), 4))))

@@ -1,11 +1,8 @@
 """Verification: what a decision says, and what it refuses."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import re
-from typing import Any
 
 import numpy as np
 import pytest
@@ -27,13 +24,13 @@ IMPOSTOR = template_of(spread_points(np.random.default_rng(2), 18, 20.0))
 EMPTY = Template(Minutiae.empty(), 300, 300)
 
 
-def test_default_threshold_is_one_false_match_in_ten_thousand() -> None:
+def test_default_threshold_is_one_false_match_in_ten_thousand():
     assert score_to_fmr(DEFAULT_THRESHOLD) == 1e-4
     assert verify(EMPTY, EMPTY).threshold == DEFAULT_THRESHOLD
 
 
 @pytest.mark.parametrize("matcher", matcher_names())
-def test_result_hands_on_what_the_matcher_found(matcher: str) -> None:
+def test_result_hands_on_what_the_matcher_found(matcher):
     chosen = get_matcher(matcher)
     prepared = chosen.prepare(PROBE), chosen.prepare(IMPOSTOR)
     compared = chosen.compare(*prepared)
@@ -52,7 +49,7 @@ def test_result_hands_on_what_the_matcher_found(matcher: str) -> None:
 
 
 @pytest.mark.parametrize("matcher", matcher_names())
-def test_a_match_needs_no_reason_and_a_no_has_one(matcher: str) -> None:
+def test_a_match_needs_no_reason_and_a_no_has_one(matcher):
     same = verify(PROBE, PROBE, matcher=matcher, threshold=1)
     assert same.match
     assert same.reason == ""
@@ -64,7 +61,7 @@ def test_a_match_needs_no_reason_and_a_no_has_one(matcher: str) -> None:
 
 
 @pytest.mark.parametrize("minutiae", [2, 3, 4])
-def test_few_minutiae_are_too_little_to_decide(minutiae: int) -> None:
+def test_few_minutiae_are_too_little_to_decide(minutiae):
     found = verify(template_of(POINTS[:, :minutiae].copy()), IMPOSTOR)
     assert not found.match
     said = re.match(
@@ -78,18 +75,18 @@ def test_few_minutiae_are_too_little_to_decide(minutiae: int) -> None:
     assert area < needed_area
 
 
-def test_nothing_is_too_little_where_the_threshold_is_low() -> None:
+def test_nothing_is_too_little_where_the_threshold_is_low():
     found = verify(template_of(POINTS[:, :5].copy()), EMPTY, threshold=0)
     assert "too little" not in found.reason
 
 
-def test_what_no_amount_reaches_is_said() -> None:
+def test_what_no_amount_reaches_is_said():
     few = Calibration(((0.0, 0.0), (50.0, 1.0)), tail_scale=1e9)
     found = verify(PROBE, IMPOSTOR, calibration=few)
     assert "no amount is usually enough for a score of 40.0" in found.reason
 
 
-def test_a_verification_says_how_much_was_compared() -> None:
+def test_a_verification_says_how_much_was_compared():
     found = verify(PROBE, PROBE).compared
     assert found is not None
     assert found.minutiae == 36
@@ -99,7 +96,7 @@ def test_a_verification_says_how_much_was_compared() -> None:
     assert verify(PROBE, PROBE, matcher="paper").compared is None
 
 
-def test_the_score_decides_from_the_threshold_on() -> None:
+def test_the_score_decides_from_the_threshold_on():
     # As little of the print as can be told from nothing, so that the score is not at an end.
     parts = (template_of(POINTS[:, :n].copy()) for n in range(3, 18))
     part, score = next((p, s) for p in parts if (s := verify(PROBE, p).score) > 0)
@@ -108,7 +105,7 @@ def test_the_score_decides_from_the_threshold_on() -> None:
     assert not verify(PROBE, part, threshold=math.nextafter(score, 100)).match
 
 
-def test_nothing_found_is_no_match_at_any_threshold() -> None:
+def test_nothing_found_is_no_match_at_any_threshold():
     found = verify(PROBE, EMPTY, threshold=0)
     assert not found.match
     assert (found.score, found.fmr, found.transform) == (0.0, 1.0, None)
@@ -116,13 +113,13 @@ def test_nothing_found_is_no_match_at_any_threshold() -> None:
 
 
 @pytest.mark.parametrize("threshold", [-0.1, 100.1, math.inf, -math.inf, math.nan])
-def test_threshold_outside_the_scale(threshold: float) -> None:
+def test_threshold_outside_the_scale(threshold):
     with pytest.raises(MatcherError, match=r"threshold must lie in 0\.\.100, not ") as caught:
         verify(EMPTY, EMPTY, threshold=threshold)
     assert f"{threshold:g}" in str(caught.value)
 
 
-def test_unknown_matcher() -> None:
+def test_unknown_matcher():
     with pytest.raises(MatcherError, match=r"unknown matcher 'nobody'; known: .*unit-circle"):
         verify(EMPTY, EMPTY, matcher="nobody")
 
@@ -132,18 +129,18 @@ class _Halves:
 
     name = "halves"
 
-    def __init__(self, rho: float) -> None:
+    def __init__(self, rho):
         self.rho = rho
 
-    def prepare(self, template: Template) -> Template:
+    def prepare(self, template):
         return template
 
-    def compare(self, probe: Template, reference: Template) -> Comparison:
+    def compare(self, probe, reference):
         pairs = np.column_stack([np.arange(9, dtype=np.int32)] * 2)
         return Comparison(0.5, Similarity(), pairs, 1.0, 1.0, 1.0)
 
 
-def test_a_matcher_with_a_rule_of_its_own_needs_no_calibration() -> None:
+def test_a_matcher_with_a_rule_of_its_own_needs_no_calibration():
     found = verify(PROBE, PROBE, matcher=_Halves(0.4))
     assert found.match
     assert (found.matcher, found.rho, found.matched_share) == ("halves", 0.4, 0.5)
@@ -154,7 +151,7 @@ def test_a_matcher_with_a_rule_of_its_own_needs_no_calibration() -> None:
         verify(PROBE, PROBE, matcher=_Halves(0.4), threshold=1)
 
 
-def test_a_score_that_does_not_exist_is_said_and_null() -> None:
+def test_a_score_that_does_not_exist_is_said_and_null():
     found = verify(PROBE, PROBE, matcher=_Halves(0.4))
     document = as_dict(found, "a", "b")
     assert (document["score"], document["fmr"], document["threshold"]) == (None, None, None)
@@ -165,7 +162,7 @@ def test_a_score_that_does_not_exist_is_said_and_null() -> None:
     assert "FMR" not in text
 
 
-def test_a_calibration_of_ones_own_decides() -> None:
+def test_a_calibration_of_ones_own_decides():
     worthless = Calibration(((0.0, 0.0), (0.5, 1.0)), tail_scale=1e9)
     found = verify(PROBE, PROBE, calibration=worthless)
     assert not found.match
@@ -173,11 +170,11 @@ def test_a_calibration_of_ones_own_decides() -> None:
     assert found.smallest_measured_fmr == score_to_fmr(1.0)
 
 
-def test_the_evidence_is_completed_once_when_it_is_first_read() -> None:
+def test_the_evidence_is_completed_once_when_it_is_first_read():
     explained = []
 
     class Counting(UnitCircleMatcher):
-        def explain(self, probe: Any, reference: Any, found: Comparison) -> Comparison:
+        def explain(self, probe, reference, found):
             explained.append(found)
             return super().explain(probe, reference, found)
 
@@ -190,7 +187,7 @@ def test_the_evidence_is_completed_once_when_it_is_first_read() -> None:
     assert len(explained) == 1
 
 
-def test_a_verification_can_be_pickled() -> None:
+def test_a_verification_can_be_pickled():
     found = verify(PROBE, IMPOSTOR)
     copy = pickle.loads(pickle.dumps(found))
     assert (copy.reason, copy.transform) == (found.reason, found.transform)

@@ -25,9 +25,7 @@ from matching_prints import (
 from fpmatch.matching import _align_kernel
 from fpmatch.matching._pair_mesh_kernel import PairMesh
 from fpmatch.matching._relaxation_kernel import Relaxation
-from fpmatch.matching.align import AlignmentParameters
-from fpmatch.matching.pair_mesh import PairMeshParameters
-from fpmatch.matching.relaxation import RelaxationParameters
+from fpmatch.matching.align import AlignmentParameters, PairMeshParameters, RelaxationParameters
 from fpmatch.pointset.similarity import Similarity
 
 DIRECTION_ARM_PX = 30.0  # directions weigh as positions do at this distance from the middle

@@ -13,7 +13,7 @@ from fpmatch.matching._ridge_search_kernel import RidgeSearch
 from fpmatch.matching.align import AlignmentParameters, aligner_of, best_alignment, make_aligner
 from fpmatch.matching.compare import align
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.matching.score import evidence_scorer, gather_evidence
 
 

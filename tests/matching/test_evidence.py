@@ -19,13 +19,17 @@ from matching_prints import (
 from matching_weights import ALWAYS, NEVER, print_for, scored_by, some_weights
 from score_cases import ENTRIES, SHOWN, entries_of, given_pairs, overlay, some_case, with_itself
 
-from fpmatch.matching.align import AlignmentParameters, aligner_of, alignments, identity_alignment
+from fpmatch.matching.align import (
+    AlignmentParameters,
+    PairMeshParameters,
+    RelaxationParameters,
+    aligner_of,
+    alignments,
+    identity_alignment,
+)
 from fpmatch.matching.local import local_similarity
-from fpmatch.matching.pair_mesh import PairMeshParameters
 from fpmatch.matching.prepare import prepare
-from fpmatch.matching.relaxation import RelaxationParameters
-from fpmatch.matching.ridge_search import RidgeSearchParameters
-from fpmatch.matching.ridges import ridge_correlation
+from fpmatch.matching.ridges import RidgeSearchParameters, ridge_correlation
 from fpmatch.matching.score import ScoreParameters, evidence_scorer, gather_evidence
 
 P = ScoreParameters()

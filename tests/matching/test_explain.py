@@ -19,7 +19,7 @@ from matching_weights import NEVER, scored_by, some_weights
 
 from fpmatch import verify
 from fpmatch.matching.align import alignments
-from fpmatch.matching.explain import ExplanationParameters, competing_pairs
+from fpmatch.matching.explain import competing_pairs
 from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepare import prepare
@@ -76,9 +76,8 @@ def test_competing_pairs_agree_with_their_twin(seed):
         masked[i, alignment.partner[i]] = 0.0
         others = found + alignments(a.points, b.points, masked)
         for apart_px in (0.5, 30.0, 1e4):
-            parameters = ExplanationParameters(apart_px=apart_px)
             expected = competing_twin(a, alignment, others, apart_px)
-            assert competing_pairs(a, b, alignment, similarity, parameters) == expected
+            assert competing_pairs(a, b, alignment, similarity, apart_px) == expected
         assert expected == 0
     assert similarity.tolist() == before.tolist()
     # of a doubled print both places compete, although every minutia is in one local match alone

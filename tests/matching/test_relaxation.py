@@ -23,7 +23,7 @@ from matching_prints import (
 )
 
 from fpmatch.matching import _relaxation_kernel as kernel
-from fpmatch.matching.relaxation import RelaxationParameters
+from fpmatch.matching.align import RelaxationParameters
 
 P = RelaxationParameters()
 MOST = 25 if COMPILED else 12

@@ -17,7 +17,7 @@ from fpmatch.matching.local import local_similarity
 from fpmatch.matching.matchers.unit_circle import MATCHER
 from fpmatch.matching.prepare import prepare
 from fpmatch.matching.quantization import flow_of
-from fpmatch.matching.ridge_search import RidgeSearchParameters
+from fpmatch.matching.ridges import RidgeSearchParameters
 from fpmatch.minutiae import RidgeField
 from research.partial_templates import window
 

@@ -58,9 +58,10 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "output": set(),
     "text_table": set(),
     "pointset": set(),
-    "image": set(),
+    "binary_records": set(),
+    "image": {"binary_records"},
     "matching": {"pointset"},
-    "formats": set(),
+    "formats": {"binary_records"},
     "drawing": {"matching"},
     "engine": set(),
     "synthesis": {"pointset", "engine"},
@@ -96,7 +97,7 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "__main__": {"cli"},
 }
 # Modules that must hear of no minutiae: the first is their currency, the second bare points.
-NO_MINUTIAE: Final = {"_version", "errors", "output", "pointset"}
+NO_MINUTIAE: Final = {"_version", "errors", "output", "binary_records", "pointset"}
 WRITES_FILES: Final = {"matching", "formats", "drawing", "evaluation", "synthesis", "cli"}
 
 

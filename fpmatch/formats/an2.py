@@ -19,16 +19,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from fpmatch.binary_records import RS, START, Record, contents, first_item, read_records, table
 from fpmatch.errors import TemplateError
-from fpmatch.formats.an2_records import (
-    RS,
-    START,
-    Record,
-    contents,
-    first_item,
-    records,
-    table,
-)
 from fpmatch.formats.codec import LARGEST, Codec, minutiae_from_columns
 from fpmatch.formats.fmr import span
 from fpmatch.formats.fmr_header import CM_PER_INCH, ROUND_DPI
@@ -78,7 +70,7 @@ class _Block:
 
 def decode(data: bytes, options: ReadingOptions) -> TemplateRecord:
     """Return the prints in the records of type 9, or raise TemplateError."""
-    first, *others = records(data)
+    first, *others = read_records(data, TemplateError)
     frames = _frames(first, others)
     native = _native_dpi(first)
     views, notes = [], list[str]()
@@ -258,7 +250,7 @@ def _types(data: bytes) -> set[int]:
     if not START.match(data):
         return set()
     try:
-        return {kind for kind, _ in contents(data)}
+        return {kind for kind, _ in contents(data, TemplateError)}
     except TemplateError:
         return set()
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fpmatch.binary_records import ByteReader
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import (
     check_fits,
@@ -22,7 +23,7 @@ from fpmatch.formats.codec import (
     whole_pixels,
     whole_steps,
 )
-from fpmatch.formats.fmr_header import MAGIC, ByteReader, dpi_of
+from fpmatch.formats.fmr_header import MAGIC, dpi_of
 from fpmatch.formats.record import ExtendedData, TemplateRecord, View
 from fpmatch.minutiae import MinutiaKind, Template
 
@@ -75,7 +76,7 @@ class RecordReader(ByteReader):
     ) -> None:
         if data[:4] != MAGIC or data[4:8] not in versions:
             raise TemplateError("does not begin as a record of the format does")
-        super().__init__(data, start=8)
+        super().__init__(data, TemplateError, 8)
         self.options = options
         self.layout = layout
         self.notes: list[str] = []

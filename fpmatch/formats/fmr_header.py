@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import struct
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fpmatch.errors import TemplateError
 from fpmatch.formats.codec import check_fits
 
 if TYPE_CHECKING:
+    from fpmatch.binary_records import ByteReader
     from fpmatch.formats.record import TemplateRecord
     from fpmatch.minutiae import Template
 
@@ -17,43 +18,6 @@ MAGIC: Final = b"FMR\x00"
 CM_PER_INCH: Final = 2.54
 ROUND_DPI: Final = 100  # nominal resolutions of scanners are multiples of this
 MISMATCH: Final = 0.01  # of horizontal and vertical resolution, attributed to rounding
-
-
-class ByteReader:
-    """Read big-endian numbers from bytes that may end too early.
-
-    Examples
-    --------
-    >>> reader = ByteReader(bytes([1, 2, 3]))
-    >>> reader.number(2), reader.left
-    (258, 1)
-    """
-
-    def __init__(self, data: bytes, start: int = 0) -> None:
-        self.data, self.at = data, start
-
-    @property
-    def left(self) -> int:
-        """Number of bytes left."""
-        return max(0, len(self.data) - self.at)
-
-    def take(self, count: int) -> bytes:
-        """Return the next `count` bytes; raises TemplateError if there are fewer."""
-        if count > self.left:
-            raise TemplateError(
-                f"cut short: the file ends after {len(self.data)} bytes, "
-                f"and needs {self.at + count} at least"
-            )
-        start, self.at = self.at, self.at + count
-        return self.data[start : self.at]
-
-    def number(self, count: int = 1) -> int:
-        """Return the next `count` bytes as an unsigned number, as `take` does."""
-        return int.from_bytes(self.take(count), "big")
-
-    def numbers(self, form: str) -> tuple[Any, ...]:
-        """Return the next values of a `struct` format, as `take` does."""
-        return struct.unpack(f">{form}", self.take(struct.calcsize(f">{form}")))
 
 
 def per_cm(dpi: float) -> int:

@@ -10,9 +10,11 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.binary_records import ByteReader
+from fpmatch.errors import TemplateError
 from fpmatch.formats import fmr
 from fpmatch.formats.codec import Codec
-from fpmatch.formats.fmr_header import MAGIC, ByteReader, Frame
+from fpmatch.formats.fmr_header import MAGIC, Frame
 from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord
 
 if TYPE_CHECKING:
@@ -53,7 +55,7 @@ def is_iso_2011(data: bytes) -> bool:
     Each view of the former begins with its length, and header and views add up to the length of
     the record. Truncated data are judged by the part present.
     """
-    reader = ByteReader(data, len(MAGIC + VERSION))
+    reader = ByteReader(data, TemplateError, len(MAGIC + VERSION))
     if reader.left < HEADER_BYTES + 4 - reader.at:
         return False
     declared, count, certified = reader.numbers("IHB")

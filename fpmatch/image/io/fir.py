@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from fpmatch.binary_records import ByteReader
 from fpmatch.errors import FpmatchError, ImageReadError
-from fpmatch.image.io.byte_reader import ByteReader
 from fpmatch.image.io.record_image import UNCOMPRESSED, RecordImage, decode_record_image
 from fpmatch.image.io.resolution import dpi_in_units
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from fpmatch.image.io.record_image import DecodeFile
 
 SIGNATURES: Final = (b"FIR\x00",)
-_NAME: Final = "finger image record"
 _VERSION_2011: Final = b"020\x00"
 _PIXELS: Final = 0  # compression code of one byte a pixel; other images are recognized by content
 _PACKED: Final = 1
@@ -42,49 +41,53 @@ def decode_fir(data: bytes, limits: ImageLimits, decode_file: DecodeFile) -> Gre
     raise failures[-1]
 
 
+def _damaged(reason: str) -> ImageReadError:
+    return ImageReadError(f"damaged finger image record ({reason})")
+
+
 def _image_of_2005(data: bytes, product_bytes: int) -> RecordImage:
-    reader = ByteReader(data, _NAME)
+    reader = ByteReader(data, _damaged)
     reader.take(14 + product_bytes)  # name, version, length, product
     reader.take(5)  # device, acquisition level, number of fingers
     dpi = _dpi(reader)
-    depth, compression = reader.u8(), reader.u8()
+    depth, compression = reader.number(), reader.number()
     reader.take(2)
-    length = reader.u32()
+    length = reader.number(4) - 14  # without the finger's header
     reader.take(5)  # finger, number of views, view, quality, kind of impression
-    width, height = reader.u16(), reader.u16()
+    width, height = reader.number(2), reader.number(2)
     reader.take(1)
-    if length < 14:
-        raise ImageReadError(f"damaged {_NAME} image (its length is too small)")
-    return _record_image(reader.take(length - 14), compression, width, height, depth, dpi)
+    if length < 0:
+        raise _damaged("its length is too small")
+    return _record_image(reader.take(length), compression, width, height, depth, dpi)
 
 
 def _image_of_2011(data: bytes) -> RecordImage:
-    reader = ByteReader(data, _NAME)
+    reader = ByteReader(data, _damaged)
     reader.take(14)  # name, version, length, number of images
-    is_certified = reader.u8()
+    is_certified = reader.number()
     reader.take(1 + 4 + 9 + 5)  # number of fingers; length, time, device
-    reader.take(5 * reader.u8())  # qualities
+    reader.take(5 * reader.number())  # qualities
     if is_certified:
-        reader.take(3 * reader.u8())
+        reader.take(3 * reader.number())
     reader.take(2)  # finger, image
     dpi = _dpi(reader)
-    depth, compression = reader.u8(), reader.u8()
+    depth, compression = reader.number(), reader.number()
     reader.take(1)  # kind of impression
-    width, height = reader.u16(), reader.u16()
-    return _record_image(reader.take(reader.u32()), compression, width, height, depth, dpi)
+    width, height = reader.number(2), reader.number(2)
+    return _record_image(reader.take(reader.number(4)), compression, width, height, depth, dpi)
 
 
 def _dpi(reader: ByteReader) -> float | None:
     """Read the scale's units, the scanner's resolution and the image's; return the image's."""
-    units = reader.u8()
+    units = reader.number()
     reader.take(4)
-    return dpi_in_units(units, reader.u16(), reader.u16())
+    return dpi_in_units(units, reader.number(2), reader.number(2))
 
 
 def _record_image(
     data: bytes, compression: int, width: int, height: int, depth: int, dpi: float | None
 ) -> RecordImage:
     if compression == _PACKED:
-        raise ImageReadError(f"{_NAME} with packed pixels, which cannot be read")
+        raise ImageReadError("finger image record with packed pixels, which cannot be read")
     name = UNCOMPRESSED if compression == _PIXELS else f"compression {compression}"
     return RecordImage(data, name, width, height, depth, dpi)

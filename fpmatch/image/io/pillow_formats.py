@@ -57,10 +57,7 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
     """
     check_decoder_limits(decoder, data)
     try:
-        with (
-            _decoder_warnings_held(),
-            Image.open(BytesIO(data), formats=[decoder]) as image,
-        ):
+        with _decoder_warnings_held(), Image.open(BytesIO(data), formats=[decoder]) as image:
             limits.check(*image.size)
             dpi, notes = tagged_dpi(image, data[:_HEAD_BYTES])
             if getattr(image, "is_animated", False):
@@ -69,9 +66,8 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
     except FpmatchError:
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        raise ImageError(
-            f"image is too large: more than {limits.max_megapixels:g} megapixels"
-        ) from error
+        size = f"more than {limits.max_megapixels:g} megapixels"
+        raise ImageError(f"image is too large: {size}") from error
     except UnidentifiedImageError as error:
         reason = _unknown_kind(data) if decoder == "TIFF" else ""
         if reason:

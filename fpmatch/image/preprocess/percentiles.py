@@ -13,12 +13,7 @@ if TYPE_CHECKING:
 def percentiles(values: NDArray[np.floating[Any]], *percents: float) -> NDArray[np.float64]:
     """Return percentiles of finite values (..., N) along the last axis, shape (P, ...).
 
-    Same as `np.percentile` by default: linear interpolation between two values.
-
-    Examples
-    --------
-    >>> percentiles(np.array([4.0, 1.0, 2.0, 3.0]), 50, 100)
-    array([2.5, 4. ])
+    They are those of `np.percentile` by default: linear interpolation between two values.
     """
     last = values.shape[-1] - 1
     place = np.array(percents) * (last / 100)

@@ -18,7 +18,7 @@ from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from fpmatch.image.quality.polarity import Polarity
 
@@ -67,24 +67,24 @@ def find_polarities(
     description = cache(read_dataset_info)
     found = {folder: description(folder).polarity for folder in folders}
     open_ = [folder for folder, known in found.items() if known == "auto"]
-    most = max(1, min(MOST_IMAGES, MOST_IN_ALL // max(1, len(open_))))
     if sum(len(folders[folder]) for folder in open_) < 2:  # a single image decides for itself
         return found
-    doubtful: dict[Path, list[float]] = {}
+    most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
+    evidence = {}
     for folder in open_:
-        resolution = dpi or description(folder).dpi
-        evidence = [
-            polarity_evidence(image.pixels, resolution or image.dpi or STANDARD_DPI)
-            for image in _sample(folders[folder], most, reader)
+        known_dpi = dpi or description(folder).dpi
+        images = _sample(folders[folder], most, reader)
+        evidence[folder] = [
+            polarity_evidence(image.pixels, known_dpi or image.dpi or STANDARD_DPI)
+            for image in images
         ]
-        found[folder] = common_polarity(evidence)
-        if found[folder] == "auto":
-            doubtful[folder] = evidence
-    together = common_polarity([one for evidence in doubtful.values() for one in evidence])
+    found |= {folder: common_polarity(known) for folder, known in evidence.items()}
+    doubtful = [folder for folder in open_ if found[folder] == "auto"]
+    together = common_polarity([one for folder in doubtful for one in evidence[folder]])
     return found | dict.fromkeys(doubtful, together)
 
 
-def _sample(paths: Sequence[Path], most: int, reader: Callable[..., object]) -> Iterable[GreyImage]:
+def _sample(paths: Sequence[Path], most: int, reader: Callable[..., object]) -> Iterator[GreyImage]:
     """Yield some images of a folder, evenly chosen, without inverting any."""
     count = min(most, len(paths))
     for number in np.linspace(0, len(paths) - 1, count).round().astype(int).tolist():

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fpmatch.image.arrays import Floats, Grey
+
 Polarity = Literal["auto", "dark", "white"]
 """Grey level of an image's ridges; "auto": to be found."""
 
@@ -66,7 +68,7 @@ def evidence_of_cues(cues: NDArray[np.float64], weights: LinearWeights) -> NDArr
     return np.asarray(np.clip(limited @ weights.weight, -MAX_EVIDENCE, MAX_EVIDENCE))
 
 
-def polarity_evidence(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> float:
+def polarity_evidence(grey: Grey, dpi: float = STANDARD_DPI) -> float:
     """Return the log-odds that the ridges of an image (H, W) are dark, by its lines.
 
     Negative for white ridges, 0 without evidence. The negative image has the opposite value.
@@ -76,7 +78,7 @@ def polarity_evidence(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> flo
     return 0.0 if cues is None else float(evidence_of_cues(cues, load_polarity_weights()))
 
 
-def is_inverted(grey: NDArray[np.uint8], dpi: float = STANDARD_DPI) -> bool:
+def is_inverted(grey: Grey, dpi: float = STANDARD_DPI) -> bool:
     """Return whether a single print (H, W) certainly shows white ridges.
 
     A clearly bright background, which most sensors with dark ridges have, settles the question
@@ -106,7 +108,7 @@ def check_polarity(polarity: object) -> Polarity:
     raise ImageError(f"no polarity {polarity!r}: there are {', '.join(POLARITIES)}")
 
 
-def background_level(grey: NDArray[np.uint8]) -> float:
+def background_level(grey: Grey) -> float:
     """Return the brightness of a print's background, -1 of its dark lines to 1 of its bright lines.
 
     It is 0 where there is no background in the image (H, W), or it is of both kinds.
@@ -128,14 +130,14 @@ def background_level(grey: NDArray[np.uint8]) -> float:
     return level if other <= _MAX_OTHER else 0.0
 
 
-def _blocks(grey: NDArray[np.uint8], side: int) -> NDArray[np.float32]:
+def _blocks(grey: Grey, side: int) -> Floats:
     """Return the whole blocks of an image, shape (N, side * side)."""
     rows, columns = grey.shape[0] // side, grey.shape[1] // side
     whole = grey[: rows * side, : columns * side].astype(np.float32)
     return whole.reshape(rows, side, columns, side).swapaxes(1, 2).reshape(-1, side * side)
 
 
-def _resampled(grey: NDArray[np.uint8], dpi: float) -> NDArray[np.uint8] | None:
+def _resampled(grey: Grey, dpi: float) -> Grey | None:
     """Return an image at about 500 dpi; None where it is too large for a print."""
     zoom = STANDARD_DPI / dpi
     width, height = (max(1, round(side * zoom)) for side in grey.shape[::-1])

@@ -73,7 +73,7 @@ def said(found: AssessedPrint) -> set[str]:
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_every_fault_is_named_and_no_other(fault: str) -> None:
+def test_every_fault_is_named_and_no_other(fault):
     found = assess(*spoilt(fault))
     assert said(found) == {fault}
     if fault in {"partial", "too small", "wrong resolution", "no ridges"}:
@@ -83,27 +83,27 @@ def test_every_fault_is_named_and_no_other(fault: str) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(SENSORS))
-def test_a_clean_print_has_no_fault_and_a_high_score(name: str) -> None:
+def test_a_clean_print_has_no_fault_and_a_high_score(name):
     sensor = SENSORS[name]
     found = assess(pressed(sensor=sensor), sensor.dpi)
     assert found.quality.reasons == ()
     assert found.quality.score > 60
 
 
-def test_filters_judge_alike() -> None:
+def test_filters_judge_alike():
     learned, filters = (assess(pressed(), 500, enhance=way) for way in ("learned", "filters"))
     assert filters.quality.reasons == ()
     assert abs(learned.quality.score - filters.quality.score) < 20
 
 
-def test_the_likely_resolution_is_told() -> None:
+def test_the_likely_resolution_is_told():
     (reason,) = assess(*spoilt("wrong resolution")).quality.reasons
     assert reason.dpi == pytest.approx(350, rel=0.15)
     assert f"probably not 500 dpi but about {reason.dpi:.0f} dpi" in reason.message
 
 
 @pytest.mark.parametrize("dpi", [200, 250, 1000])
-def test_a_resolution_far_off_is_all_that_is_said_and_about_right(dpi: float) -> None:
+def test_a_resolution_far_off_is_all_that_is_said_and_about_right(dpi):
     size = round(OPTICAL.width * dpi / 500), round(OPTICAL.height * dpi / 500)
     found = assess(pressed(sensor=replace(OPTICAL, width=size[0], height=size[1], dpi=dpi)), 500)
     assert said(found) == {"wrong resolution"}
@@ -113,9 +113,7 @@ def test_a_resolution_far_off_is_all_that_is_said_and_about_right(dpi: float) ->
 
 @pytest.mark.parametrize("sigma_px", [0.0, 0.7, 1.5, 3.0])
 @pytest.mark.parametrize("shape", [(200, 300), (48, 48), (60, 300)])
-def test_neither_noise_nor_blots_have_a_resolution(
-    sigma_px: float, shape: tuple[int, int], rng: np.random.Generator
-) -> None:
+def test_neither_noise_nor_blots_have_a_resolution(sigma_px, shape, rng):
     noise = rng.normal(0, 1, shape)
     if sigma_px:
         noise = cv2.GaussianBlur(noise, (0, 0), sigma_px)
@@ -123,7 +121,7 @@ def test_neither_noise_nor_blots_have_a_resolution(
     assert "wrong resolution" not in said(assess(grey, 500))
 
 
-def test_the_template_is_that_of_extract() -> None:
+def test_the_template_is_that_of_extract():
     assert assess(pressed(), 500).template == extract(pressed(), 500)
 
 
@@ -143,7 +141,7 @@ def test_the_template_is_that_of_extract() -> None:
         peak_share=st.floats(0, 1),
     )
 )
-def test_any_figures_give_a_score_of_0_to_100(figures: QualityMeasures) -> None:
+def test_any_figures_give_a_score_of_0_to_100(figures):
     quality = grade(figures, 500)
     assert 0 <= quality.score <= 100
     assert quality.as_dict()["score"] == quality.score
@@ -152,5 +150,5 @@ def test_any_figures_give_a_score_of_0_to_100(figures: QualityMeasures) -> None:
 @pytest.mark.parametrize(
     "worse", [{"ridges_mm2": 40.0}, {"minutiae": 5.0}, {"period_px": 5.0}, {"detail": 0.0001}]
 )
-def test_worse_figures_never_raise_the_score(worse: dict[str, float]) -> None:
+def test_worse_figures_never_raise_the_score(worse):
     assert grade(replace(GOOD, **worse), 500).score <= grade(GOOD, 500).score

@@ -15,8 +15,7 @@ import numpy as np
 
 from fpmatch.cli.notes import say_note
 from fpmatch.cli.options import file_option
-from fpmatch.drawing.plots.point_caption import match_facts
-from fpmatch.drawing.words import verdict
+from fpmatch.drawing.words import match_facts, verdict
 from fpmatch.errors import PointSetError
 from fpmatch.output import atomic_write, check_writable
 from fpmatch.pointset.match import POINT_MATCHERS, PointMatcher, match_points

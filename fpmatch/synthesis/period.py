@@ -33,9 +33,7 @@ class PeriodParameters:
 
 
 def ridge_period(
-    shape: tuple[int, int],
-    rng: np.random.Generator,
-    parameters: PeriodParameters | None = None,
+    shape: tuple[int, int], rng: np.random.Generator, parameters: PeriodParameters | None = None
 ) -> NDArray[np.float32]:
     """Draw the ridge period map (rows, columns) of a finger in pixels, wider towards the joint."""
     p = parameters or PeriodParameters()

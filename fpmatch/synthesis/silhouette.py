@@ -29,9 +29,7 @@ class SilhouetteParameters:
 
 
 def fingertip_silhouette(
-    shape: tuple[int, int],
-    rng: np.random.Generator,
-    parameters: SilhouetteParameters | None = None,
+    shape: tuple[int, int], rng: np.random.Generator, parameters: SilhouetteParameters | None = None
 ) -> NDArray[np.bool_]:
     """Draw the outline of one fingertip; return its inside, (rows, columns)."""
     p = parameters or SilhouetteParameters()

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fpmatch.drawing.files import png_bytes, webp_bytes
-from fpmatch.drawing.ink import shrunk
+from fpmatch.drawing.ink import ridge_picture, shrunk
 from fpmatch.drawing.overlay.draw import overlay_file
 from fpmatch.drawing.overlay.page import Print, ink_of
 from fpmatch.drawing.palette import PROBE_INK, REFERENCE_INK
-from fpmatch.drawing.ridge_picture import ridge_picture
 from fpmatch.drawing.scene.placement import zoomed
 from fpmatch.drawing.words import odds
 from fpmatch.errors import GalleryError

@@ -8,15 +8,7 @@ import cv2
 import numpy as np
 
 from fpmatch.drawing.palette import NO_MATCH, PROBE_INK, REFERENCE_INK, hexadecimal
-from fpmatch.drawing.paper_figures.marks import (
-    EDGE,
-    MESHES,
-    OUTLINE,
-    dots,
-    label,
-    mesh_lines,
-    segments,
-)
+from fpmatch.drawing.paper_figures import marks
 from fpmatch.drawing.paper_figures.rotation import matched_dots
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
 from fpmatch.drawing.words import degrees, number
@@ -55,8 +47,8 @@ def prints(case: Case) -> Sheet:
         angle = side.template.minutiae.angle
         ahead = TICK_PX * pixel * np.column_stack([np.cos(angle), -np.sin(angle)])
         ticks = np.stack([side.points, side.points + ahead], axis=1)
-        segments(axes, ticks, side.tint.mark, OUTLINE)
-        dots(axes, side.points, side.tint, DOT)
+        marks.segments(axes, ticks, side.tint.mark, marks.OUTLINE)
+        marks.dots(axes, side.points, side.tint, DOT)
     return sheet
 
 
@@ -75,8 +67,8 @@ def triangulations(case: Case) -> Sheet:
     for key, side in zip("ab", case.sides, strict=True):
         axes = sheet.panel(key, f"({key}) {side.title}")
         side.show(axes)
-        mesh_lines(axes, side.mesh, side.tint.mark)
-        dots(axes, side.points, side.tint, SMALL_DOT)
+        marks.mesh_lines(axes, side.mesh, side.tint.mark)
+        marks.dots(axes, side.points, side.tint, SMALL_DOT)
     return sheet
 
 
@@ -97,8 +89,8 @@ def pairs(case: Case) -> Sheet:
             side.show(axes)
             paired = side.points[result.pairs[:, column]]
             alone = np.delete(side.points, result.pairs[:, column], axis=0)
-            dots(axes, alone, side.tint, SMALL_DOT, hollow=True)
-            dots(axes, paired, side.tint, SMALL_DOT)
+            marks.dots(axes, alone, side.tint, SMALL_DOT, hollow=True)
+            marks.dots(axes, paired, side.tint, SMALL_DOT)
             texts = [numbers[i, j] for i, j in result.pairs.tolist()]
             _write_numbers(axes, paired, texts)
     return sheet
@@ -112,7 +104,7 @@ def _write_numbers(axes: Axes, points: Floats, texts: list[str]) -> None:
         others = squared > 0
         right, down = (off[others] / squared[others, None] ** 1.5).sum(axis=0)
         away = (right, -down) if others.any() else (0.0, 1.0)  # labels are moved with y up
-        label(axes, at, text, away=away, distance=NUMBER_DISTANCE, size=NUMBER_SIZE)
+        marks.label(axes, at, text, away=away, distance=NUMBER_DISTANCE, size=NUMBER_SIZE)
 
 
 def mesh_of_pairs(case: Case) -> Sheet:
@@ -130,9 +122,10 @@ def mesh_of_pairs(case: Case) -> Sheet:
         axes = sheet.panel(key, f"({key}) {side.title}")
         side.show(axes)
         for corners in points[mesh.triangles[over]]:
-            axes.fill(*corners.T, facecolor=hexadecimal(NO_MATCH), alpha=0.5, zorder=MESHES, lw=0)
-        segments(axes, points[mesh.edges], side.tint.mark, EDGE)
-        dots(axes, points, side.tint, SMALL_DOT)
+            red = hexadecimal(NO_MATCH)
+            axes.fill(*corners.T, facecolor=red, alpha=0.5, zorder=marks.MESHES, linewidth=0)
+        marks.segments(axes, points[mesh.edges], side.tint.mark, marks.EDGE)
+        marks.dots(axes, points, side.tint, SMALL_DOT)
     return sheet
 
 
@@ -177,10 +170,10 @@ def overlays(case: Case) -> Sheet:
         show(axes, case.reference.view, y_down=True)
         show_pixels(axes, _overprinted(case, result))
         if result.transform is None:
-            dots(axes, q, case.reference.tint, hollow=True)
+            marks.dots(axes, q, case.reference.tint, hollow=True)
         else:
             moved = result.transform.apply(p)
-            matched_dots(axes, moved, q, result.pairs, STACKED_SHARE, 2 * EDGE)
+            matched_dots(axes, moved, q, result.pairs, STACKED_SHARE, 2 * marks.EDGE)
     return sheet
 
 

@@ -73,8 +73,7 @@ def test_rounded_shifts_place_the_skin_within_a_tenth_of_a_pixel(preset: str, se
 
 
 @pytest.mark.parametrize(
-    ("step", "shape"),
-    [(8, (4, 4)), (8, (3, 4, 2)), (8, (4, 3, 2)), (8, (4, 4, 3)), (0, (4, 4, 2))],
+    ("step", "shape"), [(8, (4, 4)), (8, (3, 4, 2)), (8, (4, 3, 2)), (8, (4, 4, 3)), (0, (4, 4, 2))]
 )
 def test_grids_that_are_none_are_refused(step: float, shape: tuple[int, ...]) -> None:
     with pytest.raises(ImageError, match="a displacement field needs"):

@@ -130,9 +130,7 @@ def test_without_slip_the_transform_is_the_placement(master: Master) -> None:
     assert made.transform.rotation == pytest.approx(made.warp.placement.rotation, abs=1e-6)
 
 
-def test_the_same_skin_is_found_in_both_impressions(
-    normal: tuple[Impression, Impression],
-) -> None:
+def test_the_same_skin_is_found_in_both_impressions(normal: tuple[Impression, Impression]) -> None:
     one, two = normal
     _, in_one, in_two = np.intersect1d(one.master, two.master, return_indices=True)
     assert len(in_one) > 3

@@ -1,12 +1,5 @@
 """The paper's Figures 2 to 7, from any point set and the package's own functions.
 
-- Fig. 2, 3: two sets and their triangulations; one-rings in them;
-- Fig. 4: a one-ring mapped to the unit circle, by eq. (3), and its weights, eq. (4);
-- Fig. 5: the sub-triangles from which the weights are computed;
-- Fig. 6: the unit circles of two rings that correspond, and on a second page the rotation of the
-  points compared with that of the circles, and the alignment that follows from it;
-- Fig. 7: the matching algorithm as a flow chart, the same for all sets.
-
 Figures 1, 3 and 8 of prints are drawn by `python -m research case-study`.
 """
 
@@ -39,14 +32,6 @@ def draw_point_figures(
 
     `rings` are to be shown, as `choose_ring_pair` returns them. An SVG is 800 pixels wide, a PNG
     twice as wide. An `OutputError` is raised if matplotlib is not installed.
-
-    Examples
-    --------
-    >>> from fpmatch.drawing.paper_figures.pair import random_point_pair
-    >>> from fpmatch.drawing.paper_figures.rings import choose_ring_pair
-    >>> pair = random_point_pair(1)
-    >>> draw_point_figures(pair, choose_ring_pair(pair))[0].file_name
-    'figure_2_triangulations.svg'
     """
     sheets: dict[str, Callable[[], Sheet]] = {
         "figure_2_triangulations": partial(triangulations, pair),

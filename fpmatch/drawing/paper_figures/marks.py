@@ -10,20 +10,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from fpmatch.drawing.palette import (
-    BAND,
-    NEUTRAL_INK,
-    PANEL_EDGE,
-    PAPER,
-    PROBE_INK,
-    PROBE_MARK,
-    REFERENCE_INK,
-    REFERENCE_MARK,
-    TEXT,
-    TEXT_MUTED,
-    Colour,
-    hexadecimal,
-)
+from fpmatch.drawing import palette
+from fpmatch.drawing.palette import Colour, hexadecimal
 from fpmatch.drawing.paper_figures.sheet import PX, label_width, show
 
 if TYPE_CHECKING:
@@ -62,8 +50,8 @@ class Tint(NamedTuple):
 
 
 TINTS: Final = {
-    "P": Tint(PROBE_INK, PROBE_MARK, "o"),
-    "Q": Tint(REFERENCE_INK, REFERENCE_MARK, "s"),
+    "P": Tint(palette.PROBE_INK, palette.PROBE_MARK, "o"),
+    "Q": Tint(palette.REFERENCE_INK, palette.REFERENCE_MARK, "s"),
 }
 
 
@@ -78,7 +66,8 @@ def dots(
 ) -> None:
     """Draw points (N, 2), `size` pixels wide, in the shape of their set."""
     x, y = np.asarray(points, dtype=np.float64).reshape(-1, 2).T
-    face, edge = hexadecimal(PAPER if hollow else tint.mark), hexadecimal(tint.mark)
+    edge = hexadecimal(tint.mark)
+    face = hexadecimal(palette.PAPER) if hollow else edge
     axes.plot(
         x, y, tint.shape, markersize=size * PX, markerfacecolor=face, markeredgecolor=edge,
         markeredgewidth=min(DOT_EDGE, size / 4) * PX, zorder=DOTS,
@@ -118,7 +107,7 @@ def label(
     away: ArrayLike = (0.0, 0.0),
     distance: float = LABEL_DISTANCE,
     size: float = LABEL_SIZE,
-    colour: Colour = TEXT,
+    colour: Colour = palette.TEXT,
     bold: bool = False,
 ) -> None:
     """Write `text` on the point `at`, or beside it; mathematics is written between dollars.
@@ -159,9 +148,9 @@ def table(
     made.set_fontsize(min(LABEL_SIZE, 0.7 * step) * PX)  # shrinks where cells are too narrow
     for (row, place), cell in made.get_celld().items():
         cell.PAD = 0.05 if place else 0.0
-        colour = hexadecimal(TEXT if row else TEXT_MUTED)
+        colour = hexadecimal(palette.TEXT if row else palette.TEXT_MUTED)
         cell.get_text().set(ha="right" if place else "left", color=colour)
-        cell.set(edgecolor=hexadecimal(PANEL_EDGE), linewidth=1.2 * PX)
+        cell.set(edgecolor=hexadecimal(palette.PANEL_EDGE), linewidth=1.2 * PX)
         cell.visible_edges = "B" if row == 0 else "T" if sums and row == len(rows) - 1 else ""
 
 
@@ -215,11 +204,6 @@ def roomiest(spokes: Floats, towards: Floats | None = None) -> Floats:
 
     Room is a wide gap between spokes that are not too short. Where `towards` (2,) is given, the
     direction is less than a right angle from it, if such a gap exists.
-
-    Examples
-    --------
-    >>> roomiest(np.array([[0.0, -1.0], [0.0, 1.0], [-1.0, 0.0]])).tolist()
-    [1.0, 0.0]
     """
     angles = np.arctan2(spokes[:, 1], spokes[:, 0])
     order = angles.argsort()
@@ -239,7 +223,7 @@ def unit_circle_frame(axes: Axes) -> None:
     from matplotlib.patches import Circle  # noqa: PLC0415
 
     show(axes, [(-1.0, -1.0), (1.0, 1.0)], CIRCLE_ROOM)
-    face, edge = hexadecimal(BAND), hexadecimal(NEUTRAL_INK)
+    face, edge = hexadecimal(palette.BAND), hexadecimal(palette.NEUTRAL_INK)
     circle = Circle((0, 0), 1, facecolor=face, edgecolor=edge, linewidth=1.5 * PX, zorder=0.5)
     axes.add_patch(circle)
 
@@ -266,12 +250,6 @@ def circle_ring(axes: Axes, ring: Ring, angle: float = 0.0, avoid: Sequence[Floa
 
 
 def rotated(points: Floats, angle: float) -> Floats:
-    """Return `points` (..., 2) rotated by `angle` radians about the origin.
-
-    Examples
-    --------
-    >>> rotated(np.array([1.0, 0.0]), math.pi / 2).round(9).tolist()
-    [0.0, 1.0]
-    """
+    """Return `points` (..., 2) rotated by `angle` radians about the origin."""
     cosine, sine = math.cos(angle), math.sin(angle)
     return np.asarray(points @ np.array([[cosine, sine], [-sine, cosine]]))

@@ -112,12 +112,6 @@ def rotated_point_pair(
     Point i of P is the partner of point i of Q. `source` is the name of P in errors, such as that
     of its file; `y_down` indicates that y of the points points down, as in images. A
     `PointSetError` is raised if P is malformed, too large to draw, or has no closed one-ring.
-
-    Examples
-    --------
-    >>> cross = [[0, 0], [4, 0], [4, 4], [0, 5], [2, 1]]
-    >>> rotated_point_pair(cross, "cross", 1).transform.scale
-    1.0
     """
     p = PointSide.of("P", source, upright(as_points(points, source), y_down=y_down))
     given = p.prepared.points

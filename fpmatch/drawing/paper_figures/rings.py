@@ -116,10 +116,8 @@ class RingPair:
     @property
     def move(self) -> Similarity:
         """The least-squares fit of ring and centre onto ring and centre, in the unit frames."""
-        return Similarity.fit(
-            np.vstack([self.p.points, self.p.middle]),
-            np.vstack([self.q.points[self.partner], self.q.middle]),
-        )
+        ours = np.vstack([self.p.points, self.p.middle])
+        return Similarity.fit(ours, np.vstack([self.q.points[self.partner], self.q.middle]))
 
     @property
     def transform(self) -> Similarity:
@@ -198,31 +196,27 @@ def _ring_pair(pair: PointPair, index: int) -> RingPair | str:
     other = partner[index]
     expected = [partner.get(k) for k in pair.p.mesh.one_ring(index).tolist()]
     theirs = pair.q.mesh.one_ring(other).tolist() if pair.q.mesh.interior[other] else []
-    for true_shift in range(len(theirs)):
-        if theirs[true_shift:] + theirs[:true_shift] == expected:
-            try:
-                p, q = Ring.of(pair.p, index), Ring.of(pair.q, other)
-            except PointSetError as error:  # rounding has put a point outside its ring
-                return f"it has no unit circle ({error})"
-            shift, turn = best_turn(p.circle, q.circle)
-            return RingPair(p, q, shift, true_shift, turn)
-    return f"the one-ring of its partner, point {other} of the other set, has other points"
+    shifts = [k for k in range(len(theirs)) if theirs[k:] + theirs[:k] == expected]
+    if not shifts:
+        return f"the one-ring of its partner, point {other} of the other set, has other points"
+    try:
+        p, q = Ring.of(pair.p, index), Ring.of(pair.q, other)
+    except PointSetError as error:  # rounding has put a point outside its ring
+        return f"it has no unit circle ({error})"
+    shift, turn = best_turn(p.circle, q.circle)
+    return RingPair(p, q, shift, shifts[0], turn)
 
 
 def _clarity(rings: RingPair) -> tuple[bool, bool, bool, float]:
     """Rank rings: right shift, few points, inside the set; uncrowded, images off the middle."""
-    p, q = rings.p, rings.q
-    inside = all(ring.side.mesh.interior[ring.vertex].all() for ring in (p, q))
-    narrowest = min(min(ring.arcs.min(), _spoke_gaps(ring.circle).min()) for ring in (p, q))
-    off_middle = min(math.hypot(*ring.circle.image) for ring in (p, q))
-    lengths = [np.hypot(*(ring.points - ring.middle).T) for ring in (p, q)]
+    both = rings.p, rings.q
+    inside = all(ring.side.mesh.interior[ring.vertex].all() for ring in both)
+    narrowest = float(min(min(r.arcs.min(), _spoke_gaps(r.circle).min()) for r in both))
+    off_middle = min(math.hypot(*ring.circle.image) for ring in both)
+    lengths = [np.hypot(*(ring.points - ring.middle).T) for ring in both]
     nearest = min(float(spokes.min() / spokes.mean()) for spokes in lengths)
-    return (
-        rings.shift == rings.true_shift,
-        FEWEST <= len(p) <= MOST,
-        inside,
-        float(narrowest) * min(off_middle, WELL_OFF) * min(nearest, WELL_APART),
-    )
+    clear = narrowest * min(off_middle, WELL_OFF) * min(nearest, WELL_APART)
+    return rings.shift == rings.true_shift, FEWEST <= len(rings.p) <= MOST, inside, clear
 
 
 def _spoke_gaps(circle: UnitCircle) -> Floats:

@@ -8,26 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fpmatch.drawing.palette import PAIR_LINK, TEXT
-from fpmatch.drawing.paper_figures.marks import (
-    EDGE,
-    OUTLINE,
-    SPOKE,
-    STACKED_DOT,
-    TINTS,
-    circle_names,
-    circle_ring,
-    closed,
-    dots,
-    label,
-    label_size,
-    line,
-    mesh_lines,
-    ring_in_mesh,
-    rotated,
-    segments,
-    table,
-    unit_circle_frame,
-)
+from fpmatch.drawing.paper_figures import marks
 from fpmatch.drawing.paper_figures.meshes import EDGE_ROOM, crowding
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
 from fpmatch.drawing.words import degrees, number, positive_degrees, significant
@@ -61,7 +42,7 @@ def two_circles(rings: RingPair) -> Sheet:
     p, q = rings.p, rings.q
     first, true = (q.names[shift] for shift in (rings.shift, rings.true_shift))
     apart = abs(p.circle.area - q.circle.area)
-    images = math.hypot(*(rotated(p.circle.image, rings.turn) - q.circle.image))
+    images = math.hypot(*(marks.rotated(p.circle.image, rings.turn) - q.circle.image))
     wrong = "" if first == true else f" But the true partner of p₁ is {true}: the ring is regular."
     caption = (
         f"Both rings have {len(p)} points, and their polygons the areas "
@@ -77,7 +58,7 @@ def two_circles(rings: RingPair) -> Sheet:
     sheet = Sheet("Figure 6. Two unit circles side by side", caption, ["ab", "cd"], (342, 342))
     for key, ring in zip("ab", (p, q), strict=True):
         axes = sheet.panel(key, f"({key}) {ring.side.letter}: ring of point {ring.centre}")
-        circle_ring(axes, ring)
+        marks.circle_ring(axes, ring)
     aligned_circles(sheet, "c", rings)
     of_p, of_q = p.circle.angles, q.circle.angles[rings.partner]
     columns = (
@@ -88,24 +69,25 @@ def two_circles(rings: RingPair) -> Sheet:
         ["deviation", *map(degrees, rings.deviations)],
     )
     rows = [*zip(*columns, strict=True), _image_row(rings)]
-    table(sheet.panel("d", "(d) angles on the circles"), rows)
+    marks.table(sheet.panel("d", "(d) angles on the circles"), rows)
     return sheet
 
 
 def aligned_circles(sheet: Sheet, key: str, rings: RingPair) -> None:
     """Draw Q's circle, and P's rotated onto it, in a panel."""
     axes = sheet.panel(key, f"({key}) P's circle rotated by {degrees(rings.turn)}, on Q's")
-    unit_circle_frame(axes)
+    marks.unit_circle_frame(axes)
     for ring, angle in ((rings.q, 0.0), (rings.p, rings.turn)):
-        letter, tint = ring.side.letter, TINTS[ring.side.letter]
-        boundary, image = (rotated(xy, angle) for xy in (ring.circle.boundary, ring.circle.image))
-        line(axes, closed(boundary), tint.mark, OUTLINE)
+        letter, tint = ring.side.letter, marks.TINTS[ring.side.letter]
+        circle = ring.circle
+        boundary, image = (marks.rotated(xy, angle) for xy in (circle.boundary, circle.image))
+        marks.line(axes, marks.closed(boundary), tint.mark, marks.OUTLINE)
         for point in boundary:
-            line(axes, [image, point], tint.mark, SPOKE)
+            marks.line(axes, [image, point], tint.mark, marks.SPOKE)
         for points in (boundary, image):
-            dots(axes, points, tint, STACKED_DOT[letter], hollow=letter == "Q")
+            marks.dots(axes, points, tint, marks.STACKED_DOT[letter], hollow=letter == "Q")
     boundary = rings.q.circle.boundary[rings.partner]
-    circle_names(axes, boundary, rings.names, label_size(rings.q))
+    marks.circle_names(axes, boundary, rings.names, marks.label_size(rings.q))
 
 
 def _image_row(rings: RingPair) -> list[str]:
@@ -138,14 +120,14 @@ def rotation(pair: PointPair, rings: RingPair) -> Sheet:
     for ring, (plane, circle) in zip((p, q), (("a", "c"), ("b", "d")), strict=True):
         letter = ring.side.letter
         axes = sheet.panel(plane, f"({plane}) {letter}: the ring of point {ring.centre}")
-        ring_in_mesh(axes, ring, ROOM, PALE_MESH)
+        marks.ring_in_mesh(axes, ring, ROOM, PALE_MESH)
         axes = sheet.panel(circle, f"({circle}) {letter}: its unit circle, aligned with it")
         _aligned_circle(axes, rings, ring)
     axes = sheet.panel("e", f"(e) P aligned with Q: {share} match")
     moved, onto = rings.move.apply(pair.p.mesh.points), pair.q.mesh.points
     pixel = show(axes, np.vstack([moved, onto]), EDGE_ROOM)
-    mesh_lines(axes, pair.q.mesh, PALE_MESH)
-    matched_dots(axes, moved, onto, matched, crowding(pair.q, pixel))
+    marks.mesh_lines(axes, pair.q.mesh, PALE_MESH)
+    matched_dots(axes, moved, onto, matched, crowding(pair.q, pixel), marks.EDGE)
     images = "none" if rings.image_rotation is None else degrees(rings.image_rotation)
     rows = [
         ["", "rotation", "scale"],
@@ -154,7 +136,8 @@ def rotation(pair: PointPair, rings: RingPair) -> Sheet:
         ["unit circles", degrees(rings.circle_rotation), ""],
         ["$c_p$ to $c_q$", images, ""],
     ]
-    table(sheet.panel("f", "(f) the transform from P to Q"), rows, first=NAMES_WIDTH, sums=False)
+    axes = sheet.panel("f", "(f) the transform from P to Q")
+    marks.table(axes, rows, first=NAMES_WIDTH, sums=False)
     return sheet
 
 
@@ -165,18 +148,18 @@ def matched_points(pair: PointPair, rings: RingPair) -> NDArray[np.int32]:
 
 
 def matched_dots(
-    axes: Axes, moved: Floats, q: Floats, pairs: NDArray[np.int32], size: float, link: float = EDGE
+    axes: Axes, moved: Floats, q: Floats, pairs: NDArray[np.int32], size: float, link: float
 ) -> None:
     """Draw the points of Q, those of P moved, full where they have a partner, and the links.
 
     `size` is relative to other figures, `link` the width of the links.
     """
-    p_dot, q_dot = (size * STACKED_DOT[letter] for letter in "PQ")
+    p_dot, q_dot = (size * marks.STACKED_DOT[letter] for letter in "PQ")
     i, j = pairs.T
-    dots(axes, q, TINTS["Q"], q_dot, hollow=True)
-    segments(axes, np.stack([moved[i], q[j]], axis=1), PAIR_LINK, link)
-    dots(axes, moved[i], TINTS["P"], p_dot)
-    dots(axes, np.delete(moved, i, axis=0), TINTS["P"], p_dot, hollow=True)
+    marks.dots(axes, q, marks.TINTS["Q"], q_dot, hollow=True)
+    marks.segments(axes, np.stack([moved[i], q[j]], axis=1), PAIR_LINK, link)
+    marks.dots(axes, moved[i], marks.TINTS["P"], p_dot)
+    marks.dots(axes, np.delete(moved, i, axis=0), marks.TINTS["P"], p_dot, hollow=True)
 
 
 def _rotation_and_scale(transform: Similarity) -> tuple[str, str]:
@@ -187,23 +170,23 @@ def _rotation_and_scale(transform: Similarity) -> tuple[str, str]:
 def _aligned_circle(axes: Axes, rings: RingPair, ring: Ring) -> None:
     """Draw a circle aligned with its ring; in Q's, the angle from P's image to its own."""
     avoid = [MIDDLE]
-    image = rotated(ring.circle.image, ring.orientation)
+    image = marks.rotated(ring.circle.image, ring.orientation)
     if ring is rings.q and rings.image_rotation is not None:
         avoid.append(_angle_between_images(axes, rings, image, rings.image_rotation))
-    circle_ring(axes, ring, ring.orientation, avoid)
-    line(axes, [MIDDLE, image], TEXT, OUTLINE)
+    marks.circle_ring(axes, ring, ring.orientation, avoid)
+    marks.line(axes, [MIDDLE, image], TEXT, marks.OUTLINE)
 
 
 def _angle_between_images(axes: Axes, rings: RingPair, c_q: Floats, between: float) -> Floats:
     """Draw P's image and the arc from it to Q's; return the place of the angle's label."""
-    c_p = rotated(rings.p.circle.image, rings.p.orientation)
+    c_p = marks.rotated(rings.p.circle.image, rings.p.orientation)
     start = math.atan2(c_p[1], c_p[0])
     radius = max(LEAST_ARC_RADIUS, ARC_RADIUS * min(math.hypot(*c_p), math.hypot(*c_q)))
     along = start + np.linspace(0.0, between, ARC_STEPS)
-    line(axes, [MIDDLE, c_p], TINTS["P"].mark, OUTLINE, "--")
-    line(axes, radius * np.column_stack([np.cos(along), np.sin(along)]), TEXT, EDGE)
-    dots(axes, c_p, TINTS["P"], STACKED_DOT["P"])
+    marks.line(axes, [MIDDLE, c_p], marks.TINTS["P"].mark, marks.OUTLINE, "--")
+    marks.line(axes, radius * np.column_stack([np.cos(along), np.sin(along)]), TEXT, marks.EDGE)
+    marks.dots(axes, c_p, marks.TINTS["P"], marks.STACKED_DOT["P"])
     half = start + between / 2
     outward = np.array([math.cos(half), math.sin(half)])
-    label(axes, radius * outward, degrees(between), away=outward, distance=ARC_DISTANCE)
+    marks.label(axes, radius * outward, degrees(between), away=outward, distance=ARC_DISTANCE)
     return (radius + ANGLE_DEPTH) * outward

@@ -11,12 +11,7 @@ import numpy as np
 from fpmatch.drawing.files import write_files
 from fpmatch.drawing.fonts import wrapped
 from fpmatch.drawing.palette import PANEL_EDGE, PAPER, TEXT, TEXT_MUTED, hexadecimal
-from fpmatch.drawing.plots.style import (
-    POINTS_PER_INCH,
-    check_matplotlib,
-    figure_bytes,
-    plain_style,
-)
+from fpmatch.drawing.plots.style import check_matplotlib, figure_bytes, plain_style
 from fpmatch.errors import OutputError
 
 if TYPE_CHECKING:
@@ -31,7 +26,7 @@ FileFormat = Literal["svg", "png"]
 FILE_FORMATS: Final[tuple[FileFormat, ...]] = get_args(FileFormat)
 
 PX_PER_INCH: Final = 96
-PX: Final = POINTS_PER_INCH / PX_PER_INCH
+PX: Final = 72 / PX_PER_INCH
 """A pixel of the page in points, which matplotlib measures fonts and lines in."""
 
 WIDTH, MARGIN, GAP = 800, 20, 20
@@ -83,12 +78,11 @@ def draw_sheets(
         raise OutputError(f"unknown format {file_format!r}: expected {' or '.join(FILE_FORMATS)}")
     check_matplotlib("a figure of point sets")
     with plain_style(STYLE):
+        drawn = [(name, make()) for name, make in sheets.items()]
         return [
-            PointFigure(
-                f"{name}.{file_format}", sheet.title, sheet.caption, sheet.encoded(file_format)
-            )
-            for name, make in sheets.items()
-            if (sheet := make()) is not None
+            PointFigure(f"{name}.{file_format}", s.title, s.caption, s.encoded(file_format))
+            for name, s in drawn
+            if s is not None
         ]
 
 
@@ -115,8 +109,8 @@ class Sheet:
         bottom = PANELS_TOP + sum(heights) + gap * (len(heights) - 1)
         first = bottom + BELOW_PANEL + ABOVE_CAPTION
         height = first + len(lines) * LEADING
-        size = (WIDTH / PX_PER_INCH, height / PX_PER_INCH)
-        self.figure = Figure(figsize=size, dpi=PX_PER_INCH, facecolor=hexadecimal(PAPER))
+        inches = (WIDTH / PX_PER_INCH, height / PX_PER_INCH)
+        self.figure = Figure(figsize=inches, dpi=PX_PER_INCH, facecolor=hexadecimal(PAPER))
 
         def write(y: float, text: str, size: float, **style: Any) -> None:
             x, y = MARGIN / WIDTH, 1 - y / height
@@ -127,17 +121,11 @@ class Sheet:
             write(first + n * LEADING, line, CAPTION_SIZE, color=hexadecimal(TEXT_MUTED))
         columns = len(mosaic[0])
         width = (WIDTH - 2 * MARGIN - (columns - 1) * GAP) / columns
+        sides = {"left": MARGIN / WIDTH, "right": 1 - MARGIN / WIDTH}
+        ends = {"top": 1 - PANELS_TOP / height, "bottom": 1 - bottom / height}
+        gaps = {"wspace": GAP / width, "hspace": gap * len(heights) / sum(heights)}
         self._panels: Any = self.figure.subplot_mosaic(
-            [list(row) for row in mosaic],
-            height_ratios=heights,
-            gridspec_kw={
-                "left": MARGIN / WIDTH,
-                "right": 1 - MARGIN / WIDTH,
-                "top": 1 - PANELS_TOP / height,
-                "bottom": 1 - bottom / height,
-                "wspace": GAP / width,
-                "hspace": gap * len(heights) / sum(heights),
-            },
+            [list(row) for row in mosaic], height_ratios=heights, gridspec_kw=sides | ends | gaps
         )
         for axes in self._panels.values():
             axes.set(xticks=[], yticks=[])

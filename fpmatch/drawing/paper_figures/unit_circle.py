@@ -8,25 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from fpmatch.drawing.palette import NEUTRAL_INK, TEXT, TEXT_MUTED
-from fpmatch.drawing.paper_figures.marks import (
-    CENTRE_DOT,
-    LABEL_SIZE,
-    SPOKE,
-    TINTS,
-    circle_names,
-    circle_ring,
-    closed,
-    dots,
-    label,
-    label_size,
-    line,
-    plane_ring,
-    polygon,
-    ring_names,
-    roomiest,
-    table,
-    unit_circle_frame,
-)
+from fpmatch.drawing.paper_figures import marks
 from fpmatch.drawing.paper_figures.sheet import Sheet, show
 from fpmatch.drawing.words import degrees, number, significant
 
@@ -77,13 +59,13 @@ def unit_circle(ring: Ring) -> Sheet:
         ["sector", *map(number, (*ring.sectors, circle.area))],
         ["weight λ", *map(number, (*circle.weights, circle.weights.sum()))],
     )
-    table(sheet.panel("d", "(d) the numbers"), list(zip(*columns, strict=True)))
+    marks.table(sheet.panel("d", "(d) the numbers"), list(zip(*columns, strict=True)))
     return sheet
 
 
 def _ring_with_sides(axes: Axes, ring: Ring) -> None:
-    plane_ring(axes, ring, RING_ROOM)
-    ring_names(axes, ring)
+    marks.plane_ring(axes, ring, RING_ROOM)
+    marks.ring_names(axes, ring)
     following = np.roll(ring.points, -1, axis=0)
     for start, end, side in zip(ring.points, following, ring.sides, strict=True):
         outward = np.array([end[1] - start[1], start[0] - end[0]])  # the ring is counter-clockwise
@@ -91,38 +73,38 @@ def _ring_with_sides(axes: Axes, ring: Ring) -> None:
 
 
 def _muted(axes: Axes, at: Floats, text: str, away: Floats, ring: Ring) -> None:
-    size = label_size(ring)
-    label(axes, at, text, away=away, distance=SIDE_DISTANCE, size=size, colour=TEXT_MUTED)
+    size = marks.label_size(ring)
+    marks.label(axes, at, text, away=away, distance=SIDE_DISTANCE, size=size, colour=TEXT_MUTED)
 
 
 def _boundary(axes: Axes, ring: Ring) -> None:
-    tint, boundary = TINTS[ring.side.letter], ring.circle.boundary
-    unit_circle_frame(axes)
-    polygon(axes, boundary, tint)
+    tint, boundary = marks.TINTS[ring.side.letter], ring.circle.boundary
+    marks.unit_circle_frame(axes)
+    marks.polygon(axes, boundary, tint)
     for point in boundary:
-        line(axes, [(0.0, 0.0), point], NEUTRAL_INK, SPOKE, "--")
-    dots(axes, boundary, tint)
-    circle_names(axes, boundary, ring.names, label_size(ring))
+        marks.line(axes, [(0.0, 0.0), point], NEUTRAL_INK, marks.SPOKE, "--")
+    marks.dots(axes, boundary, tint)
+    marks.circle_names(axes, boundary, ring.names, marks.label_size(ring))
     for start, arc, area in zip(ring.circle.angles, ring.arcs, ring.sectors, strict=True):
         half = start + arc / 2
         outward = np.array([math.cos(half), math.sin(half)])
         _muted(axes, outward, degrees(arc), outward, ring)
-        to_chord = max(math.cos(arc / 2), LEAST_DEPTH)
-        label(axes, SECTOR_DEPTH * to_chord * outward, number(area), size=label_size(ring))
+        depth = SECTOR_DEPTH * max(math.cos(arc / 2), LEAST_DEPTH)
+        marks.label(axes, depth * outward, number(area), size=marks.label_size(ring))
 
 
 def _weights(axes: Axes, ring: Ring) -> None:
     circle = ring.circle
-    circle_ring(axes, ring)
-    line(axes, [(-CROSS, 0.0), (CROSS, 0.0)], TEXT, SPOKE)
-    line(axes, [(0.0, -CROSS), (0.0, CROSS)], TEXT, SPOKE)
-    beside = circle.image + IMAGE_NAME * roomiest(circle.boundary - circle.image)
+    marks.circle_ring(axes, ring)
+    marks.line(axes, [(-CROSS, 0.0), (CROSS, 0.0)], TEXT, marks.SPOKE)
+    marks.line(axes, [(0.0, -CROSS), (0.0, CROSS)], TEXT, marks.SPOKE)
+    beside = circle.image + IMAGE_NAME * marks.roomiest(circle.boundary - circle.image)
     taken = [circle.image, beside, *circle.boundary]
     for point, weight in zip(circle.boundary, circle.weights, strict=True):
         places = [circle.image + share * (point - circle.image) for share in SPOKE_PLACES]
         at = max(places, key=lambda place: min(_apart(place, other) for other in taken))
         taken.append(at)
-        label(axes, at, number(weight), size=label_size(ring))
+        marks.label(axes, at, number(weight), size=marks.label_size(ring))
 
 
 def _apart(place: Floats, other: Floats) -> float:
@@ -153,11 +135,6 @@ def sub_triangles(ring: ArrayLike, centre: ArrayLike) -> list[SubTriangle]:
 
     The ring (d, 2) is counter-clockwise around the centre (2,). The mean share of a point over all
     triangles is its weight λ.
-
-    Examples
-    --------
-    >>> [t.corners for t in sub_triangles([[0, 0], [4, 0], [0, 4]], [1, 1])]
-    [(0, 1, 2), (1, 2, 0), (2, 0, 1)]
     """
     away = np.asarray(ring, dtype=np.float64) - np.asarray(centre, dtype=np.float64)
     d = len(away)
@@ -208,9 +185,9 @@ def weights(ring: Ring) -> Sheet:
         )
         _sub_triangle(sheet.panel(key, f"{letter} = {' + '.join(terms)}"), ring, triangle)
     axes = sheet.panel("means", "the mean of all: weights λ")
-    plane_ring(axes, ring, WIDE_ROOM)
+    marks.plane_ring(axes, ring, WIDE_ROOM)
     for place, weight in enumerate(mean):
-        _outside(axes, ring, place, number(weight), label_size(ring))
+        _outside(axes, ring, place, number(weight), marks.label_size(ring))
     rows = [
         [name, *(number(share, 2) if share else "·" for share in row), number(weight)]
         for name, row, weight in zip(ring.names, mu, mean, strict=True)
@@ -218,26 +195,26 @@ def weights(ring: Ring) -> Sheet:
     head = ["", *(f"l = {place}" for place in range(1, d + 1)), "mean λ"]
     sums = ["Σ", *(number(value, 2) for value in mu.sum(axis=0)), number(mean.sum())]
     axes = sheet.panel("shares", "shares of the points (rows) in the triangles (columns)")
-    table(axes, [head, *rows, sums])
+    marks.table(axes, [head, *rows, sums])
     return sheet
 
 
 def _outside(axes: Axes, ring: Ring, place: int, text: str, size: float) -> None:
     """Write beside a point of a ring, outside it."""
     at = ring.points[place]
-    label(axes, at, text, away=at - ring.points.mean(axis=0), size=size)
+    marks.label(axes, at, text, away=at - ring.points.mean(axis=0), size=size)
 
 
 def _sub_triangle(axes: Axes, ring: Ring, triangle: SubTriangle) -> None:
-    tint = TINTS[ring.side.letter]
+    tint = marks.TINTS[ring.side.letter]
     show(axes, ring.points, ROOM)
-    line(axes, closed(ring.points), NEUTRAL_INK, SPOKE)
+    marks.line(axes, marks.closed(ring.points), NEUTRAL_INK, marks.SPOKE)
     corners = ring.points[list(triangle.corners)]
-    polygon(axes, corners, tint)
+    marks.polygon(axes, corners, tint)
     _, two, three = triangle.shares
     leaves = (two * corners[1] + three * corners[2]) / (two + three)
-    line(axes, [corners[0], leaves], TEXT, SPOKE, "--")
-    dots(axes, corners, tint)
-    dots(axes, ring.middle, tint, CENTRE_DOT, hollow=True)
+    marks.line(axes, [corners[0], leaves], TEXT, marks.SPOKE, "--")
+    marks.dots(axes, corners, tint)
+    marks.dots(axes, ring.middle, tint, marks.CENTRE_DOT, hollow=True)
     for place in sorted(set(triangle.corners)):
-        _outside(axes, ring, place, ring.names[place], LABEL_SIZE)
+        _outside(axes, ring, place, ring.names[place], marks.LABEL_SIZE)

@@ -200,8 +200,7 @@ def evaluate(
 
         from fpmatch.evaluation import cropping, dataset, enrolment, extraction, run
         from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
-        from fpmatch.evaluation.ground_truth.report import measure_minutiae
-        from fpmatch.evaluation.ground_truth.table import format_minutiae
+        from fpmatch.evaluation.ground_truth.report import format_minutiae, measure_minutiae
         from fpmatch.evaluation.ground_truth.truth import load_truth
         from fpmatch.evaluation.score_file import write_scores
         from fpmatch.evaluation.scores import read_scores

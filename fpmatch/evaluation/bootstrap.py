@@ -16,18 +16,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.random import default_rng
 
-from fpmatch.evaluation.rates import FMR_LIMITS, error_rates
-from fpmatch.evaluation.weighted_rates import RankedScores
+from fpmatch.evaluation.rates import FMR_LIMITS, ROUNDING, error_rates
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
+
+    Weights = NDArray[np.integer[Any]]
+
 
 BOOTSTRAPPED: Final = ("eer", *FMR_LIMITS)
 """The rates that are bootstrapped; those that depend on one extreme score cannot be."""
@@ -133,37 +135,132 @@ def _replicate(
     result: Replicates,
 ) -> NDArray[np.intp]:
     """Fill in the rates of draws from scores above `lowest`; return draws that need lower ones."""
-    everything = (*trials, _together(trials))
-    kept = zip(everything, lowest, strict=True)
-    ranked = [RankedScores.of(t.similarity, t.genuine, low) for t, low in kept]
+    kept = zip((*trials, _together(trials)), lowest, strict=True)
+    *ranked, together = (_RankedTrials.of(t, low) for t, low in kept)
     between = [_impostors_between(t) for t in trials]
     complete = np.ones(draws.size, bool)
-    for part in _slices(draws.size, max(r.genuine.size + r.impostor.size for r in ranked)):
+    for part in _slices(draws.size, together.genuine.size + together.impostor.size):
         rows = draws[part]
         drawn = [c[rows] for c in counts]
         totals = [_impostor_weight(b, c) for b, c in zip(between, drawn, strict=True)]
         for k, total in enumerate(totals):
-            result.sets[k, rows], known = _rates(ranked[k], trials[k], drawn[k], total)
+            result.sets[k, rows], known = ranked[k].rates(drawn[k], total)
             complete[part] &= known
         if len(trials) == 1:
             result.pooled[rows] = result.sets[0, rows]
             continue
         of_all, total = np.concatenate(drawn, axis=1), np.sum(totals, axis=0)
-        result.pooled[rows], known = _rates(ranked[-1], everything[-1], of_all, total)
+        result.pooled[rows], known = together.rates(of_all, total)
         complete[part] &= known
     return draws[~complete]
 
 
-def _rates(
-    ranked: RankedScores, trials: Trials, counts: NDArray[np.int64], total: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the rates of draws, and whether the ranked scores determine them."""
-    highest = trials.similarity.size * int(counts.max()) ** 2
-    drawn = counts.astype(np.int32 if highest <= np.iinfo(np.int32).max else np.int64)
-    genuine = np.take(drawn, trials.probe[ranked.genuine], axis=1)
-    impostor = np.take(drawn, trials.probe[ranked.impostor], axis=1)
-    impostor *= np.take(drawn, trials.reference[ranked.impostor], axis=1)
-    return ranked.rates(genuine, impostor, total)
+@dataclass(frozen=True, slots=True, eq=False)
+class _RankedTrials:
+    """Hold the order of scores, so that rates of draws need only the weights of the pairs.
+
+    Impostors below a lowest score may be left out; of them only the total weight must be known.
+    Pairs are indices by increasing score. A threshold is every distinct score from the lowest on,
+    then infinity: `genuine_below` and `impostor_below` count the scores below each. For each
+    impostor score, `genuine_up_to` counts the genuine scores that are at most as high.
+    """
+
+    trials: Trials
+    genuine: NDArray[np.intp]
+    impostor: NDArray[np.intp]
+    genuine_below: NDArray[np.intp]
+    impostor_below: NDArray[np.intp]
+    genuine_up_to: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, trials: Trials, lowest: float) -> _RankedTrials:
+        """Rank scores; impostors below `lowest` are left out."""
+        similarity, kept = trials.similarity, trials.similarity >= lowest
+        pairs = np.flatnonzero(trials.genuine), np.flatnonzero(~trials.genuine & kept)
+        ours, theirs = (k[np.argsort(similarity[k], kind="stable")] for k in pairs)
+        threshold = np.append(np.unique(similarity[kept]), np.inf)
+        return cls(
+            trials=trials,
+            genuine=ours,
+            impostor=theirs,
+            genuine_below=np.searchsorted(similarity[ours], threshold, side="left"),
+            impostor_below=np.searchsorted(similarity[theirs], threshold, side="left"),
+            genuine_up_to=np.searchsorted(similarity[ours], similarity[theirs], side="right"),
+        )
+
+    def rates(
+        self, counts: NDArray[np.int64], total_i: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the rates of draws, and whether the ranked scores determine them.
+
+        `counts` holds how often each finger was drawn, and `total_i` the weight of all impostors,
+        those left out included. Rates are NaN where a draw has no pairs of a kind.
+        """
+        below_g, below_i = self._cumulated_weights(counts)
+        total_g, total_ranked = below_g[:, -1], below_i[:, -1]
+        rows = np.arange(len(counts))
+        rates = np.full((rows.size, len(BOOTSTRAPPED)), np.nan)
+        usable = (total_g > 0) & (total_i > 0)
+        if not usable.any():
+            return rates, np.ones(rows.size, bool)
+        if not self.impostor.size:
+            return rates, ~usable
+        nonzero_g, nonzero_i = np.maximum(total_g, 1), np.maximum(total_i, 1)
+
+        def fmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
+            matched = total_ranked - below_i[rows, self.impostor_below[t]]
+            return np.asarray(matched / nonzero_i)
+
+        def fnmr(t: NDArray[np.intp]) -> NDArray[np.float64]:
+            return np.asarray(below_g[rows, self.genuine_below[t]] / nonzero_g)
+
+        after = _first(lambda t: fmr(t) <= fnmr(t), self.genuine_below.size - 1, rows.size)
+        complete = after > 0
+        before = np.maximum(after - 1, 0)
+        fall, rise = fmr(before) - fnmr(before), fnmr(after) - fmr(after)
+        way = fall / np.maximum(fall + rise, np.finfo(np.float64).tiny)
+        rates[:, 0] = fmr(before) + way * (fmr(after) - fmr(before))
+        for column, limit in enumerate(FMR_LIMITS.values(), start=1):
+            needed = total_ranked - np.floor(limit * total_i + ROUNDING)
+
+            def reaches(k: NDArray[np.intp], needed: NDArray[Any] = needed) -> NDArray[np.bool_]:
+                return np.asarray(below_i[rows, k] >= needed)
+
+            kept = _first(reaches, self.impostor.size, rows.size)
+            complete &= kept > 0
+            rejected = self.genuine_up_to[np.maximum(kept - 1, 0)]
+            rates[:, column] = below_g[rows, rejected] / nonzero_g
+        rates[~usable] = np.nan
+        return rates, complete | ~usable
+
+    def _cumulated_weights(self, counts: NDArray[np.int64]) -> tuple[Weights, Weights]:
+        """Return the weights of the first 0, 1, 2, … genuine, and impostor, pairs in each draw."""
+        t = self.trials
+        highest = t.similarity.size * int(counts.max()) ** 2
+        drawn = counts.astype(np.int32 if highest <= np.iinfo(np.int32).max else np.int64)
+        genuine = np.take(drawn, t.probe[self.genuine], axis=1)
+        impostor = np.take(drawn, t.probe[self.impostor], axis=1)
+        impostor *= np.take(drawn, t.reference[self.impostor], axis=1)
+        return _cumulated(genuine), _cumulated(impostor)
+
+
+def _cumulated(weights: Weights) -> Weights:
+    sums = np.zeros((len(weights), weights.shape[1] + 1), weights.dtype)
+    np.cumsum(weights, axis=1, out=sums[:, 1:])
+    return sums
+
+
+def _first(
+    holds: Callable[[NDArray[np.intp]], NDArray[np.bool_]], last: int, rows: int
+) -> NDArray[np.intp]:
+    """Return for each row the first index of 0..last at which `holds`; at `last` it does."""
+    low, high = np.full(rows, -1, np.intp), np.full(rows, last, np.intp)
+    while (high - low > 1).any():
+        middle = np.maximum((low + high) // 2, 0)
+        found = holds(middle)
+        high = np.where(found, middle, high)
+        low = np.where(found, low, middle)
+    return high
 
 
 def _impostors_between(trials: Trials) -> NDArray[np.float64]:

@@ -14,8 +14,7 @@ from fpmatch.engine.workers import Progress, no_progress
 from fpmatch.errors import MatcherError, OutputError
 from fpmatch.evaluation.batch.fingers import check_fingers, write_fingers
 from fpmatch.evaluation.batch.plan import AllPairs, ListedPairs
-from fpmatch.evaluation.batch.rows import RowWriter, SideRows
-from fpmatch.evaluation.batch.run import Comparing, collect
+from fpmatch.evaluation.batch.run import Comparing, RowWriter, SideRows, collect
 from fpmatch.evaluation.batch.sources import open_source
 from fpmatch.evaluation.batch.store import Store
 from fpmatch.evaluation.decision import calibration_of

@@ -12,8 +12,12 @@ from truth_files import truth_document, truth_of, write_truth
 
 from fpmatch.evaluation.ground_truth.false_minutiae import Cause
 from fpmatch.evaluation.ground_truth.minutiae_counts import TOLERANCES, MinutiaeCounts
-from fpmatch.evaluation.ground_truth.report import MinutiaeReport, measure_minutiae, measure_print
-from fpmatch.evaluation.ground_truth.table import format_minutiae
+from fpmatch.evaluation.ground_truth.report import (
+    MinutiaeReport,
+    format_minutiae,
+    measure_minutiae,
+    measure_print,
+)
 from fpmatch.evaluation.ground_truth.truth import load_truth
 from fpmatch.evaluation.run import evaluate, load_datasets
 from fpmatch.minutiae import Minutiae, Template

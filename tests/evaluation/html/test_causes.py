@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fpmatch.evaluation.html.causes import explain_false_match, explain_false_non_match
+from fpmatch.evaluation.html.hardest import explain_false_match, explain_false_non_match
 from fpmatch.matching.result import Comparison, Verification
 from fpmatch.minutiae import Minutiae, Template
 from fpmatch.pointset.similarity import Similarity

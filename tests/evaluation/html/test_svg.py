@@ -12,7 +12,7 @@ import pytest
 from fpmatch.drawing.plots.style import check_matplotlib
 from fpmatch.errors import OutputError
 from fpmatch.evaluation.html import svg
-from fpmatch.evaluation.html.curves import Curve, det_plot, rank_plot, roc_plot, score_plot
+from fpmatch.evaluation.html.figures import Curve, det_plot, rank_plot, roc_plot, score_plot
 
 pytest.importorskip("matplotlib")
 STYLE = Path(svg.__file__).with_name("style.css.j2").read_text(encoding="utf-8")

@@ -21,10 +21,10 @@ from fpmatch.synthesis.impression import make_impression
 from fpmatch.synthesis.master import make_master
 from fpmatch.synthesis.noise import smooth_noise
 from fpmatch.synthesis.presets import PRESETS, Preset
-from fpmatch.synthesis.ridge_target import ridge_target
 from fpmatch.synthesis.sensor import SENSORS
 from fpmatch.synthesis.smear import SmearParameters
 from research.training.platen import vary_platen
+from research.training.ridge_target import ridge_target
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -24,7 +24,7 @@ from fpmatch.image.quality.polarity import (
     load_polarity_weights,
     polarity_evidence,
 )
-from fpmatch.synthesis.background import other_background
+from research.training.background import other_background
 
 Pixels = NDArray[np.uint8]
 

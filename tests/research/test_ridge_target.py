@@ -11,8 +11,8 @@ import pytest
 from fpmatch.synthesis.impression import Impression, make_impression
 from fpmatch.synthesis.master import Master, MasterParameters, make_master
 from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.ridge_target import ridge_target
 from fpmatch.synthesis.sensor import Sensor
+from research.training.ridge_target import ridge_target
 
 SENSOR = Sensor("small", 100, 130)
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fpmatch.errors import ImageError
-from fpmatch.synthesis.background import BACKGROUNDS, MIN_CROP_PX, other_background
+from research.training.background import BACKGROUNDS, MIN_CROP_PX, other_background
 
 
 @pytest.fixture

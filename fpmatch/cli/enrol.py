@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fpmatch.gallery.enrol import Enrolment
-    from fpmatch.gallery.summary import GallerySummary
+    from fpmatch.gallery.entry import GallerySummary
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -114,25 +114,25 @@ def enrol(
         from fpmatch.gallery.gallery import open_gallery
         from fpmatch.gallery.names import FVC_PATTERN, NamePattern
         from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
-        from fpmatch.gallery.summary import summarise
         from fpmatch.reading import PrintReader
 
     names = NamePattern(FVC_PATTERN if pattern is None else pattern)
     prints = find_prints(places, dpi)
-    reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=PrintReader(raw, quiet=True))
+    read = PrintReader(raw, quiet=True)
     start = time.perf_counter()
     bars = ProgressBars({"enrol": "enrolling"})
-    with open_gallery(gallery, create=True) as opened, bars:
+    with open_gallery(gallery, create=True) as opened, processes(workers) as engine, bars:
+        reader = folder_reader(prints, polarity=polarity, dpi=dpi, reader=read, engine=engine)
         done = work.enrol(
             opened,
             prints,
             pattern=names,
-            engine=processes(workers),
+            engine=engine,
             extractor=partial(extract_print, reader=reader, min_quality=min_quality),
             progress=bars.show,
             strict=strict,
         )
-        summary, name = summarise(opened), opened.name
+        summary, name = opened.summary(), opened.name
     seconds = time.perf_counter() - start
     say_notes(done.noted)
     say_failures(

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.summary import GallerySummary
+    from fpmatch.gallery.entry import Entry, GallerySummary
 
 _ARGUMENT: Final = click.argument("gallery")
 
@@ -50,10 +49,9 @@ Examples:
 def info(gallery: str, as_json: bool) -> None:
     """Show counts and sizes of GALLERY."""
     from fpmatch.gallery.gallery import open_gallery
-    from fpmatch.gallery.summary import summarise
 
     with open_gallery(gallery) as opened:
-        summary, name = summarise(opened), opened.name
+        summary, name = opened.summary(), opened.name
     document = {"gallery": name, **summary.as_dict()}
     click.echo(json_text(document) if as_json else _summary_text(name, summary))
 

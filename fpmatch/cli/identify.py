@@ -26,9 +26,8 @@ from fpmatch.errors import FpmatchError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fpmatch.gallery.candidate import Candidate
     from fpmatch.gallery.entry import Entry
-    from fpmatch.gallery.identify import CandidateListSize, Identification
+    from fpmatch.gallery.identify import Candidate, CandidateListSize, Identification
     from fpmatch.image.io.raw import RawSize
     from fpmatch.image.quality.polarity import Polarity
 
@@ -153,10 +152,9 @@ def identify(
     """
     from fpmatch.engine.engine import processes
     from fpmatch.gallery import identify as work
-    from fpmatch.gallery.consolidated import ConsolidatedFingers
     from fpmatch.gallery.gallery import open_gallery
     from fpmatch.gallery.prints import extract_print, find_prints, folder_reader
-    from fpmatch.gallery.search import open_search
+    from fpmatch.gallery.search import ConsolidatedFingers, open_search
     from fpmatch.matching.calibration import load_calibration
     from fpmatch.reading import PrintReader, group_by_note
 

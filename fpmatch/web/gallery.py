@@ -16,7 +16,6 @@ from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import identify
 from fpmatch.gallery.names import NamePattern
 from fpmatch.gallery.search import open_search
-from fpmatch.gallery.summary import summarise
 from fpmatch.gallery.tables import ENROLLED
 from fpmatch.web.errors import RequestError
 from fpmatch.web.prints import open_upload_with_minutiae
@@ -57,7 +56,7 @@ def short_name(place: str) -> str:
 def describe_gallery(where: str) -> dict[str, Any]:
     """Return what ``fpmatch gallery info --json`` prints."""
     with open_served_gallery(where) as gallery:
-        return {"gallery": short_name(gallery.name), **summarise(gallery).as_dict()}
+        return {"gallery": short_name(gallery.name), **gallery.summary().as_dict()}
 
 
 def identify_print(

@@ -9,13 +9,12 @@ import pytest
 
 from fpmatch.engine.engine import serial
 from fpmatch.errors import GalleryError, MatcherError
-from fpmatch.gallery import consolidated
 from fpmatch.gallery import identify as identify_module
-from fpmatch.gallery.consolidated import ConsolidatedFingers
+from fpmatch.gallery import search as search_module
 from fpmatch.gallery.entry import Label, NewEntry
 from fpmatch.gallery.gallery import open_gallery
 from fpmatch.gallery.identify import MIN_CANDIDATE_LIST, candidate_list_size, identify
-from fpmatch.gallery.search import open_search
+from fpmatch.gallery.search import ConsolidatedFingers, open_search
 from fpmatch.matching.calibration import Calibration, load_calibration, score_to_fmr
 from fpmatch.matching.finger import fused_score, verify_finger
 from fpmatch.matching.verify import verify
@@ -304,7 +303,7 @@ def test_a_finger_of_one_impression_keeps_its_score(fingers, fake, tmp_path):
 
 
 def test_only_so_many_fingers_are_kept(touches, fingers_of_touches, monkeypatch):
-    monkeypatch.setattr(consolidated, "FINGERS_KEPT", 1)
+    monkeypatch.setattr(search_module, "FINGERS_KEPT", 1)
     search = open_search(touches, engine=serial())
     together = ConsolidatedFingers(touches, search)
     first, second = (

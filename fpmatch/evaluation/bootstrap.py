@@ -77,11 +77,6 @@ def draw_fingers(fingers: int, bootstrap: int, seed: int, set_index: int = 0) ->
     """Return how often each finger was drawn in each of `bootstrap` draws of all fingers.
 
     The array has the shape (bootstrap, fingers). Each database has its own draws.
-
-    Examples
-    --------
-    >>> draw_fingers(4, 2, seed=1).sum(axis=1).tolist()
-    [4, 4]
     """
     chances = np.full(fingers, 1 / fingers)
     return default_rng([seed, set_index]).multinomial(fingers, chances, size=bootstrap)

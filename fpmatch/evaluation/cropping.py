@@ -29,15 +29,6 @@ def crop_about_centroid(image: GreyImage, template: Template, side_px: float) ->
 
     The mask of the template's ridge field, else its minutiae, give the area of the print; with
     neither there is an `ImageError`.
-
-    Examples
-    --------
-    >>> from fpmatch import Minutiae
-    >>> from fpmatch.minutiae import Template
-    >>> image = GreyImage(np.zeros((300, 200), np.uint8), dpi=500)
-    >>> template = Template(Minutiae([150.0], [40.0], [0.0]), 200, 300)
-    >>> crop_about_centroid(image, template, 120).pixels.shape
-    (120, 120)
     """
     return crop_at(image, *_centroid(image, template), side_px, template.dpi)
 
@@ -47,12 +38,6 @@ def crop_at(image: GreyImage, x: float, y: float, side_px: float, dpi: float) ->
 
     The side is in pixels at 500 dpi. The square is moved inwards where it would reach beyond the
     image, and smaller where the image is narrower.
-
-    Examples
-    --------
-    >>> image = GreyImage(np.zeros((300, 200), np.uint8))
-    >>> crop_at(image, 190, 20, 120, dpi=250).pixels.shape
-    (60, 60)
     """
     side = max(1, round(side_px * dpi / STANDARD_DPI))
     height, width = image.pixels.shape

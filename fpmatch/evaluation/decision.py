@@ -26,11 +26,6 @@ def decide(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
     """Decide which similarities are matches, as `fpmatch.verify` does by default.
 
     A matcher that neither decides by itself nor is calibrated finds no match.
-
-    Examples
-    --------
-    >>> decide("paper", [0.6, 0.61]).tolist()
-    [False, True]
     """
     similarity = np.asarray(similarities, np.float64)
     rho = rho_of(matcher)
@@ -43,13 +38,7 @@ def decide(matcher: str, similarities: ArrayLike) -> NDArray[np.bool_]:
 
 
 def rho_of(matcher: str) -> float | None:
-    """Return the share of minutiae by which a matcher decides; None where the score does.
-
-    Examples
-    --------
-    >>> rho_of("paper"), rho_of("unit-circle")
-    (0.6, None)
-    """
+    """Return the share of minutiae by which a matcher decides; None where the score does."""
     if matcher not in matcher_names():
         return None
     chosen = get_matcher(matcher)

@@ -59,15 +59,6 @@ def plan_enrolment(
     Fingers with fewer impressions than are to be enrolled are not enrolled; all of their
     impressions are probes. If `own` is given, only fingers of the first `own` impressions are
     enrolled. Raises a `DatasetError` if no finger has more than `enrolment.count` impressions.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from fpmatch.evaluation.dataset import Impression
-    >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2, 3)]
-    >>> plan = plan_enrolment(prints, Enrolment(2))
-    >>> dict(plan.enrolled), plan.pairs.probe.tolist(), plan.pairs.reference.tolist()
-    ({0: (0, 1), 3: (3, 4)}, [2, 5, 2, 5], [0, 0, 3, 3])
     """
     finger = np.array([i.finger for i in impressions])
     own = len(finger) if own is None else own

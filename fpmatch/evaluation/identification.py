@@ -57,17 +57,6 @@ def identify_all(
 
     The result is None where not all pairs were compared (protocol "fvc"), or where there are not
     two fingers, one of them with two impressions.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from fpmatch.evaluation.dataset import Impression
-    >>> from fpmatch.evaluation.protocol import choose_pairs
-    >>> prints = [Impression(f, n, Path(f"{f}_{n}.tif")) for f in (1, 2) for n in (1, 2)]
-    >>> pairs = choose_pairs(prints)
-    >>> found = identify_all(prints, pairs, np.array([9.0, 1.0, 2.0, 3.0, 0.0, 2.0]))
-    >>> found.rank.tolist(), found.rank_one
-    ([1, 1, 2, 2], 0.5)
     """
     count = len(impressions)
     if len(pairs) != count * (count - 1) // 2:

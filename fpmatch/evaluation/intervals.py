@@ -98,12 +98,6 @@ def interval_of(draws: NDArray[np.float64]) -> Interval | None:
     """Return the limits that leave out 2.5 % of the draws on either side.
 
     Draws without a rate are NaN; where these are half of them or more, there is no interval.
-
-    Examples
-    --------
-    >>> found = interval_of(np.arange(41.0))
-    >>> round(found.low, 3), round(found.high, 3)
-    (1.0, 39.0)
     """
     known = draws[np.isfinite(draws)]
     if known.size <= draws.size / 2:
@@ -116,12 +110,8 @@ def trials_of(row: SetResult) -> Trials:
     """Return a database's comparisons with their fingers numbered from 0."""
     names = [i.finger for i in row.extracted.dataset.impressions]
     fingers, number = np.unique(names, return_inverse=True)
-    return Trials(
-        similarity=row.outcomes["similarity"],
-        probe=number[row.pairs.probe],
-        reference=number[row.pairs.reference],
-        fingers=int(fingers.size),
-    )
+    probe, reference = number[row.pairs.probe], number[row.pairs.reference]
+    return Trials(row.outcomes["similarity"], probe, reference, int(fingers.size))
 
 
 def _rank_one(

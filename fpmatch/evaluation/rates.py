@@ -136,11 +136,6 @@ def threshold_at_fmr(impostor: ArrayLike, fmr: float) -> float | None:
     """Return the highest impostor score that must not match for an FMR of at most `fmr`, under 1.
 
     The lowest threshold is just above it. None where `fmr` is less than one of the scores.
-
-    Examples
-    --------
-    >>> threshold_at_fmr(range(1000), 0.01)
-    989.0
     """
     return _threshold_at_fmr(_sorted_scores("impostor", impostor), fmr)
 

@@ -127,9 +127,7 @@ class RunComparison:
 
     def titles(self) -> tuple[str, str]:
         """Return the column titles of the two runs: their matchers, where these differ."""
-        if self.before in {"", self.now}:
-            return "before", "now"
-        return self.before, self.now
+        return ("before", "now") if self.before in {"", self.now} else (self.before, self.now)
 
     def as_json(self) -> dict[str, Any]:
         """Return the comparison as JSON values; rates as fractions."""
@@ -160,10 +158,7 @@ def compare_runs(
 ) -> RunComparison:
     """Compare two runs over the same prints, on the pairs that both have, identified by names.
 
-    Raises
-    ------
-    DatasetError
-        If they have no genuine or no impostor pair in common.
+    Raises a `DatasetError` if they have no genuine or no impostor pair in common.
     """
     earlier = {one.name: one for one in before}
     common = [_in_common(earlier[one.name], one) for one in now if one.name in earlier]
@@ -214,16 +209,10 @@ def _in_common(before: ScoresSet, now: ScoresSet) -> _Common:
     _, at_before, at_now = np.intersect1d(
         keys, _keys(now.probe, now.reference, size), assume_unique=True, return_indices=True
     )
-    fingers, flat = np.unique(
-        np.concatenate([now.trials.probe[at_now], now.trials.reference[at_now]]),
-        return_inverse=True,
-    )
-    trials = Trials(
-        similarity=now.trials.similarity[at_now],
-        probe=flat[: at_now.size],
-        reference=flat[at_now.size :],
-        fingers=int(fingers.size),
-    )
+    t, count = now.trials, at_now.size
+    both = np.concatenate([t.probe[at_now], t.reference[at_now]])
+    fingers, flat = np.unique(both, return_inverse=True)
+    trials = Trials(t.similarity[at_now], flat[:count], flat[count:], int(fingers.size))
     similarity_before = before.trials.similarity[earlier[at_before]]
     return _Common(now, at_now, replace(trials, similarity=similarity_before), trials)
 

@@ -27,13 +27,7 @@ MAX_CELLS: Final = 50_000_000
 
 
 def finger_of_name(name: str) -> str:
-    """Return the finger in a file name: FFF of FFF_M.tif, else the name without suffix.
-
-    Examples
-    --------
-    >>> finger_of_name("101_3.tif"), finger_of_name("left thumb.png")
-    ('101', 'left thumb')
-    """
+    """Return the finger in a file name: FFF of FFF_M.tif, else the name without suffix."""
     label = NamePattern().label(Path(name))
     return Path(name).stem if label is None else str(label.of_finger)
 

@@ -60,12 +60,6 @@ class AllPairs:
     Every probe is compared with the first band, one probe after the other, then every probe with
     the next. Each reference is thus prepared once, and only the templates of a band and of some
     probes are in memory.
-
-    Examples
-    --------
-    >>> chunk, = AllPairs(2, 2).chunks()
-    >>> chunk.probe.tolist(), chunk.reference.tolist()
-    ([0, 0, 1, 1], [0, 1, 0, 1])
     """
 
     def __init__(
@@ -154,18 +148,15 @@ def _read_pairs(path: Path) -> Iterator[tuple[int, tuple[str, str]]]:
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream)
-            for first, row in enumerate(reader):
+            for number, row in enumerate(reader):
                 cells = [cell.strip() for cell in row]
-                if not any(cells):
-                    continue
-                if first == 0 and {PROBE, REFERENCE} <= set(cells):
+                if number == 0 and {PROBE, REFERENCE} <= set(cells):
                     columns = (cells.index(PROBE), cells.index(REFERENCE))
-                    continue
-                if len(cells) <= max(columns):
-                    raise ScoringError(
-                        f"{path}: line {reader.line_num}: expected a probe and a reference"
-                    )
-                yield reader.line_num, (cells[columns[0]], cells[columns[1]])
+                elif any(cells):
+                    line = reader.line_num
+                    if len(cells) <= max(columns):
+                        raise ScoringError(f"{path}: line {line}: expected a probe and a reference")
+                    yield line, (cells[columns[0]], cells[columns[1]])
     except OSError as error:
         raise ScoringError(f"{path}: cannot be read: {reason(error)}") from error
     except (UnicodeDecodeError, csv.Error) as error:

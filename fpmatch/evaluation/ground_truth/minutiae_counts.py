@@ -82,16 +82,7 @@ def count_minutiae(
     *,
     with_kind: bool = False,
 ) -> MinutiaeCounts:
-    """Count the minutiae of one print; arguments as in `assign_minutiae`.
-
-    Examples
-    --------
-    >>> from fpmatch.minutiae import Minutiae
-    >>> true = Minutiae(x=[10, 50, 90], y=[10, 50, 90], angle=[0.0, 1.0, 2.0])
-    >>> found = Minutiae(x=[12, 50, 88], y=[10, 50, 90], angle=[0.1, 4.0, 2.0])
-    >>> count_minutiae(found, true, np.array([True, True, False]))
-    MinutiaeCounts(true_positives=1, false_negatives=1, false_positives=1, ignored=1)
-    """
+    """Count the minutiae of one print; arguments as in `assign_minutiae`."""
     pairs = assign_minutiae(found, true, visible, tolerance, with_kind=with_kind)
     assigned = int(np.count_nonzero(visible[pairs[:, 1]]))
     return MinutiaeCounts(

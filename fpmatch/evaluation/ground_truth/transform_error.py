@@ -140,16 +140,7 @@ class TransformSummary:
 
 
 def summarise_transforms(errors: Sequence[TransformError]) -> TransformSummary:
-    """Summarise the errors of some pairs.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> near = TransformError(True, 0.5, 1.0, 1.01, 2.0, 1.5)
-    >>> summary = summarise_transforms([near, replace(near, shift_px=9.0)])
-    >>> summary.match, summary.in_place, summary.shift_px
-    (1.0, 0.5, 5.0)
-    """
+    """Summarise the errors of some pairs."""
     table = np.array([astuple(error) for error in errors], dtype=np.float64).reshape(-1, 6)
     match, rotation, shift, scale, residual, least = table.T
     turned_well, shifted_well = rotation <= MAX_ROTATION_DEG, shift <= MAX_SHIFT_PX

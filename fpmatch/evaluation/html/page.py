@@ -42,8 +42,6 @@ _IMPOSTOR_PAIRS: Final = {
     "extended": "every two impressions of different fingers",
     "fvc": "the first impressions of every two different fingers",
 }
-_FAILURES_SHOWN: Final = 50
-_TONES: Final = {"better": "good", "worse": "bad"}
 
 
 def prepare_page(folder: str | os.PathLike[str]) -> Path:
@@ -97,27 +95,21 @@ def page(analyses: Sequence[Analysis], comparisons: Sequence[RunComparison] = ()
     }
     reports = [one.report for one in analyses]
     first = reports[0]
-    failures = [why for _, why in first.failures]
     html = environment.get_template("page.html.j2").render(
         analyses=analyses,
         comparisons=comparisons,
-        databases=len(first.sets),
-        prints=first.prints,
+        first=first,
         fingers=sum(
             len({i.finger for i in row.extracted.dataset.impressions}) for row in first.sets
         ),
-        genuine=first.genuine,
-        impostor=first.impostor,
-        totals=[first.prints, len(failures), first.genuine, first.impostor],
-        protocol=first.protocol,
+        totals=[first.prints, len(first.failures), first.genuine, first.impostor],
         impostor_pairs=_IMPOSTOR_PAIRS[first.protocol],
         version=__version__,
         rates_of_all=defined_rates(report.pooled for report in reports),
         figures_of_all=pooled_figures(reports) if len(reports) > 1 else None,
         matchers=[_MatcherSection.of(one, number) for number, one in enumerate(analyses)],
-        failures=failures,
-        failures_shown=_FAILURES_SHOWN,
-        tones=_TONES,
+        failures_shown=50,
+        tones={"better": "good", "worse": "bad"},
         interval_titles=INTERVAL_TITLES,
     )
     return html.lstrip() + "\n"

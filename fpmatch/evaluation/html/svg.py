@@ -90,11 +90,5 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
 
 
 def colour_name(placeholder: str) -> str:
-    """Return the CSS variable of a placeholder colour.
-
-    Examples
-    --------
-    >>> colour_name(INK), colour_name(series_colour(0)), colour_name(series_colour(10))
-    ('ink', 'series-0', 'series-2')
-    """
+    """Return the CSS variable of a placeholder colour."""
     return _NAMES.get(placeholder) or f"series-{int(placeholder[5:], 16) - _FIRST_SERIES}"

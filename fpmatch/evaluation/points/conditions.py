@@ -60,11 +60,6 @@ def conditions(
     """Return the conditions of these models in the order of the tables, 39 a model.
 
     Rows of more than `largest_m` points of P are left out.
-
-    Examples
-    --------
-    >>> len(conditions()), str(conditions(["clutter"])[1])
-    (78, 'clutter, rho 0.95, m 50, n 200')
     """
     return [
         Condition(model, row, factor)
@@ -76,14 +71,7 @@ def conditions(
 
 
 def make_pair(condition: Condition, seed: int, trial: int, *, genuine: bool) -> RandomPair:
-    """Return the sets and the truth of trial number `trial`, from 0, of an experiment's `seed`.
-
-    Examples
-    --------
-    >>> pair = make_pair(Condition("patch", 0, 2), seed=0, trial=3, genuine=True)
-    >>> pair.p.shape, pair.q.shape, len(pair.pairs)
-    ((50, 2), (100, 2), 48)
-    """
+    """Return the sets and the truth of trial number `trial`, from 0, of an experiment's `seed`."""
     model, kind = condition.model, 0 if genuine else 1
     key = (POINT_MODELS.index(model), condition.row, condition.factor, trial, kind)
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))

@@ -67,13 +67,7 @@ class BenchMatcher:
 
 
 def matcher_named(name: str) -> BenchMatcher:
-    """Return the matcher of that name; MatcherError if there is none or it is not installed.
-
-    Examples
-    --------
-    >>> matcher_named("triangles").complete
-    True
-    """
+    """Return the matcher of that name; MatcherError if there is none or it is not installed."""
     if name not in _MATCHERS:
         raise MatcherError(f"unknown matcher {name!r}: expected one of {', '.join(MATCHER_NAMES)}")
     if not is_installed(name):

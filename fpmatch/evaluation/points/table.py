@@ -140,12 +140,6 @@ def _group_names(width: int) -> list[str]:
 
 
 def format_ms(milliseconds: float) -> str:
-    """Return a time in milliseconds with about three digits, without its unit.
-
-    Examples
-    --------
-    >>> [format_ms(t) for t in (0.0123, 0.5, 12.34, 345.6, 20345.0)]
-    ['0.012', '0.50', '12.3', '346', '20345']
-    """
+    """Return a time in milliseconds with about three digits, without its unit."""
     decimals = sum(float(f"{milliseconds:.3g}") < edge for edge in _EDGES)
     return f"{milliseconds:.{decimals}f}"

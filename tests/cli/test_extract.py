@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from pathlib import Path
-from typing import Any
 
 import pytest
 from PIL import Image
@@ -15,11 +13,11 @@ from fpmatch import assess, extract, load_template, save_template
 from .conftest import assert_refused
 
 
-def names(folder: Path) -> set[str]:
+def names(folder):
     return {entry.name for entry in folder.iterdir()}
 
 
-def test_templates_are_those_of_the_library(run: Any, prints: Path, tmp_path: Path) -> None:
+def test_templates_are_those_of_the_library(run, prints, tmp_path):
     out = tmp_path / "new" / "out"
     result = run("extract", prints / "1_1.png", prints / "2_1.png", "-o", out)
     assert result.exit_code == 0
@@ -39,7 +37,7 @@ def test_templates_are_those_of_the_library(run: Any, prints: Path, tmp_path: Pa
     assert result.stderr == ""
 
 
-def test_what_is_wrong_with_an_image_is_noted(run: Any, prints: Path, tmp_path: Path) -> None:
+def test_what_is_wrong_with_an_image_is_noted(run, prints, tmp_path):
     result = run("extract", prints / "blank.png", prints / "1_1.png", "-o", tmp_path)
     assert result.exit_code == 0
     (note,) = result.stderr.splitlines()
@@ -47,7 +45,7 @@ def test_what_is_wrong_with_an_image_is_noted(run: Any, prints: Path, tmp_path: 
     assert len(load_template(tmp_path / "blank.json").minutiae) == 0
 
 
-def test_json_tells_files_and_quality(run: Any, prints: Path, tmp_path: Path) -> None:
+def test_json_tells_files_and_quality(run, prints, tmp_path):
     out = tmp_path / "out"
     save_template(tmp_path / "t.json", extract(prints / "1_1.png"))
     result = run(
@@ -65,14 +63,12 @@ def test_json_tells_files_and_quality(run: Any, prints: Path, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("suffix", ["json", "csv"])
-def test_one_format_only(run: Any, prints: Path, tmp_path: Path, suffix: str) -> None:
+def test_one_format_only(run, prints, tmp_path, suffix):
     run("extract", prints / "1_1.png", "-o", tmp_path, "--format", suffix)
     assert names(tmp_path) == {f"1_1.{suffix}"}
 
 
-def test_failures_are_listed_at_the_end_and_the_rest_is_kept(
-    run: Any, prints: Path, tmp_path: Path
-) -> None:
+def test_failures_are_listed_at_the_end_and_the_rest_is_kept(run, prints, tmp_path):
     bad = ["text.png", "gone.png", "truncated.png", "tiny.png", "folder.png", "empty.png"]
     result = run(
         "extract", *(prints / name for name in (*bad[:3], "1_1.png", *bad[3:])), "-o", tmp_path
@@ -86,9 +82,7 @@ def test_failures_are_listed_at_the_end_and_the_rest_is_kept(
         assert line.startswith(f"fpmatch: error: {prints / name}: ")
 
 
-def test_images_of_one_name_do_not_overwrite_each_other(
-    run: Any, prints: Path, tmp_path: Path
-) -> None:
+def test_images_of_one_name_do_not_overwrite_each_other(run, prints, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
     shutil.copy(prints / "1_1.png", other / "1_1.PNG")
@@ -98,9 +92,7 @@ def test_images_of_one_name_do_not_overwrite_each_other(
     assert not out.exists()
 
 
-def test_the_assumed_resolution_is_said_once_for_many(
-    run: Any, prints: Path, tmp_path: Path
-) -> None:
+def test_the_assumed_resolution_is_said_once_for_many(run, prints, tmp_path):
     shutil.copy(prints / "untagged.tif", tmp_path / "again.tif")
     images = prints / "untagged.tif", tmp_path / "again.tif"
     result = run("extract", *images, "-o", tmp_path / "out")
@@ -111,9 +103,7 @@ def test_the_assumed_resolution_is_said_once_for_many(
 
 
 @pytest.mark.parametrize("command", ["extract", "stages"])
-def test_resolutions_and_folders_that_cannot_be_are_one_line(
-    run: Any, prints: Path, tmp_path: Path, command: str
-) -> None:
+def test_resolutions_and_folders_that_cannot_be_are_one_line(run, prints, tmp_path, command):
     out, file = tmp_path / "out", tmp_path / "file"
     file.touch()
     assert_refused(run(command, prints / "1_1.png", "-o", out, "--dpi", 5000), "5000 dpi")
@@ -121,9 +111,7 @@ def test_resolutions_and_folders_that_cannot_be_are_one_line(
     assert not out.exists()
 
 
-def test_stages_are_pictures_with_a_sheet_of_them_all(
-    run: Any, prints: Path, tmp_path: Path
-) -> None:
+def test_stages_are_pictures_with_a_sheet_of_them_all(run, prints, tmp_path):
     result = run("stages", prints / "1_1.png", "-o", tmp_path / "stages")
     assert result.exit_code == 0
     assert result.stdout.endswith(f" minutiae: {tmp_path / 'stages'}\n")
@@ -134,7 +122,7 @@ def test_stages_are_pictures_with_a_sheet_of_them_all(
             assert opened.width >= 280
 
 
-def test_stages_of_a_bad_image_leave_nothing(run: Any, prints: Path, tmp_path: Path) -> None:
+def test_stages_of_a_bad_image_leave_nothing(run, prints, tmp_path):
     result = run("stages", prints / "text.png", "-o", tmp_path / "stages")
     assert_refused(result, f"{prints / 'text.png'}: ")
     assert not (tmp_path / "stages").exists()

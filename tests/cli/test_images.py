@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,14 +17,14 @@ Pixels = NDArray[np.uint8]
 
 
 @pytest.fixture
-def bare(tmp_path: Path, fingers: list[Pixels]) -> Path:
+def bare(tmp_path, fingers):
     """Return a file that is the pixels of a print, 280 x 300."""
     path = tmp_path / "1_1.dat"
     path.write_bytes(fingers[0].tobytes())
     return path
 
 
-def test_bare_pixels_are_the_print_that_they_are(run: Any, prints: Path, bare: Path) -> None:
+def test_bare_pixels_are_the_print_that_they_are(run, prints, bare):
     words = ("--raw", "100x100", "--raw", "280x300", "--dpi", 500)
     result = run("verify", bare, prints / "1_1.png", *words, "--json")
     assert result.exit_code == 0
@@ -36,16 +34,14 @@ def test_bare_pixels_are_the_print_that_they_are(run: Any, prints: Path, bare: P
 
 
 @pytest.mark.parametrize("command", ["extract", "stages"])
-def test_every_command_takes_bare_pixels(
-    run: Any, bare: Path, tmp_path: Path, command: str
-) -> None:
+def test_every_command_takes_bare_pixels(run, bare, tmp_path, command):
     result = run(command, bare, "-o", tmp_path / "out", "--raw", "280x300", "--dpi", 500)
     assert (result.exit_code, result.stderr) == (0, "")
     if command == "extract":
         assert load_template(tmp_path / "out" / "1_1.json").width == 280
 
 
-def test_galleries_take_bare_pixels(run: Any, bare: Path, tmp_path: Path) -> None:
+def test_galleries_take_bare_pixels(run, bare, tmp_path):
     gallery = tmp_path / "prints.db"
     words = ("--raw", "280x300", "--dpi", 500, "--workers", 1)
     assert run("enrol", gallery, bare, *words).exit_code == 0
@@ -54,7 +50,7 @@ def test_galleries_take_bare_pixels(run: Any, bare: Path, tmp_path: Path) -> Non
     assert '"subject": "1"' in found.stdout
 
 
-def test_a_size_that_does_not_fit_is_one_line(run: Any, prints: Path, bare: Path) -> None:
+def test_a_size_that_does_not_fit_is_one_line(run, prints, bare):
     result = run("verify", bare, prints / "1_1.png", "--raw", "100x100")
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr == (
@@ -66,9 +62,7 @@ def test_a_size_that_does_not_fit_is_one_line(run: Any, prints: Path, bare: Path
     assert "WIDTHxHEIGHT, as in 388x374, not '280'" in wrong.stderr
 
 
-def test_what_was_noticed_on_reading_is_said_once(
-    run: Any, tmp_path: Path, pressed: list[Pixels]
-) -> None:
+def test_what_was_noticed_on_reading_is_said_once(run, tmp_path, pressed):
     for name in ("a.png", "b.png"):
         Image.fromarray(255 - pressed[0]).save(tmp_path / name, dpi=(500, 500))
     (tmp_path / "plain").mkdir()
@@ -81,7 +75,7 @@ def test_what_was_noticed_on_reading_is_said_once(
     assert turned.minutiae == plain.minutiae
 
 
-def test_a_wrong_resolution_is_told_match_or_not(run: Any, prints: Path, tmp_path: Path) -> None:
+def test_a_wrong_resolution_is_told_match_or_not(run, prints, tmp_path):
     pair = prints / "1_2.png", prints / "1_1.png"
     right = run("verify", *pair)
     assert "Scale " not in right.stdout

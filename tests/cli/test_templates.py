@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import shutil
-from pathlib import Path
-from typing import Any
 
 import pytest
 from PIL import Image
@@ -18,7 +16,7 @@ from fpmatch.reading import ASSUMED_DPI
 
 
 @pytest.fixture(scope="session")
-def templates(prints: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def templates(prints, tmp_path_factory):
     """Return a folder with templates of two fingers in several formats."""
     folder = tmp_path_factory.mktemp("templates")
     for stem, suffix in (("1_1", ".iso"), ("1_2", ".ansi2009"), ("2_1", ".xyt"), ("2_2", ".csv")):
@@ -28,9 +26,7 @@ def templates(prints: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("reference", ["1_2.ansi2009", "1_2.png"])
-def test_verify_compares_templates_and_images(
-    run: Any, prints: Path, templates: Path, reference: str
-) -> None:
+def test_verify_compares_templates_and_images(run, prints, templates, reference):
     other = (prints if reference.endswith("png") else templates) / reference
     same = run("verify", templates / "1_1.iso", other, "--json")
     assert same.exit_code == 0
@@ -40,7 +36,7 @@ def test_verify_compares_templates_and_images(
     assert run("verify", templates / "2_2.csv", other).exit_code == 1
 
 
-def test_what_a_template_does_not_tell_is_said(run: Any, templates: Path) -> None:
+def test_what_a_template_does_not_tell_is_said(run, templates):
     path = templates / "2_1.xyt"
     result = run("verify", path, templates / "2_2.csv")
     assert result.exit_code == 0
@@ -52,9 +48,7 @@ def test_what_a_template_does_not_tell_is_said(run: Any, templates: Path) -> Non
     assert "assumed" not in told.stderr
 
 
-def test_of_several_prints_the_first_is_taken_and_said(
-    run: Any, prints: Path, tmp_path: Path
-) -> None:
+def test_of_several_prints_the_first_is_taken_and_said(run, prints, tmp_path):
     path = tmp_path / "two.iso2011"
     views = tuple(View(extract(prints / name)) for name in ("1_1.png", "2_1.png"))
     save_record(path, TemplateRecord("", views))
@@ -67,9 +61,7 @@ def test_of_several_prints_the_first_is_taken_and_said(
 
 
 @pytest.mark.parametrize("words", [("verify", "--overlay"), ("overlay", "-o")])
-def test_overlays_show_templates_on_white(
-    run: Any, prints: Path, templates: Path, tmp_path: Path, words: tuple[str, str]
-) -> None:
+def test_overlays_show_templates_on_white(run, prints, templates, tmp_path, words):
     out = tmp_path / "out.png"
     command, option = words
     result = run(command, templates / "1_1.iso", prints / "1_2.png", option, out)
@@ -78,7 +70,7 @@ def test_overlays_show_templates_on_white(
         assert picture.size[0] > 300
 
 
-def test_a_damaged_template_is_one_line(run: Any, templates: Path, tmp_path: Path) -> None:
+def test_a_damaged_template_is_one_line(run, templates, tmp_path):
     path = tmp_path / "cut.tif"
     path.write_bytes((templates / "1_1.iso").read_bytes()[:60])
     result = run("verify", path, templates / "1_1.iso")
@@ -86,9 +78,7 @@ def test_a_damaged_template_is_one_line(run: Any, templates: Path, tmp_path: Pat
     assert result.stderr.startswith(f"fpmatch: error: {path}: cut short: ")
 
 
-def test_extract_takes_templates_and_writes_any_format(
-    run: Any, prints: Path, templates: Path, tmp_path: Path
-) -> None:
+def test_extract_takes_templates_and_writes_any_format(run, prints, templates, tmp_path):
     words = [templates / "1_1.iso", prints / "2_1.png", "-o", tmp_path]
     assert run("extract", *words, "--format", "iso2011").exit_code == 0
     assert {path.name for path in tmp_path.iterdir()} == {"1_1.iso2011", "2_1.iso2011"}
@@ -96,9 +86,7 @@ def test_extract_takes_templates_and_writes_any_format(
     assert again.minutiae == load_template(templates / "1_1.iso").minutiae
 
 
-def test_galleries_are_filled_and_searched_with_templates(
-    run: Any, prints: Path, templates: Path, tmp_path: Path
-) -> None:
+def test_galleries_are_filled_and_searched_with_templates(run, prints, templates, tmp_path):
     gallery = tmp_path / "prints.db"
     enrolled = run("enrol", gallery, templates, "--workers", 1, "--json")
     assert enrolled.exit_code == 0
@@ -111,9 +99,7 @@ def test_galleries_are_filled_and_searched_with_templates(
     assert [probe["candidates"][0]["subject"] for probe in probes] == ["1", "2"]
 
 
-def test_scores_of_a_folder_of_templates(
-    run: Any, prints: Path, templates: Path, tmp_path: Path
-) -> None:
+def test_scores_of_a_folder_of_templates(run, prints, templates, tmp_path):
     (tmp_path / "images").mkdir()
     shutil.copy(prints / "1_1.png", tmp_path / "images")
     out = tmp_path / "scores.csv"
@@ -126,9 +112,7 @@ def test_scores_of_a_folder_of_templates(
     assert max(scores["2_1.xyt"], scores["2_2.csv"]) < 40
 
 
-def test_a_batch_lists_exactly_the_damaged_templates(
-    run: Any, templates: Path, tmp_path: Path
-) -> None:
+def test_a_batch_lists_exactly_the_damaged_templates(run, templates, tmp_path):
     folder = tmp_path / "prints"
     folder.mkdir()
     good = (templates / "1_1.iso").read_bytes()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -12,7 +11,6 @@ pytest.importorskip("fastapi", reason="the extra `web` is not installed")
 pytest.importorskip("uvicorn", reason="the extra `web` is not installed")
 pytest.importorskip("httpx", reason="httpx is not installed")
 
-import httpx
 
 from fpmatch.web.guard import FORM_BYTES, Guard
 from fpmatch.web.settings import Limits, Settings
@@ -24,7 +22,7 @@ LIMITS = Limits(file_megabytes=0.05, upload_seconds=5.0, waiting=1)
 MOST = 2 * 50_000 + FORM_BYTES
 
 
-async def echo(scope: Any, receive: Any, send: Any) -> None:
+async def echo(scope, receive, send):
     """Answer with the number of bytes that came."""
     size, more = 0, scope["method"] == "POST"
     while more:
@@ -36,12 +34,12 @@ async def echo(scope: Any, receive: Any, send: Any) -> None:
     await send({"type": "http.response.body", "body": str(size).encode()})
 
 
-def guarded(**settings: Any) -> Guard:
+def guarded(**settings):
     return Guard(echo, Settings(workers=1, limits=LIMITS, **settings))
 
 
 @pytest.fixture(scope="module")
-def client() -> Iterator[httpx.Client]:
+def client():
     with served(guarded()) as client:
         client.headers["host"] = "localhost:8000"
         yield client
@@ -50,12 +48,12 @@ def client() -> Iterator[httpx.Client]:
 @pytest.mark.parametrize(
     "host", ["localhost", "localhost:99", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST"]
 )
-def test_names_of_this_server_are_answered(client: httpx.Client, host: str) -> None:
+def test_names_of_this_server_are_answered(client, host):
     assert client.get("/about", headers={"host": host}).status_code == 200
 
 
 @pytest.mark.parametrize("host", ["evil.example", "localhost.evil.example", "10.0.0.7", "[::2]"])
-def test_other_names_are_refused(client: httpx.Client, host: str) -> None:
+def test_other_names_are_refused(client, host):
     answer = client.get("/about", headers={"host": host})
     assert answer.status_code == 421
     assert "not called" in answer.json()["error"]
@@ -74,13 +72,11 @@ def test_other_names_are_refused(client: httpx.Client, host: str) -> None:
         ({"sec-fetch-site": "same-site"}, 403),
     ],
 )
-def test_other_sites_may_not_post(
-    client: httpx.Client, headers: dict[str, str], status: int
-) -> None:
+def test_other_sites_may_not_post(client, headers, status):
     assert client.post("/verify", headers=headers, content=b"x").status_code == status
 
 
-def test_every_answer_has_the_headers_of_safety(client: httpx.Client) -> None:
+def test_every_answer_has_the_headers_of_safety(client):
     for answer in (client.get("/"), client.post("/x"), client.get("/", headers={"host": "evil"})):
         policy = answer.headers["content-security-policy"]
         assert "default-src 'none'" in policy
@@ -91,7 +87,7 @@ def test_every_answer_has_the_headers_of_safety(client: httpx.Client) -> None:
     assert client.post("/x").headers["cache-control"] == "no-store"
 
 
-def test_a_token_is_needed_for_all_but_the_page() -> None:
+def test_a_token_is_needed_for_all_but_the_page():
     with served(guarded(token=TOKEN)) as client:
         assert client.get("/").status_code == 200
         assert client.get("/main.js").status_code == 200
@@ -108,7 +104,7 @@ def test_a_token_is_needed_for_all_but_the_page() -> None:
         assert client.get("/about", headers={"host": "evil.example", **bearer}).status_code == 421
 
 
-def test_a_body_may_have_its_size_and_no_more(client: httpx.Client) -> None:
+def test_a_body_may_have_its_size_and_no_more(client):
     assert client.post("/verify", content=bytes(MOST)).text == str(MOST)
     told = client.post("/verify", content=bytes(MOST + 1))
     assert (told.status_code, told.json()["error"]) == (
@@ -116,7 +112,7 @@ def test_a_body_may_have_its_size_and_no_more(client: httpx.Client) -> None:
         "a file may have 0.05 MB, and this is more",
     )
 
-    def chunks() -> Iterator[bytes]:
+    def chunks():
         for _ in range(10):
             yield bytes(MOST // 5)
 
@@ -126,19 +122,19 @@ def test_a_body_may_have_its_size_and_no_more(client: httpx.Client) -> None:
 class Wire:
     """Requests to an application, all at once, whose bodies come when they are let."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits):
         self.app = Guard(echo, Settings(workers=1, limits=limits))
         self.released = asyncio.Event()
 
-    async def ask(self, announced: int = 0) -> tuple[int, dict[bytes, bytes]]:
+    async def ask(self, announced=0):
         """Return status and headers of the answer to a request that announces so many bytes."""
         answers: list[Any] = []
 
-        async def receive() -> Any:
+        async def receive():
             await self.released.wait()
             return {"type": "http.request", "body": b"", "more_body": False}
 
-        async def send(message: Any) -> None:
+        async def send(message):
             answers.append(message)
 
         headers = [(b"host", b"localhost"), (b"content-length", str(announced).encode())]
@@ -146,7 +142,7 @@ class Wire:
         await self.app(scope, receive, send)
         return answers[0]["status"], dict(answers[0]["headers"])
 
-    async def ask_at_once(self, *announced: int) -> list[tuple[int, dict[bytes, bytes]]]:
+    async def ask_at_once(self, *announced):
         """Return the answers to requests that come at once, and to one that comes later."""
         asked = [asyncio.create_task(self.ask(size)) for size in announced]
         await asyncio.sleep(0.05)
@@ -154,8 +150,8 @@ class Wire:
         return [*await asyncio.gather(*asked), await self.ask()]
 
 
-def test_one_more_than_may_wait_is_told_to_come_again() -> None:
-    async def test() -> list[tuple[int, dict[bytes, bytes]]]:
+def test_one_more_than_may_wait_is_told_to_come_again():
+    async def test():
         return await Wire(LIMITS).ask_at_once(0, 0, 0, 0)
 
     answers = asyncio.run(test())  # one that is worked on, and one that waits
@@ -163,29 +159,29 @@ def test_one_more_than_may_wait_is_told_to_come_again() -> None:
     assert answers[2][1][b"retry-after"].isdigit()
 
 
-def test_what_waits_has_a_size_that_memory_can_hold() -> None:
+def test_what_waits_has_a_size_that_memory_can_hold():
     limits = Limits(file_megabytes=1.0, megabytes_at_once=1.5)
 
-    async def test() -> list[tuple[int, dict[bytes, bytes]]]:
+    async def test():
         return await Wire(limits).ask_at_once(1_600_000, 100_000, 100_000)
 
     assert [status for status, _ in asyncio.run(test())] == [200, 503, 503, 200]
 
 
-def test_a_body_that_does_not_come_is_given_up() -> None:
-    async def ask() -> int:
+def test_a_body_that_does_not_come_is_given_up():
+    async def ask():
         limits = Limits(upload_seconds=0.05)
         answers: list[Any] = []
         calls = 0
 
-        async def receive() -> Any:
+        async def receive():
             nonlocal calls
             calls += 1
             if calls > 1:
                 return {"type": "http.disconnect"}
             await asyncio.sleep(10)
 
-        async def send(message: Any) -> None:
+        async def send(message):
             answers.append(message)
 
         scope = {

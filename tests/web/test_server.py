@@ -10,7 +10,7 @@ from fpmatch.web.server import ServeError, bind_server
 from fpmatch.web.settings import Settings
 
 
-def test_on_loopback_there_is_no_token() -> None:
+def test_on_loopback_there_is_no_token():
     bound = bind_server("127.0.0.1", 0, Settings())
     with bound.listener as listener:
         assert bound.address == f"http://127.0.0.1:{listener.getsockname()[1]}/"
@@ -18,7 +18,7 @@ def test_on_loopback_there_is_no_token() -> None:
         assert {"127.0.0.1", "localhost", "[::1]"} <= set(bound.settings.hosts)
 
 
-def test_where_other_machines_can_connect_there_is_a_random_token() -> None:
+def test_where_other_machines_can_connect_there_is_a_random_token():
     first, second = (
         bind_server("0.0.0.0", 0, Settings(), allowed_hosts=["Prints.Example"]) for _ in range(2)
     )
@@ -30,7 +30,7 @@ def test_where_other_machines_can_connect_there_is_a_random_token() -> None:
     assert first.settings.token != second.settings.token is not None
 
 
-def test_a_token_may_be_given() -> None:
+def test_a_token_may_be_given():
     bound = bind_server("localhost", 0, Settings(), token="sixteen-letters-")
     bound.listener.close()
     assert bound.settings.token == "sixteen-letters-"
@@ -38,13 +38,13 @@ def test_a_token_may_be_given() -> None:
 
 
 @pytest.mark.parametrize("token", ["short", "sixteen letters and spaces", "größer-als-sechzehn"])
-def test_bad_tokens_are_refused(token: str) -> None:
+def test_bad_tokens_are_refused(token):
     with pytest.raises(ServeError) as caught:
         bind_server("127.0.0.1", 0, Settings(), token=token)
     assert caught.value.code == "token"
 
 
-def test_a_port_in_use_is_refused() -> None:
+def test_a_port_in_use_is_refused():
     bound = bind_server("127.0.0.1", 0, Settings())
     port = bound.listener.getsockname()[1]
     with (
@@ -57,7 +57,7 @@ def test_a_port_in_use_is_refused() -> None:
 @pytest.mark.parametrize(
     ("host", "port", "code"), [("no.such.host.invalid", 0, "listen"), ("127.0.0.1", 99_999, "port")]
 )
-def test_addresses_that_do_not_exist_are_refused(host: str, port: int, code: str) -> None:
+def test_addresses_that_do_not_exist_are_refused(host, port, code):
     with pytest.raises(ServeError) as caught:
         bind_server(host, port, Settings())
     assert caught.value.code == code

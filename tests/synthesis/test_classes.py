@@ -38,7 +38,7 @@ def test_shares_are_those_of_nature(rng: np.random.Generator) -> None:
 def test_points_are_as_many_as_the_class_has_and_cores_lie_above_deltas(
     pattern: PatternClass, seed: int, size: float
 ) -> None:
-    points = draw_singular_points(pattern, CENTRE, np.random.default_rng(seed), size=size)
+    points = draw_singular_points(pattern, CENTRE, np.random.default_rng(seed), size)
     assert (len(points.cores), len(points.deltas)) == EXPECTED_POINTS[pattern]
     assert points.cores.shape[1:] == points.deltas.shape[1:] == (2,)
     if len(points.cores):

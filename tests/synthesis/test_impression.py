@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import subprocess
-import sys
 from dataclasses import replace
 
 import cv2
@@ -25,17 +22,6 @@ from fpmatch.synthesis.sensor import Sensor
 
 SMALL = MasterParameters(shape=(288, 240))
 SENSOR = Sensor("small", 220, 240)
-DIGEST_CODE = """
-import hashlib
-from fpmatch.synthesis.impression import make_impression
-from fpmatch.synthesis.master import MasterParameters, make_master
-from fpmatch.synthesis.presets import PRESETS
-from fpmatch.synthesis.sensor import Sensor
-master = make_master(3, 2, MasterParameters(shape=(96, 80)))
-made = make_impression(master, 3, PRESETS["hard"], Sensor("tiny", 64, 72, 250.0))
-arrays = made.image, made.minutiae.xy, made.minutiae.angle, made.master, made.visible
-print(hashlib.sha256(b"".join(a.tobytes() for a in arrays)).hexdigest(), made.warp)
-"""
 
 
 @pytest.fixture(scope="module")
@@ -47,21 +33,6 @@ def master() -> Master:
 def normal(master: Master) -> tuple[Impression, Impression]:
     one, two = (make_impression(master, number, PRESETS["normal"], SENSOR) for number in (1, 2))
     return one, two
-
-
-def test_two_processes_make_the_same_impression() -> None:
-    one, two = (
-        subprocess.run(
-            [sys.executable, "-c", DIGEST_CODE],
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=300,
-        ).stdout
-        for _ in range(2)
-    )
-    assert one == two
-    assert len(one.split()[0]) == 2 * hashlib.sha256().digest_size
 
 
 def test_impressions_differ_and_none_depends_on_another(
@@ -121,11 +92,8 @@ def test_the_best_similarity_is_as_near_as_its_residual_says(
 
 
 def test_without_slip_the_transform_is_the_placement(master: Master) -> None:
-    preset = replace(
-        PRESETS["clean"],
-        placement=replace(PRESETS["clean"].placement, torsion_deg=(0, 0), traction=(0, 0)),
-    )
-    made = make_impression(master, 1, preset, SENSOR)
+    placement = replace(PRESETS["clean"].placement, torsion_deg=(0, 0), traction=(0, 0))
+    made = make_impression(master, 1, replace(PRESETS["clean"], placement=placement), SENSOR)
     assert made.residual_rms_px < 1e-3
     assert made.transform.rotation == pytest.approx(made.warp.placement.rotation, abs=1e-6)
 
@@ -171,10 +139,9 @@ def test_a_sensor_smaller_than_the_finger_and_one_larger_both_work(master: Maste
         assert np.isfinite(made.residual_rms_px)
 
 
-@pytest.mark.parametrize("number", [0, -1])
-def test_impressions_count_from_one(master: Master, number: int) -> None:
-    with pytest.raises(ImageError, match=rf"^impressions are numbered from 1, not {number}$"):
-        make_impression(master, number, PRESETS["clean"], SENSOR)
+def test_impressions_count_from_one(master: Master) -> None:
+    with pytest.raises(ImageError, match=r"^impressions are numbered from 1, not 0$"):
+        make_impression(master, 0, PRESETS["clean"], SENSOR)
 
 
 def test_an_impression_far_off_the_sensor_is_empty_and_still_true(master: Master) -> None:

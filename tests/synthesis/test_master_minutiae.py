@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fpmatch.minutiae import Minutiae, MinutiaKind
-from fpmatch.synthesis.master_minutiae import list_minutiae
+from fpmatch.synthesis.master_minutiae import MinutiaeParameters, list_minutiae
 
 SIDE = 120
 MIDDLE = SIDE // 2
@@ -29,7 +29,8 @@ def minutiae_of(
     relief = pixels.astype(np.float32) * 2 - 1
     orientation = np.full(relief.shape, np.radians(angle_deg) % np.pi, np.float32)
     inside = np.ones(relief.shape, bool) if silhouette is None else silhouette
-    return list_minutiae(relief, orientation, np.full_like(relief, PERIOD), inside)
+    period = np.full_like(relief, PERIOD)
+    return list_minutiae(relief, orientation, period, inside, MinutiaeParameters())
 
 
 def the_one(found: Minutiae, kind: MinutiaKind, angle_deg: float, within_px: float = 3) -> None:

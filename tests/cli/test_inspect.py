@@ -99,13 +99,6 @@ def test_what_is_not_known_is_an_error_a_line_and_the_rest_is_told(run, prints):
     assert run("inspect", *bad).exit_code == 2
 
 
-def test_bare_pixels_take_a_size(run, tmp_path):
-    path = tmp_path / "scan.raw"
-    path.write_bytes(bytes(range(256)) * 30)
-    assert run("inspect", path).exit_code == 2
-    assert "96 x 80 px" in run("inspect", path, "--raw", "96x80").stdout
-
-
 def test_a_line_is_a_line_whatever_the_name(run, tmp_path, small):
     odd, bad = tmp_path / "two\nlines.iso", tmp_path / "bad\n.iso"
     save_template(odd, small)

@@ -51,19 +51,16 @@ def test_a_small_database_is_made_and_then_left_alone(run, tmp_path):
 
 
 def test_options_reach_the_database(run, tmp_path, asked):
-    result = run(
-        *("synth", tmp_path, "--fingers", 20, "--impressions", 4, "--preset", "hard", "--seed", 7),
-        *("--workers", 2, "--sensor", "plain-288x384", "--sensor", "optical-388x374"),
-    )
+    options = "--fingers 20 --impressions 4 --preset hard --seed 7 --workers 2"
+    sensors = ("plain-288x384", "optical-388x374")
+    words = (word for sensor in sensors for word in ("--sensor", sensor))
+    result = run("synth", tmp_path, *options.split(), *words)
     del asked["progress"]
     assert asked == {
         **{"out": tmp_path, "fingers": 20, "impressions": 4, "preset": "hard", "seed": 7},
-        **{"sensors": ("plain-288x384", "optical-388x374"), "workers": 2},
+        **{"sensors": sensors, "workers": 2},
     }
     assert result.stdout.startswith(f"20 fingers x 4 impressions in {tmp_path}, 4.6 MB: 12 pictu")
-
-
-def test_a_sensor_of_any_size(run, tmp_path, asked):
     run("synth", tmp_path, "--size", "600x700", "--dpi", "1000")
     (sensor,) = asked["sensors"]
     assert (sensor.name, sensor.shape, sensor.dpi) == ("600x700@1000dpi", (700, 600), 1000)
@@ -82,18 +79,18 @@ def test_help_tells_of_every_preset_and_sensor_in_words(run):
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (["--fingers", 0], "0 fingers from number 101: there must be at least 1"),
-        (["--fingers", 10**8], "numbered within 1 to"),
-        (["--impressions", 0], "0 impressions of a finger: there may be 1 to"),
-        (["--seed", -1], "seed -1: must lie between 0 and"),
-        (["--size", "10x400"], "each side must lie between"),
-        (["--size", "400x99999"], "each side must lie between"),
-        (["--size", "400x400", "--dpi", 50], "resolution of 50 dpi is outside"),
-        (["--size", "400x400", "--dpi", "nan"], "resolution of nan dpi is outside"),
+        ("--fingers 0", "0 fingers from number 101: there must be at least 1"),
+        ("--fingers 100000000", "numbered within 1 to"),
+        ("--impressions 0", "0 impressions of a finger: there may be 1 to"),
+        ("--seed -1", "seed -1: must lie between 0 and"),
+        ("--size 10x400", "each side must lie between"),
+        ("--size 400x99999", "each side must lie between"),
+        ("--size 400x400 --dpi 50", "resolution of 50 dpi is outside"),
+        ("--size 400x400 --dpi nan", "resolution of nan dpi is outside"),
     ],
 )
 def test_what_is_impossible_is_one_line_and_status_2(run, tmp_path, words, reason):
-    result = run("synth", tmp_path / "new", *words)
+    result = run("synth", tmp_path / "new", *words.split())
     assert_refused(result, reason)
     assert not (tmp_path / "new").exists()
 

@@ -277,18 +277,10 @@ class Subdivision:
     @cython.inline
     @cython.exceptval(check=False)
     def _compare(
-        self,
-        c_cross: cython.double,
-        c_dot: cython.double,
-        c_size: cython.double,
-        d_cross: cython.double,
-        d_dot: cython.double,
-        d_size: cython.double,
-        p: cython.int,
-        q: cython.int,
-        c: cython.int,
-        d: cython.int,
-    ) -> cython.int:
+        self, c_cross: cython.double, c_dot: cython.double, c_size: cython.double,
+        d_cross: cython.double, d_dot: cython.double, d_size: cython.double,
+        p: cython.int, q: cython.int, c: cython.int, d: cython.int,
+    ) -> cython.int:  # fmt: skip
         """Return the sign of the cotangent at c minus that at d; exact.
 
         It is negative where c is inside the circle through p, q and d.

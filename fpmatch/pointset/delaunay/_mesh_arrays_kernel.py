@@ -10,11 +10,9 @@ COMPILED = cython.compiled
 
 
 def collect_arrays(
-    in_order: cython.double[:, ::1],
-    distinct: cython.Py_ssize_t,
-    index: cython.int[:, ::1],
+    in_order: cython.double[:, ::1], distinct: cython.Py_ssize_t, index: cython.int[:, ::1],
     link: cython.int[:, ::1],
-) -> tuple:
+) -> tuple:  # fmt: skip
     """Return triangles, edges, hull, ring_start, ring and interior of `Triangulation`.
 
     The arguments are what `sort_points` and `link_points` returned.
@@ -92,11 +90,8 @@ def collect_arrays(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _start_rings(
-    place: cython.int[::1],
-    degree: cython.int[::1],
-    start: cython.int[::1],
-    ring: cython.int[::1],
-) -> cython.void:
+    place: cython.int[::1], degree: cython.int[::1], start: cython.int[::1], ring: cython.int[::1],
+) -> cython.void:  # fmt: skip
     """Write where each point's ring starts, and the rings of points that coincide with others."""
     cython.declare(i=cython.Py_ssize_t, entry=cython.int)
     entry = 0
@@ -113,18 +108,10 @@ def _start_rings(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _write_rings(
-    y: cython.double[::1],
-    origin: cython.int[::1],
-    after: cython.int[::1],
-    order: cython.int[::1],
-    spoke: cython.int[::1],
-    interior: cython.uchar[::1],
-    distinct: cython.Py_ssize_t,
-    triangle: cython.int[::1],
-    edge: cython.int[::1],
-    start: cython.int[::1],
-    ring: cython.int[::1],
-) -> cython.void:
+    y: cython.double[::1], origin: cython.int[::1], after: cython.int[::1], order: cython.int[::1],
+    spoke: cython.int[::1], interior: cython.uchar[::1], distinct: cython.Py_ssize_t,
+    triangle: cython.int[::1], edge: cython.int[::1], start: cython.int[::1], ring: cython.int[::1],
+) -> cython.void:  # fmt: skip
     """Write one-rings, and edges and triangles, each at its first point."""
     cython.declare(
         i=cython.int, j=cython.int, k=cython.int, h=cython.int, g=cython.int, gap=cython.int,

@@ -44,74 +44,64 @@ def as_printed(folder, prints, *words):
     return json.loads(printed.replace(f"{folder}/", ""))
 
 
-@pytest.mark.parametrize("reference", ["1_2.png", "2_1.png"])
-def test_verify_answers_as_the_command_does(client, prints, tmp_path, reference):
-    answer = client.post("/verify", files=sent(prints, probe="1_1.png", reference=reference))
+@pytest.mark.parametrize(
+    ("reference", "options", "match"),
+    [
+        ("1_2.png", {}, True),
+        ("2_1.png", {}, False),
+        ("1_2.png", {"fmr": 0.01, "probe_dpi": 450, "dpi": 500, "matcher": "paper"}, True),
+        ("1_2.png", {"rho": 0.05, "area_tolerance": 0.2, "matcher": "paper"}, True),
+    ],
+)
+def test_verify_answers_as_the_command_does(client, prints, tmp_path, reference, options, match):
+    files = sent(prints, probe="1_1.png", reference=reference)
+    answer = client.post("/verify", files=files, data=options)
     assert answer.status_code == 200
-    assert answer.json() == as_printed(tmp_path, prints, "verify", "1_1.png", reference, "--json")
-    assert answer.json()["match"] == (reference == "1_2.png")
-
-
-def test_options_of_verify_are_those_of_the_command(client, prints, tmp_path):
-    check_options(
-        client,
-        prints,
-        tmp_path,
-        {"fmr": 0.01, "probe_dpi": 450, "dpi": 500, "matcher": "paper"},
-    )
-    found = check_options(
-        client, prints, tmp_path, {"rho": 0.05, "area_tolerance": 0.2, "matcher": "paper"}
-    )
-    assert (found["match"], found["rho"]) == (True, 0.05)
+    words = [f"--{name}={value}".replace("_", "-") for name, value in options.items()]
+    printed = as_printed(tmp_path, prints, "verify", "1_1.png", reference, "--json", *words)
+    assert answer.json() == printed
+    assert printed["match"] == match
 
 
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
+        ({"fmr": "5"}, "a false match rate lies"),
+        ({"threshold": "101"}, "threshold must lie in"),
+        ({"threshold": "40", "fmr": "0.1"}, "fmr and threshold exclude each other"),
+        ({"dpi": "7"}, "dpi"),
+        ({"dpi": "many"}, "dpi: input should be a valid number"),
+        ({"matcher": "nobody"}, "matcher"),
+        ({"enhance": "magic"}, "enhance: input should be"),
         ({"matcher": "paper", "rho": 2}, "rho must lie in 0..1, not 2"),
         ({"matcher": "paper", "area_tolerance": 0}, "area tolerance must be positive, not 0"),
         ({"rho": 0.5}, "rho and area tolerance are parameters of matcher paper, not unit-circle"),
-        (
-            {"matcher": "paper", "rho": 0.5, "threshold": 30},
-            "rho decides without a score: give neither fmr nor threshold",
-        ),
+        ({"matcher": "paper", "rho": 0.5, "threshold": 30}, "rho decides without a score"),
     ],
 )
-def test_wrong_parameters_of_the_papers_matcher(client, prints, options, reason):
+def test_a_bad_option_is_one_sentence(client, prints, options, reason):
     files = sent(prints, probe="1_1.png", reference="1_2.png")
     answer = client.post("/verify", files=files, data=options)
     assert answer.status_code == 422
-    assert answer.json() == {"error": reason}
+    assert list(answer.json()) == ["error"]
+    assert reason in answer.json()["error"]
 
 
-def check_options(client, prints, tmp_path, options):
-    """Check that a request with these options is answered as the command answers."""
-    files = sent(prints, probe="1_1.png", reference="1_2.png")
-    words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
-    words = [word.replace("_", "-") for word in words]
-    printed = as_printed(tmp_path, prints, "verify", "1_1.png", "1_2.png", "--json", *words)
-    assert client.post("/verify", files=files, data=options).json() == printed
-    return printed
-
-
-def test_extract_returns_the_template_that_the_package_extracts(client, prints, tmp_path):
-    answer = client.post("/extract", files=sent(prints, image="1_1.png"))
+def test_extract_returns_the_template_that_the_command_writes(client, prints, tmp_path):
+    files = sent(prints, image="1_1.png")
+    answer = client.post("/extract", files=files)
     (tmp_path / "sent.json").write_bytes(answer.content)
-    as_printed_words = ["extract", str(tmp_path / "1_1.png"), "-o", str(tmp_path / "out")]
     (tmp_path / "1_1.png").write_bytes(prints["1_1.png"])
-    assert CliRunner().invoke(fpmatch, as_printed_words).exit_code == 0
+    words = ["extract", str(tmp_path / "1_1.png"), "-o", str(tmp_path / "out")]
+    assert CliRunner().invoke(fpmatch, words).exit_code == 0
     assert load_template(tmp_path / "sent.json") == load_template(tmp_path / "out" / "1_1.json")
-    files = {"probe": ("1_1.json", answer.content), "reference": ("1.png", prints["1_1.png"])}
-    again = client.post("/compare", files=files).json()
+    pair = {"probe": ("1_1.json", answer.content), "reference": ("1.png", prints["1_1.png"])}
+    again = client.post("/compare", files=pair).json()
     assert again["result"]["score"] > 40
     assert again["probe"]["kind"] == "template"
-
-
-def test_a_template_in_another_format(client, prints):
-    files = sent(prints, image="1_1.png")
-    answer = client.post("/extract", files=files, data={"format": "iso2005"})
-    assert answer.content.startswith(b"FMR\0")
-    assert "template.iso" in answer.headers["content-disposition"]
+    other = client.post("/extract", files=files, data={"format": "iso2005"})
+    assert other.content.startswith(b"FMR\0")
+    assert "template.iso" in other.headers["content-disposition"]
 
 
 def test_overlays_are_pictures(client, prints):
@@ -137,20 +127,15 @@ def test_compare_tells_all_that_the_page_shows(client, prints):
     assert {"Minutiae", "Transform"} <= {row["label"] for row in shown["rows"]}
 
 
-def test_a_resolution_that_nobody_tells_is_said(client, prints):
-    files = sent(prints, probe="untold.png", reference="1_1.png")
+def test_an_unknown_resolution_and_a_blank_picture_are_said(client, prints):
+    files = sent(prints, probe="untold.png", reference="blank.png")
     shown = client.post("/compare", files=files).json()
     assert shown["probe"]["notes"] == [ASSUMED_DPI]
     assert shown["reference"]["notes"] == []
-
-
-def test_a_blank_picture_is_compared_all_the_same(client, prints):
-    files = sent(prints, probe="blank.png", reference="1_1.png")
-    shown = client.post("/compare", files=files).json()
     assert shown["result"]["match"] is False
     assert shown["result"]["transform"] is None
     assert shown["result"]["reason"]
-    assert shown["probe"]["extent"] == [0, 0, 200, 200]
+    assert shown["reference"]["extent"] == [0, 0, 200, 200]
 
 
 def test_stages_are_pictures_with_words(client, prints):
@@ -179,25 +164,6 @@ def test_a_bad_file_is_one_sentence(client, prints, name, words):
     assert tempfile.gettempdir() not in sentence
 
 
-@pytest.mark.parametrize(
-    ("data", "words"),
-    [
-        ({"fmr": "5"}, "a false match rate lies"),
-        ({"threshold": "101"}, "threshold must lie in"),
-        ({"threshold": "40", "fmr": "0.1"}, "fmr and threshold exclude each other"),
-        ({"dpi": "7"}, "dpi"),
-        ({"dpi": "many"}, "dpi: input should be a valid number"),
-        ({"matcher": "nobody"}, "matcher"),
-        ({"enhance": "magic"}, "enhance: input should be"),
-    ],
-)
-def test_a_bad_option_is_one_sentence(client, prints, data, words):
-    files = sent(prints, probe="1_1.png", reference="1_1.png")
-    answer = client.post("/verify", files=files, data=data)
-    assert answer.status_code == 422
-    assert words in answer.json()["error"]
-
-
 def test_a_missing_file_is_told(client, prints):
     answer = client.post("/verify", files=sent(prints, probe="1_1.png"))
     assert (answer.status_code, answer.json()["error"]) == (422, "reference: field required")
@@ -223,10 +189,8 @@ def test_addresses_and_methods_that_are_not_there(client):
 
 
 def test_names_never_become_places(client, prints, tmp_path):
-    files = {
-        "probe": ("../../../../etc/passwd", prints["1_1.png"]),
-        "reference": (f"{tmp_path}/<script>", prints["1_2.png"]),
-    }
+    names = "../../../../etc/passwd", f"{tmp_path}/<script>"
+    files = {"probe": (names[0], prints["1_1.png"]), "reference": (names[1], prints["1_2.png"])}
     answer = client.post("/verify", files=files).json()
     assert (answer["probe"], answer["reference"]) == ("passwd", "<script>")
 
@@ -270,11 +234,8 @@ def test_a_gallery_is_enrolled_in_and_searched(prints, gallery):
         pass
     with served(make_app(Settings(workers=1, gallery=str(gallery)))) as client:
         done = client.post("/enrol", files=sent(prints, image="1_1.png"))
-        assert (done.status_code, done.json()["subject"], done.json()["impression"]) == (
-            201,
-            "1",
-            "1",
-        )
+        assert done.status_code == 201
+        assert (done.json()["subject"], done.json()["impression"]) == ("1", "1")
         again = client.post("/enrol", files=sent(prints, image="1_1.png"))
         assert (again.status_code, again.json()["enrolled"]) == (200, False)
         label = {"subject": "ada", "finger": "left-thumb"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any
 
 import pytest
 
@@ -128,7 +127,7 @@ class Wire:
 
     async def ask(self, announced=0):
         """Return status and headers of the answer to a request that announces so many bytes."""
-        answers: list[Any] = []
+        answers = []
 
         async def receive():
             await self.released.wait()
@@ -150,47 +149,19 @@ class Wire:
         return [*await asyncio.gather(*asked), await self.ask()]
 
 
-def test_one_more_than_may_wait_is_told_to_come_again():
+@pytest.mark.parametrize(
+    ("limits", "sizes", "statuses"),
+    [
+        (LIMITS, (0, 0, 0, 0), [200, 200, 503, 503, 200]),  # one is worked on, and one waits
+        (Limits(file_megabytes=1.0, megabytes_at_once=1.5), (1_600_000, 100_000), [200, 503, 200]),
+        (Limits(upload_seconds=0.01), (0,), [408, 200]),
+    ],
+    ids=["number", "size", "time"],
+)
+def test_more_than_may_wait_is_told_to_come_again(limits, sizes, statuses):
     async def test():
-        return await Wire(LIMITS).ask_at_once(0, 0, 0, 0)
+        return await Wire(limits).ask_at_once(*sizes)
 
-    answers = asyncio.run(test())  # one that is worked on, and one that waits
-    assert [status for status, _ in answers] == [200, 200, 503, 503, 200]
-    assert answers[2][1][b"retry-after"].isdigit()
-
-
-def test_what_waits_has_a_size_that_memory_can_hold():
-    limits = Limits(file_megabytes=1.0, megabytes_at_once=1.5)
-
-    async def test():
-        return await Wire(limits).ask_at_once(1_600_000, 100_000, 100_000)
-
-    assert [status for status, _ in asyncio.run(test())] == [200, 503, 503, 200]
-
-
-def test_a_body_that_does_not_come_is_given_up():
-    async def ask():
-        limits = Limits(upload_seconds=0.05)
-        answers: list[Any] = []
-        calls = 0
-
-        async def receive():
-            nonlocal calls
-            calls += 1
-            if calls > 1:
-                return {"type": "http.disconnect"}
-            await asyncio.sleep(10)
-
-        async def send(message):
-            answers.append(message)
-
-        scope = {
-            "type": "http",
-            "method": "POST",
-            "path": "/verify",
-            "headers": [(b"host", b"localhost")],
-        }
-        await Guard(echo, Settings(limits=limits))(scope, receive, send)
-        return int(answers[0]["status"])
-
-    assert asyncio.run(ask()) == 408
+    answers = asyncio.run(test())
+    assert [status for status, _ in answers] == statuses
+    assert all(headers[b"retry-after"].isdigit() for status, headers in answers if status == 503)

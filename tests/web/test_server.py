@@ -37,27 +37,25 @@ def test_a_token_may_be_given():
     assert "token" not in repr(bound.settings)
 
 
-@pytest.mark.parametrize("token", ["short", "sixteen letters and spaces", "größer-als-sechzehn"])
-def test_bad_tokens_are_refused(token):
+@pytest.mark.parametrize(
+    ("host", "port", "token", "code"),
+    [
+        ("127.0.0.1", 0, "short", "token"),
+        ("127.0.0.1", 0, "sixteen letters and spaces", "token"),
+        ("127.0.0.1", 0, "größer-als-sechzehn", "token"),
+        ("127.0.0.1", 99_999, None, "port"),
+        ("no.such.host.invalid", 0, None, "listen"),
+    ],
+)
+def test_what_cannot_be_served_is_refused(host, port, token, code):
     with pytest.raises(ServeError) as caught:
-        bind_server("127.0.0.1", 0, Settings(), token=token)
-    assert caught.value.code == "token"
+        bind_server(host, port, Settings(), token=token)
+    assert caught.value.code == code
 
 
 def test_a_port_in_use_is_refused():
     bound = bind_server("127.0.0.1", 0, Settings())
-    port = bound.listener.getsockname()[1]
-    with (
-        bound.listener,
-        pytest.raises(ServeError, match=f"cannot listen on 127.0.0.1, port {port}"),
-    ):
-        bind_server("127.0.0.1", port, Settings())
-
-
-@pytest.mark.parametrize(
-    ("host", "port", "code"), [("no.such.host.invalid", 0, "listen"), ("127.0.0.1", 99_999, "port")]
-)
-def test_addresses_that_do_not_exist_are_refused(host, port, code):
-    with pytest.raises(ServeError) as caught:
-        bind_server(host, port, Settings())
-    assert caught.value.code == code
+    with bound.listener as listener:
+        port = listener.getsockname()[1]
+        with pytest.raises(ServeError, match=f"cannot listen on 127.0.0.1, port {port}"):
+            bind_server("127.0.0.1", port, Settings())

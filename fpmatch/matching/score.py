@@ -168,10 +168,6 @@ def evidence_of(scorer: kernel.EvidenceScorer, minus_log_fmr: float) -> Evidence
     entries, features = scorer.last_evidence()
     for k in COUNTS:
         entries[k] = int(entries[k])
-    return Evidence(
-        *entries,
-        features=np.array(features),
-        total=float(scorer.total),
-        decade=float(scorer.decade),
-        minus_log_fmr=float(minus_log_fmr),
-    )
+    sums = map(float, (scorer.total, scorer.decade, minus_log_fmr))
+    values = [*entries, np.array(features), *sums]
+    return Evidence(*values)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Floats, Grey, Mask
+    from fpmatch.image.arrays import Grey, Mask
     from fpmatch.image.enhancement.enhancers import EnhancedPrint
     from fpmatch.image.preprocess.foreground import Box
     from fpmatch.image.recorder import Recorder
@@ -116,7 +116,9 @@ def extract(
         kind=np.where(ending, MinutiaKind.ENDING, MinutiaKind.BIFURCATION),
         quality=minutia_quality(normalized.pixels, ridges.enhanced, x, y),
     )
-    stages.record("minutiae", _as_columns(minutiae, zoom))
+    at_500_dpi = ((place + 0.5) * zoom - 0.5 for place in (minutiae.x, minutiae.y))
+    columns = (*at_500_dpi, minutiae.angle, minutiae.kind, minutiae.quality)
+    stages.record("minutiae", np.column_stack(columns).astype(np.float32))
     height, width = source.pixels.shape
     field = _ridge_field(ridges, binary, box, stages.shape, zoom)
     return Template(minutiae, width=width, height=height, dpi=resolution, field=field)
@@ -141,19 +143,12 @@ def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:
         return grey, 1.0
     interpolation = cv2.INTER_AREA if zoom < 0.75 else cv2.INTER_CUBIC
     height, width = grey.shape
-    size = (max(1, round(width * zoom)), max(1, round(height * zoom)))
+    size = max(1, round(width * zoom)), max(1, round(height * zoom))
     try:
         LIMITS_AT_500_DPI.check(*size)
     except ImageError as error:
         raise ImageError(f"resampled from {dpi:g} to {STANDARD_DPI:g} dpi, {error}") from error
     return np.asarray(cv2.resize(grey, size, interpolation=interpolation), np.uint8), zoom
-
-
-def _as_columns(minutiae: Minutiae, zoom: float) -> Floats:
-    """Return minutiae as an array (N, 5): x, y (pixels at 500 dpi), angle, kind, quality."""
-    x, y = (minutiae.x + 0.5) * zoom - 0.5, (minutiae.y + 0.5) * zoom - 0.5
-    columns = [x, y, minutiae.angle, minutiae.kind, minutiae.quality]
-    return np.column_stack(columns).astype(np.float32)
 
 
 def _ridge_field(

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 LUMA: Final = (0.299, 0.587, 0.114)  # weights of red, green and blue, ITU-R BT.601
 _BAND_SAMPLES: Final = 4_000_000  # converted at a time, so that memory does not grow with the image
 _MAX_INVISIBLE: Final = 3  # grey levels between all pixels of an image without content
-
 ON_WHITE: Final = "its transparent background was composed over white"
 ON_BLACK: Final = (
     "its transparent background was composed over black, as nothing is visible over white"
@@ -69,32 +68,14 @@ class GreyImage:
 
 
 def as_grey(array: ArrayLike, *, limits: ImageLimits = DEFAULT_LIMITS) -> Grey:
-    """Return an array of pixels as 8-bit grey values.
+    """Return an array of pixels as 8-bit grey values (H, W): contiguous, or the array itself.
 
-    Parameters
-    ----------
-    array : array_like, shape (H, W), (H, W, 1), (H, W, 3) or (H, W, 4)
-        Grey, RGB or RGBA; transparent pixels are composed over white. Black to white is False to
-        True, 0..255 for uint8 and 0..65535 for uint16; other integers span 0..255 if none is
-        larger, else 0..65535; floats span 0..1 if none is larger, else 0..255.
-    limits : ImageLimits
-        Sizes that are refused.
+    The array is grey, (H, W) or (H, W, 1), RGB or RGBA; transparent pixels are composed over white.
+    Black to white is False to True, 0..255 for uint8 and 0..65535 for uint16; other integers span
+    0..255 if none is larger, else 0..65535; floats span 0..1 if none is larger, else 0..255.
 
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        Contiguous; `array` itself where it already is that.
-
-    Raises
-    ------
-    ImageError
-        If the shape or the type is none of these, a value is not finite or leaves its span, or
-        the size breaks a limit.
-
-    Examples
-    --------
-    >>> as_grey(np.full((64, 64), 0.5)).max()
-    np.uint8(128)
+    Raises ImageError if the shape or the type is none of these, a value is not finite or leaves its
+    span, or the size breaks a limit.
     """
     try:
         values = np.asarray(array)

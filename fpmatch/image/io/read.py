@@ -95,13 +95,7 @@ def decode_image(
     polarity: Polarity = "auto",
     dpi: float | None = None,
 ) -> GreyImage:
-    """Decode the bytes of an image file as `read_image` does; errors start with `source`.
-
-    Examples
-    --------
-    >>> decode_image(b"P5 60 50 255 " + bytes(3000), "print.pgm").pixels.shape
-    (50, 60)
-    """
+    """Decode the bytes of an image file as `read_image` does; errors start with `source`."""
     with name_errors(source):
         if len(data) > limits.max_file_megabytes * 1e6:
             raise ImageReadError(f"the file is larger than {limits.max_file_megabytes:g} MB")

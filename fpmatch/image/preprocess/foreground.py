@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
+from fpmatch.image.arrays import percentiles
 from fpmatch.image.preprocess.blocks import BLOCK_PX
-from fpmatch.image.preprocess.percentiles import percentiles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

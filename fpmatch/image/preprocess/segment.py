@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from fpmatch.image.arrays import percentiles
 from fpmatch.image.preprocess.blocks import block_mean_product, blocks_to_pixels, blur_blocks
-from fpmatch.image.preprocess.percentiles import percentiles
 
 if TYPE_CHECKING:
     from fpmatch.image.arrays import Floats, Grey, Mask

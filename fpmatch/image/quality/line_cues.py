@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from fpmatch.image.arrays import percentiles
 from fpmatch.image.preprocess.foreground import foreground_box
 from fpmatch.image.preprocess.normalize import normalize
-from fpmatch.image.preprocess.percentiles import percentiles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

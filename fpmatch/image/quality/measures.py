@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from fpmatch.image.preprocess.percentiles import percentiles
+from fpmatch.image.arrays import percentiles
 from fpmatch.minutiae import STANDARD_DPI
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from fpmatch.errors import ImageError
-from fpmatch.image.preprocess.percentiles import percentiles
+from fpmatch.image.arrays import percentiles
 from fpmatch.image.quality.line_cues import LINE_CUES, line_cues
 from fpmatch.image.quality.linear_weights import LinearWeights
 from fpmatch.minutiae import STANDARD_DPI
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fpmatch.image.arrays import Floats, Grey
+    from fpmatch.image.arrays import Grey
 
 Polarity = Literal["auto", "dark", "white"]
 """Grey level of an image's ridges; "auto": to be found."""
@@ -97,14 +97,15 @@ def common_polarity(evidence: Sequence[float]) -> Polarity:
     it is not certain.
     """
     total = math.fsum(evidence) / math.sqrt(max(len(evidence), 1))
-    return "white" if total <= -MIN_EVIDENCE else "dark" if total >= MIN_EVIDENCE else "auto"
+    if abs(total) < MIN_EVIDENCE:
+        return "auto"
+    return "dark" if total > 0 else "white"
 
 
 def check_polarity(polarity: object) -> Polarity:
     """Return a polarity; raise ImageError if it is none of `POLARITIES`."""
-    for known in POLARITIES:
-        if polarity == known:
-            return known
+    if polarity in POLARITIES:
+        return polarity
     raise ImageError(f"no polarity {polarity!r}: there are {', '.join(POLARITIES)}")
 
 
@@ -113,7 +114,11 @@ def background_level(grey: Grey) -> float:
 
     It is 0 where there is no background in the image (H, W), or it is of both kinds.
     """
-    blocks = _blocks(grey[::_STEP_PX, ::_STEP_PX], _BLOCK_PX)
+    few = grey[::_STEP_PX, ::_STEP_PX]
+    rows, columns = (side // _BLOCK_PX for side in few.shape)
+    whole = few[: rows * _BLOCK_PX, : columns * _BLOCK_PX].astype(np.float32)
+    tiles = whole.reshape(rows, _BLOCK_PX, columns, _BLOCK_PX).swapaxes(1, 2)
+    blocks = tiles.reshape(-1, _BLOCK_PX**2)
     if not len(blocks):
         return 0.0
     deviation = blocks.std(axis=1)
@@ -128,13 +133,6 @@ def background_level(grey: Grey) -> float:
     level = float(np.clip(percentiles(levels, 50)[0], -1, 1))
     other = float((np.sign(levels) == -np.sign(level)).mean())
     return level if other <= _MAX_OTHER else 0.0
-
-
-def _blocks(grey: Grey, side: int) -> Floats:
-    """Return the whole blocks of an image, shape (N, side * side)."""
-    rows, columns = grey.shape[0] // side, grey.shape[1] // side
-    whole = grey[: rows * side, : columns * side].astype(np.float32)
-    return whole.reshape(rows, side, columns, side).swapaxes(1, 2).reshape(-1, side * side)
 
 
 def _resampled(grey: Grey, dpi: float) -> Grey | None:

@@ -34,10 +34,8 @@ def thin(binary: Mask) -> Mask:
     [4]
     """
     image = bordered(binary)
-    if kernel.COMPILED:
-        thin_with_kernel(image)
-    else:
-        thin_with_numpy(image)
+    thin_in_place = thin_with_kernel if kernel.COMPILED else thin_with_numpy
+    thin_in_place(image)
     return image[1:-1, 1:-1].astype(bool)
 
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.polarity import Polarity
 
 _WORKERS_NEED: Final = (
+    *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
     "cv2",
     "threadpoolctl",
     "fpmatch.engine.workers",

@@ -30,6 +30,7 @@ _STAGES = {
     "compare": "comparing pairs",
 }
 _WORKERS_NEED = (
+    *(f"PIL.{name}ImagePlugin" for name in ("Bmp", "Gif", "Jpeg", "Png", "Ppm")),
     "cv2",
     "threadpoolctl",
     "fpmatch.reading",
@@ -198,6 +199,7 @@ def evaluate(
     with fast_imports():
         import numpy.ma  # noqa: F401  (np.median would, when the workers have done)
 
+        from fpmatch.engine.engine import processes
         from fpmatch.evaluation import cropping, dataset, enrolment, extraction, run
         from fpmatch.evaluation.analysis import analyse, compare_matchers, document_of, text_of
         from fpmatch.evaluation.ground_truth.report import format_minutiae, measure_minutiae
@@ -220,13 +222,14 @@ def evaluate(
         others = run.load_datasets([*folders, *impostors])[len(folders) :]
         plan = enrolment.Enrolment(enrolled, enrol_seed, tuple(dataset.with_unique_names(others)))
     truths = [load_truth(dataset) for dataset in datasets] if ground_truth else []
-    reader = extraction.dataset_reader(datasets, PrintReader(quiet=True).image)
-    with ProgressBars(_STAGES) as bars:
+    with processes(workers) as engine, ProgressBars(_STAGES) as bars:
+        read = PrintReader(quiet=True).image
+        reader = extraction.dataset_reader(datasets, read, engine)
         reports = run.evaluate_matchers(
             datasets,
             _chosen(matchers),
             protocol=protocol,
-            workers=workers,
+            engine=engine,
             progress=bars.show,
             extractor=extraction.extractor_of(enhance, reader),
             probe_extractor=(

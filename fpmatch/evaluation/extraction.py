@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from fpmatch.engine.workers import Attempt, Progress, attempt_all, no_progress
+from fpmatch.engine.workers import Attempt, Progress, attempt_all, no_progress, results_of_each
 from fpmatch.gallery.prints import ExtractedPrint
 from fpmatch.image.io.read import read_image
 from fpmatch.image.quality.folder_polarity import PolarityReader, find_polarities
@@ -94,11 +94,17 @@ def extractor_of(enhance: str, reader: Callable[[Path], GreyImage] = read_image)
 
 
 def dataset_reader(
-    datasets: Sequence[Dataset], reader: Callable[..., GreyImage] = read_image
+    datasets: Sequence[Dataset],
+    reader: Callable[..., GreyImage] = read_image,
+    engine: Engine | None = None,
 ) -> PolarityReader[GreyImage]:
-    """Return a reader of the images of some databases, those of a folder with one polarity."""
+    """Return a reader of the images of some databases, those of a folder with one polarity.
+
+    An `engine` looks at the images (default: this process).
+    """
     paths = [impression.path for dataset in datasets for impression in dataset.impressions]
-    return PolarityReader(reader, find_polarities(paths, reader=reader))
+    each = map if engine is None else partial(results_of_each, engine)
+    return PolarityReader(reader, find_polarities(paths, reader=reader, each=each))
 
 
 def extract_datasets(

@@ -85,6 +85,7 @@ def evaluate_matchers(
     *,
     protocol: str = "extended",
     workers: int | None = None,
+    engine: Engine | None = None,
     progress: Progress = no_progress,
     extractor: Extractor | None = None,
     probe_extractor: Extractor | None = None,
@@ -98,6 +99,8 @@ def evaluate_matchers(
         As for `evaluate`.
     matchers : sequence of Matcher or str
         The matchers, or their names.
+    engine : Engine, optional
+        An engine to work on instead of `workers` processes; it is released at the end.
     probe_extractor : callable, optional
         Makes the templates of the probes, the first prints of the pairs, in the stage "extract
         probes"; `extractor` then makes those of the references.
@@ -113,12 +116,12 @@ def evaluate_matchers(
     loaded = load_datasets(datasets, protocol)
     chosen = [get_matcher(m) if isinstance(m, str) else m for m in matchers]
     everything = [*loaded, *(() if enrolment is None else enrolment.impostors)]
-    with processes(workers) as engine:
-        found = extract_datasets(everything, extractor=extractor, engine=engine, progress=progress)
+    with engine or processes(workers) as place:
+        found = extract_datasets(everything, extractor=extractor, engine=place, progress=progress)
         probes = probe_extractor and extract_datasets(
             loaded,
             extractor=probe_extractor,
-            engine=engine,
+            engine=place,
             progress=progress,
             stage="extract probes",
         )
@@ -132,7 +135,7 @@ def evaluate_matchers(
                 found[: len(loaded)],
                 matcher=matcher,
                 protocol=protocol,
-                engine=engine,
+                engine=place,
                 progress=part_of_progress(k),
                 probes=probes,
                 enrolment=enrolment,

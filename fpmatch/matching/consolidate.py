@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
 from fpmatch.matching.merge import merge_templates, points_at_500_dpi
 from fpmatch.pointset.similarity import Similarity
@@ -98,6 +96,9 @@ def linked_groups(count: int, links: Sequence[Link]) -> list[list[int]]:
     >>> linked_groups(4, [Link(1, 3, 50.0, pairs), Link(2, 3, 40.0, pairs)])
     [[1, 2, 3], [0]]
     """
+    # Imported where it is used, as in `merge`: commands that compare no fingers start sooner.
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
     _, label = connected_components(_graph(count, links), directed=False)
     groups = [np.flatnonzero(label == k).tolist() for k in range(int(label.max(initial=-1)) + 1)]
     return sorted(groups, key=lambda group: (-len(group), group[0]))
@@ -117,6 +118,8 @@ def consolidate(templates: Sequence[Template], links: Sequence[Link]) -> list[Co
 
 def _graph(count: int, links: Sequence[Link]) -> Any:
     """Return the links as a sparse graph, the shorter the stronger."""
+    from scipy.sparse import coo_array  # noqa: PLC0415
+
     lengths = np.array([1.0 / link.score for link in links])
     a = np.array([link.a for link in links], np.int32)
     b = np.array([link.b for link in links], np.int32)
@@ -125,6 +128,8 @@ def _graph(count: int, links: Sequence[Link]) -> Any:
 
 def _tree_poses(group: Sequence[int], points: Sequence[Points], links: Sequence[Link]) -> Poses:
     """Return poses along the tree of the strongest links, from where most of them meet."""
+    from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree  # noqa: PLC0415
+
     by_ends = {(link.a, link.b): link for link in links}
     strength = np.zeros(len(points))
     for link in links:

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial.distance import cdist
 
 from fpmatch.minutiae import CELL_BITS, STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template
 from fpmatch.pointset.similarity import Similarity
@@ -123,6 +121,9 @@ def _columns(template: Template, pose: Similarity) -> Floats:
 
 def _same(new: Floats, sums: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return which of the new minutiae are which of those that are there, one to one."""
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415
+    from scipy.spatial.distance import cdist  # noqa: PLC0415
+
     apart = cdist(new[:, :2], sums[:, :2] / sums[:, -1:])
     length = np.maximum(np.hypot(sums[:, 2], sums[:, 3]), 1e-9)
     agreement = (new[:, 2:4] @ sums[:, 2:4].T) / length

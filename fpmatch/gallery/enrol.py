@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fpmatch.gallery.gallery import Gallery
     from fpmatch.gallery.prints import Extractor
 
-PRINTS_PER_COMMIT: Final = 4
+PRINTS_PER_COMMIT: Final = 8
 PRINTS_PER_QUERY: Final = 32  # that are looked up in the gallery at once
 
 

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from fpmatch.errors import FpmatchError
 
 FS, GS, RS, US = b"\x1c", b"\x1d", b"\x1e", b"\x1f"
-IMAGE_FIELD: Final = 999
-"""The last field of a text record; its image may contain separators."""
+IMAGE_FIELD: Final = 999  # the last field of a text record; its image may contain separators
 BINARY_TYPES: Final = frozenset(range(3, 9))
 MAX_RECORDS: Final = 2000
 MAX_FIELDS: Final = 10_000  # of one record

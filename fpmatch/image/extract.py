@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -29,8 +30,6 @@ from fpmatch.image.skeleton.thin import thin
 from fpmatch.minutiae import STANDARD_DPI, Minutiae, MinutiaKind, RidgeField, Template, check_dpi
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from numpy.typing import NDArray
 
     from fpmatch.image.arrays import Grey, Mask
@@ -88,7 +87,9 @@ def extract(
     """
     if enhance not in ENHANCERS:
         raise ImageError(f"no enhancement {enhance!r}: there are {', '.join(ENHANCERS)}")
-    source = _as_image(image)
+    source = read_image(image) if isinstance(image, str | Path) else image
+    if isinstance(source, np.ndarray):
+        source = GreyImage(as_grey(source))
     resolution = check_dpi(next(d for d in (dpi, source.dpi, STANDARD_DPI) if d is not None))
     with name_errors(source.source):
         grey, zoom = resample(source.pixels, resolution)
@@ -122,14 +123,6 @@ def extract(
     height, width = source.pixels.shape
     field = _ridge_field(ridges, binary, box, stages.shape, zoom)
     return Template(minutiae, width=width, height=height, dpi=resolution, field=field)
-
-
-def _as_image(image: str | Path | GreyImage | NDArray[np.generic]) -> GreyImage:
-    if isinstance(image, GreyImage):
-        return image
-    if isinstance(image, np.ndarray):
-        return GreyImage(as_grey(image), None, "array")
-    return read_image(image)
 
 
 def resample(grey: Grey, dpi: float) -> tuple[Grey, float]:

@@ -48,8 +48,7 @@ def enhanced_orientation(enhanced: Floats, mask: Mask) -> OrientationField:
 
     Smoothing and mask are as in `ridge_orientation`.
     """
-    gx = np.asarray(cv2.Sobel(enhanced, cv2.CV_32F, 1, 0), np.float32)
-    gy = np.asarray(cv2.Sobel(enhanced, cv2.CV_32F, 0, 1), np.float32)
+    gx, gy = (np.asarray(cv2.Sobel(enhanced, cv2.CV_32F, 1 - k, k), np.float32) for k in (0, 1))
     xx, yy, xy = (block_mean_product(a, b) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
     return _smoothed(np.stack([yy - xx, 2 * xy, xx + yy], axis=2) * mask[..., None])
 
@@ -78,5 +77,4 @@ def orientation_at_pixels(orientation: Floats, shape: tuple[int, ...]) -> Floats
     """Interpolate an orientation field of blocks to pixels (H, W), in the double angle."""
     doubled = np.dstack([np.cos(2 * orientation), np.sin(2 * orientation)]).astype(np.float32)
     large = blocks_to_pixels(doubled, shape)
-    angle = np.mod(0.5 * cv2.phase(large[..., 0], large[..., 1]), np.pi)
-    return np.asarray(angle, np.float32)
+    return np.asarray(np.mod(0.5 * cv2.phase(large[..., 0], large[..., 1]), np.pi), np.float32)

@@ -83,7 +83,11 @@ def read_dataset_info(folder: str | os.PathLike[str]) -> DatasetInfo:
         raise DatasetError(f"{path}: name is empty")
     try:
         dpi = _checked_dpi(entries["dpi"]) if "dpi" in entries else None
-        polarity = _checked_polarity(entries["polarity"]) if "polarity" in entries else "auto"
+        polarity: Polarity = "auto"
+        if "polarity" in entries:  # only then, because its module imports OpenCV
+            from fpmatch.image.quality.polarity import check_polarity  # noqa: PLC0415
+
+            polarity = check_polarity(entries["polarity"])
     except (ImageError, ResolutionError, OverflowError) as error:
         raise DatasetError(f"{path}: {error}") from error
     return DatasetInfo(entries.get("name"), dpi, entries.get("sensor", ""), polarity)
@@ -94,12 +98,6 @@ def _natural_order(path: Path) -> tuple[list[str | int], str]:
     parts: list[str | int] = list(_DIGITS.split(path.name))
     parts[1::2] = [int(part) for part in parts[1::2]]
     return parts, path.name
-
-
-def _checked_polarity(polarity: object) -> Polarity:
-    from fpmatch.image.quality.polarity import check_polarity  # noqa: PLC0415  (takes OpenCV's time)
-
-    return check_polarity(polarity)
 
 
 def _checked_dpi(dpi: object) -> float:

@@ -66,9 +66,8 @@ def decode_with_pillow(decoder: str, data: bytes, limits: ImageLimits) -> GreyIm
         size = f"more than {limits.max_megapixels:g} megapixels"
         raise ImageError(f"image is too large: {size}") from error
     except UnidentifiedImageError as error:
-        reason = _unknown_kind(data) if decoder == "TIFF" else ""
-        if reason:
-            raise ImageReadError(f"TIFF image with {reason}, which cannot be read") from error
+        if decoder == "TIFF" and (kind := _unknown_kind(data)):
+            raise ImageReadError(f"TIFF image with {kind}, which cannot be read") from error
         raise ImageReadError(f"damaged {decoder} image (its header cannot be read)") from error
     except Exception as error:  # decoders raise almost anything on damage
         raise ImageReadError(f"damaged {decoder} image ({error_text(error)})") from error
@@ -100,7 +99,9 @@ def _samples(image: Image.Image) -> NDArray[Any]:
     """Return samples of grey, RGB or RGBA in a type that defines their span."""
     if image.mode.startswith("I;16"):
         return _sixteen_bit_samples(image)
-    if image.mode == "I" and _is_unsigned_tiff(image):
+    tags = getattr(image, "tag_v2", {})
+    unsigned = tags.get(_SAMPLE_FORMAT, (_UNSIGNED,))[0] == _UNSIGNED
+    if image.mode == "I" and unsigned and tags.get(_BITS_PER_SAMPLE, (0,))[0] == 32:
         samples = np.asarray(image).view(np.uint32)  # the upper half where 16 bits would not do
         return samples if samples.max(initial=0) <= 0xFFFF else (samples >> 16).astype(np.uint16)
     if image.mode in {"1", "L", "I", "F"} and not image.has_transparency_data:
@@ -120,12 +121,6 @@ def _sixteen_bit_samples(image: Image.Image) -> NDArray[np.uint16]:
     if tags.get(_PHOTOMETRIC) == _WHITE_IS_ZERO:
         samples = np.uint16(0xFFFF) - samples
     return samples
-
-
-def _is_unsigned_tiff(image: Image.Image) -> bool:
-    tags = getattr(image, "tag_v2", {})
-    unsigned = tags.get(_SAMPLE_FORMAT, (_UNSIGNED,))[0] == _UNSIGNED
-    return bool(tags.get(_BITS_PER_SAMPLE, (0,))[0] == 32 and unsigned)
 
 
 def _unknown_kind(data: bytes) -> str:

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from PIL import Image
 
-TAGGED_DPI_DIGITS: Final = 1  # 500 dpi in a tag per metre comes back as 499.999
 MM_PER_INCH: Final = 25.4
 CM_PER_INCH: Final = 2.54
 _X_RESOLUTION, _Y_RESOLUTION, _UNIT, _DESCRIPTION = 282, 283, 296, 270  # TIFF's tags, and Exif's
@@ -39,11 +38,6 @@ def usable_dpi(horizontal: object, vertical: object = None) -> float | None:
 
     None where the axes differ, or the value is not above 100 and up to 4000 dpi: lower ones (1, 72,
     96) are defaults of programs.
-
-    Examples
-    --------
-    >>> usable_dpi(499.9993), usable_dpi(72), usable_dpi(500, 600)
-    (500.0, None, None)
     """
     dpi = _rounded(horizontal)
     same = vertical is None or dpi == _rounded(vertical)
@@ -54,11 +48,6 @@ def dpi_in_units(units: int, across: int, down: int) -> float | None:
     """Return the resolution of a record: a code of the units, and whole pixels along either axis.
 
     The code is that of ANSI/NIST-ITL and ISO/IEC 19794-4: 1 for pixels per inch, 2 per centimetre.
-
-    Examples
-    --------
-    >>> dpi_in_units(2, 197, 197), dpi_in_units(1, 500, 500), dpi_in_units(0, 500, 500)
-    (500.0, 500.0, None)
     """
     if units == _RECORD_PER_INCH:
         return usable_dpi(across, down)
@@ -96,7 +85,7 @@ def tagged_dpi(image: Image.Image, head: bytes) -> tuple[float | None, tuple[str
 
 def _rounded(value: object) -> float | None:
     try:
-        return round(float(value), TAGGED_DPI_DIGITS)  # type: ignore[arg-type]
+        return round(float(value), 1)  # type: ignore[arg-type]  # 500 dpi per metre are 499.999
     except _UNREADABLE:
         return None
 

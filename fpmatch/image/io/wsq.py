@@ -48,11 +48,10 @@ TREE: Final = ((_LOWEST, _SIXTEEN, _SIXTEEN, _LEAF), _FOUR, _FOUR, _LEAF)
 
 # Huffman symbols: up to 100 the length of a run of zeros, from 107 on a value; between them
 # escapes, whose value or run length follows: (its bits, the sign of the value or 0 for a run).
-_LONGEST_RUN: Final = 100
-_ZERO_SYMBOL: Final = 180
-_ESCAPES: Final = dict(
-    zip(range(101, 107), ((8, 1), (8, -1), (16, 1), (16, -1), (8, 0), (16, 0)), strict=True)
-)
+_LONGEST_RUN, _ZERO_SYMBOL = 100, 180
+_ESCAPES: Final = {
+    101: (8, 1), 102: (8, -1), 103: (16, 1), 104: (16, -1), 105: (8, 0), 106: (16, 0)
+}  # fmt: skip
 
 
 class _HuffmanTable(NamedTuple):

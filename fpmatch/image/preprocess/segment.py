@@ -72,14 +72,12 @@ def ridge_strength(spectrum: RidgeSpectrum) -> Floats:
     """Return the largest share of the local energy in one wave, 0..1, shape (rows, columns)."""
     energy = blur_blocks(spectrum.energy.reshape(*spectrum.total.shape, -1), SMOOTHING_BLOCKS)
     total = blur_blocks(spectrum.total, SMOOTHING_BLOCKS)
-    strength: Floats = energy.max(axis=2) / (total + 1e-3)
-    return strength
+    return np.asarray(energy.max(axis=2) / (total + 1e-3), np.float32)
 
 
 def mask_at_pixels(mask: Mask, shape: tuple[int, ...]) -> Mask:
     """Return the mask of blocks as a smooth mask of pixels, (H, W)."""
-    pixels: Mask = blocks_to_pixels(mask.astype(np.float32), shape) > 0.5
-    return pixels
+    return np.asarray(blocks_to_pixels(mask.astype(np.float32), shape) > 0.5)
 
 
 def _tidy(ridges: Mask, opening_blocks: int) -> Mask:
@@ -92,10 +90,8 @@ def _tidy(ridges: Mask, opening_blocks: int) -> Mask:
     area = stats[:, cv2.CC_STAT_AREA].copy()
     area[0] = 0
     keep = area >= max(MIN_AREA_BLOCKS, MIN_RELATIVE_AREA * area.max(initial=0))
-    print_ = keep[labels]
-    _, outside = cv2.connectedComponents((~print_).astype(np.uint8), connectivity=4)
-    filled: Mask = outside != outside[0, 0]
-    return filled[margin:-margin, margin:-margin]
+    _, outside = cv2.connectedComponents((~keep[labels]).astype(np.uint8), connectivity=4)
+    return np.asarray(outside != outside[0, 0])[margin:-margin, margin:-margin]
 
 
 def _disc(diameter: int) -> Grey:

@@ -66,14 +66,14 @@ def find_polarities(
         folders[path.parent].append(path)
     if polarity != "auto":
         return dict.fromkeys(folders, polarity)
-    description = cache(read_dataset_info)
-    found = {folder: description(folder).polarity for folder in folders}
-    open_ = [folder for folder, known in found.items() if known == "auto"]
+    known = cache(read_dataset_info)
+    found = {folder: known(folder).polarity for folder in folders}
+    open_ = [folder for folder in folders if found[folder] == "auto"]
     if sum(len(folders[folder]) for folder in open_) < 2:  # a single image decides for itself
         return found
     most = max(1, min(MOST_IMAGES, MOST_IN_ALL // len(open_)))
     samples = [
-        (path, dpi or description(folder).dpi)
+        (path, dpi or known(folder).dpi)
         for folder in open_
         for path in _sample(folders[folder], most)
     ]

@@ -44,8 +44,7 @@ _MIN_COHERENCE: Final = 0.5
 _MIN_CONTRAST: Final = 0.35  # share of the image's strong contrast, at the percentile below
 _STRONG_PERCENTILE: Final = 90.0
 _MARGIN: Final = 4  # eroded from the print's border
-MAX_SIDE: Final = 448
-"""Side of the middle part of the foreground that is measured."""
+MAX_SIDE: Final = 448  # side of the middle part of the foreground that is measured
 _MIN_AREA: Final = 800  # pixels of the print; of either crest a tenth
 _PRIOR_DOTS: Final = 3.0  # added to the counts of either kind
 _SHRUNK: Final = 4  # side of a pixel of the smaller images that wide means are taken of

@@ -36,8 +36,7 @@ INVERTED: Final = "its ridges are white on black: turned into dark ones"
 POLARITIES: Final[tuple[Polarity, ...]] = ("auto", "dark", "white")
 WEIGHTS_FILE: Final = Path(__file__).with_name("polarity.json")
 
-MIN_EVIDENCE: Final = 4.0
-"""Log-odds from which a polarity is certain."""
+MIN_EVIDENCE: Final = 4.0  # log-odds from which a polarity is certain
 BACKGROUND_ODDS: Final = 3.0  # log-odds that a background like the bright or dark lines adds
 MAX_EVIDENCE: Final = 8.0  # log-odds, of one image
 FARTHEST_CUE: Final = 4.0

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from fpmatch.image.quality.measures import QualityMeasures
 
 WEIGHTS_FILE: Final = Path(__file__).with_name("print_quality.json")
-TYPICAL_PERIOD_PX: Final = 9.0
-"""Ridge period of most fingers, in pixels at 500 dpi: 0.46 mm."""
+TYPICAL_PERIOD_PX: Final = 9.0  # ridge period of most fingers, in pixels at 500 dpi: 0.46 mm
 WRONG_RESOLUTION: Final = "wrong resolution"
 """Code of the reason for ridges that are too near or too far apart."""
 FEATURES: Final = ("ridges", "minutiae", "ridge spread", "valley spread", "period", "blur")
@@ -35,8 +34,7 @@ FEATURES: Final = ("ridges", "minutiae", "ridge spread", "valley spread", "perio
 # Thresholds for reasons; areas in mm², periods in pixels at 500 dpi.
 MIN_IMAGE_MM2, MIN_RIDGES_MM2 = 100.0, 80.0
 MIN_DARK, MAX_DARK = 0.25, 0.62  # share of a print that is dark
-PERIODS_PX: Final = (6.75, 12.0)
-"""Range of the ridge periods of people."""
+PERIODS_PX: Final = (6.75, 12.0)  # range of the ridge periods of people
 FAR_PERIODS_PX: Final = (6.0, 12.3)
 """Range beyond which the strongest period is not one of human ridges."""
 MIN_PEAK_SHARES: Final = (0.5, 0.6)

@@ -64,8 +64,7 @@ def directions(nodes: SkeletonNodes, length_px: int = DIRECTION_PX) -> Floats:
     pair = closeness.argmax(axis=1)[:, None] + np.arange(3)
     near, next_, third = np.take_along_axis(u, pair % 3, axis=1).T
     towards[forks] = near + next_ - third
-    angle = np.mod(np.angle(towards), 2 * np.pi)
-    return np.asarray(angle, np.float32)
+    return np.asarray(np.mod(np.angle(towards), 2 * np.pi), np.float32)
 
 
 def filter_spurious(nodes: SkeletonNodes, angle: Floats, mask: Mask) -> Mask:
@@ -90,8 +89,7 @@ def _inside(x: NDArray[np.int32], y: NDArray[np.int32], mask: Mask) -> Mask:
     dy, dx = _nearer(MIN_MASK_DISTANCE_PX)
     rows = np.clip(y[:, None] + dy, 0, height - 1)
     columns = np.clip(x[:, None] + dx, 0, width - 1)
-    far = mask[rows, columns].all(axis=1)
-    return np.asarray(far & (edge >= MIN_BORDER_DISTANCE_PX), bool)
+    return np.asarray(mask[rows, columns].all(axis=1) & (edge >= MIN_BORDER_DISTANCE_PX))
 
 
 @cache

@@ -1,7 +1,5 @@
 """`research.all_pairs`: 1:N comparison of all pairs gives what 1:1 gives."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 
@@ -26,13 +24,8 @@ def test_all_pairs_are_those_of_one_to_one_in_the_protocols_order():
     prints = [MATCHER.prepare(template) for template in templates]
     expected = [MATCHER.compare(p, q).similarity for p, q in itertools.combinations(prints, 2)]
     for workers in (1, 3):
-        found = compare_all_pairs(templates, workers=workers)
-        assert found.tolist() == expected
-
-
-def test_fewer_than_two_templates_have_no_pair():
-    assert compare_all_pairs([]).size == 0
-    assert compare_all_pairs([made(1, 10)]).size == 0
+        assert compare_all_pairs(templates, workers=workers).tolist() == expected
+    assert compare_all_pairs([]).size == compare_all_pairs([made(1, 10)]).size == 0
 
 
 def a_set(name, seed, folder):
@@ -45,8 +38,11 @@ def a_set(name, seed, folder):
             taken.append(Impression(finger, number, folder / f"{finger}_{number}.tif"))
             template = Template(Minutiae(x + number, y, angle), 200, 200)
             extractions.append(Extraction(template, "", 0.0))
-    extractions[-1] = Extraction(None, "no ridges", 0.0)
+    extractions[-1] = FAILED
     return ExtractedSet(Dataset(name, 500.0, "", tuple(taken)), tuple(extractions))
+
+
+FAILED = Extraction(None, "no ridges", 0.0)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -70,7 +66,6 @@ def test_among_all_impressions_are_those_of_other_fingers(tmp_path, workers):
 
 
 def test_among_no_impressions_there_are_no_impostors(tmp_path):
-    none = a_set("none", 3, tmp_path)
-    failed = replace(none, extractions=(Extraction(None, "no ridges", 0.0),) * 6)
+    failed = replace(a_set("none", 3, tmp_path), extractions=(FAILED,) * 6)
     assert impostors_among([failed], "none").trials.similarity.size == 0
     assert impostors_among([], "none").trials.fingers == 0

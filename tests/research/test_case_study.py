@@ -1,7 +1,5 @@
 """The figures of a case study show the results, and less where there are fewer."""
 
-from __future__ import annotations
-
 import io
 import shutil
 from dataclasses import replace
@@ -16,7 +14,6 @@ from fpmatch.drawing.plots.style import plain_style
 from fpmatch.errors import OutputError
 from fpmatch.image.extract import extract
 from fpmatch.image.io.read import read_image
-from fpmatch.matching.result import Verification
 from fpmatch.matching.verify import verify
 from fpmatch.minutiae import Minutiae
 from research.case_study import prints
@@ -28,7 +25,7 @@ NAMES = ("103_1", "103_2")
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
+def case():
     pytest.importorskip("matplotlib")
     images = [read_image(SAMPLES / f"{name}.tif") for name in NAMES]
     templates = [extract(image) for image in images]
@@ -36,14 +33,18 @@ def case() -> Case:
     return Case.of(probe, reference, verify(*templates), verify(*templates, matcher="paper"))
 
 
-def without(result: Verification, *, pairs: int) -> Verification:
-    """Return a result of fewer pairs; of none, and no transform."""
-    transform = result.transform if pairs else None
-    found = replace(result.comparison, pairs=result.pairs[:pairs], transform=transform)
-    return replace(result, comparison=found, rematch=None)
+def without(case, pairs):
+    """Return a case of fewer pairs; of none, and no transform."""
+
+    def fewer(result):
+        transform = result.transform if pairs else None
+        found = replace(result.comparison, pairs=result.pairs[:pairs], transform=transform)
+        return replace(result, comparison=found, rematch=None)
+
+    return replace(case, default=fewer(case.default), paper=fewer(case.paper))
 
 
-def test_the_figures_are_those_of_the_steps_and_always_the_same(case: Case) -> None:
+def test_the_figures_are_those_of_the_steps_and_always_the_same(case):
     figures = draw_case_study(case)
     assert [figure.file_name.removesuffix(".png") for figure in figures] == [
         "figure_1_prints", "figure_3_triangulations", "pairs", "mesh_of_pairs", "ring_of_pairs",
@@ -56,7 +57,7 @@ def test_the_figures_are_those_of_the_steps_and_always_the_same(case: Case) -> N
     assert draw_case_study(case) == figures
 
 
-def test_the_captions_have_the_numbers_of_the_results(case: Case) -> None:
+def test_the_captions_have_the_numbers_of_the_results(case):
     default, paper = (set(map(tuple, r.pairs.tolist())) for r in case.results.values())
     with plain_style(STYLE):
         caption = prints.pairs(case).caption.replace(";", "")
@@ -70,7 +71,7 @@ def test_the_captions_have_the_numbers_of_the_results(case: Case) -> None:
         assert f"{abs(result.transform.rotation_deg):.1f}° clockwise" in caption
 
 
-def test_prints_are_upright_and_contain_their_marks(case: Case) -> None:
+def test_prints_are_upright_and_contain_their_marks(case):
     with plain_style(STYLE):
         for axes, side in zip(prints.prints(case).figure.axes, case.sides, strict=True):
             bottom, top = axes.get_ylim()
@@ -83,7 +84,7 @@ def test_prints_are_upright_and_contain_their_marks(case: Case) -> None:
             assert image.get_array().shape == side.pixels.shape
 
 
-def test_mirrored_triangles_and_those_without_area_are_turned_over() -> None:
+def test_mirrored_triangles_and_those_without_area_are_turned_over():
     p = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
     turned = [prints.turned_over(np.array([[0, 1, 2]]), p, q) for q in (2 * p, -p[:, ::-1], line)]
@@ -91,10 +92,8 @@ def test_mirrored_triangles_and_those_without_area_are_turned_over() -> None:
 
 
 @pytest.mark.parametrize("pairs", [0, 1, 2, 3])
-def test_figures_without_content_are_left_out(case: Case, pairs: int) -> None:
-    few = replace(
-        case, default=without(case.default, pairs=pairs), paper=without(case.paper, pairs=pairs)
-    )
+def test_figures_without_content_are_left_out(case, pairs):
+    few = without(case, pairs)
     names = [figure.file_name for figure in draw_case_study(few)]
     assert "figure_8_overlays.png" in names
     assert "ring_of_pairs.png" not in names
@@ -102,19 +101,19 @@ def test_figures_without_content_are_left_out(case: Case, pairs: int) -> None:
         assert ("no transform found" in prints.overlays(few).caption) == (pairs == 0)
 
 
-def test_prints_without_minutiae_or_ridges_are_drawn(case: Case) -> None:
+def test_prints_without_minutiae_or_ridges_are_drawn(case):
     empty = [replace(side.template, minutiae=Minutiae.empty(), field=None) for side in case.sides]
     found = verify(*empty), verify(*empty, matcher="paper")
     probe, reference = ((side.name, side.pixels) for side in case.sides)
     assert draw_case_study(Case.of(probe, reference, *found))
 
 
-def test_an_unknown_format_is_refused(case: Case) -> None:
+def test_an_unknown_format_is_refused(case):
     with pytest.raises(OutputError, match="unknown format 'pdf'"):
         draw_case_study(case, "pdf")  # type: ignore[arg-type]
 
 
-def test_the_first_two_impressions_of_a_folder_are_drawn(tmp_path: Path, run_research) -> None:
+def test_the_first_two_impressions_of_a_folder_are_drawn(tmp_path, run_research):
     pytest.importorskip("matplotlib")
     folder = tmp_path / "DB1_B"
     folder.mkdir()
@@ -128,7 +127,7 @@ def test_the_first_two_impressions_of_a_folder_are_drawn(tmp_path: Path, run_res
     assert len(list((tmp_path / "out").iterdir())) == len(done.stdout.splitlines())
 
 
-def test_bad_input_is_said_in_one_line(tmp_path: Path, run_research) -> None:
+def test_bad_input_is_said_in_one_line(tmp_path, run_research):
     single = tmp_path / "single"
     single.mkdir()
     shutil.copy(SAMPLES / "101_1.tif", single)

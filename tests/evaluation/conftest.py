@@ -1,7 +1,5 @@
 """What the tests of evaluations share: helper modules beside them, and one evaluation."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

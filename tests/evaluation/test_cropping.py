@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.cropping`: squares of prints as probes, whole prints as references."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

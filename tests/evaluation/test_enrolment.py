@@ -1,7 +1,5 @@
 """Which impressions are enrolled, and what is compared with them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scores of fingers from scores of pairs."""
 
-from __future__ import annotations
-
 import csv
 import tempfile
 from pathlib import Path

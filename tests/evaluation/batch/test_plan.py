@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.batch.plan`: every pair once, in chunks that can be skipped to."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.batch.score`: what a run writes, leaves undone, goes on with, and refuses."""
 
-from __future__ import annotations
-
 import csv
 import importlib.util
 import os

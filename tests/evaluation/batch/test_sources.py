@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.batch.sources`: folders and galleries as sides; exact templates in bytes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.ground_truth.report`: prints to rows, rows to JSON and to tables."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from dataclasses import replace

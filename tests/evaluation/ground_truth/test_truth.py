@@ -1,7 +1,5 @@
 """`fpmatch.evaluation.ground_truth.truth`: what truth files say, and what are none."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

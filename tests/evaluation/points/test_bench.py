@@ -1,7 +1,5 @@
 """The whole experiment: which cells run, which are left out, and how it goes on."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """The conditions of the experiment, the paper's tables, and the seeds of the trials."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

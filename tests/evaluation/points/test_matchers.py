@@ -1,7 +1,5 @@
 """The matchers of the experiment behind one interface."""
 
-from __future__ import annotations
-
 import importlib.util
 import math
 import signal

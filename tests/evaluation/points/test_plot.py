@@ -1,7 +1,5 @@
 """The plot of time against the number of points."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The file that keeps the results."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """The tables beside the paper's own, and the summary."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Trials by fake matchers on a fake clock: what is counted, and when a cell ends."""
 
-from __future__ import annotations
-
 import gc
 from dataclasses import replace
 

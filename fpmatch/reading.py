@@ -7,7 +7,6 @@ prints by these functions.
 from __future__ import annotations
 
 import os
-import stat
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import numpy as np
 
 from fpmatch.errors import ImageError
+from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.image.assess import QualityRecorder
 from fpmatch.image.extract import DEFAULT_ENHANCEMENT, extract
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 Name = TypeVar("Name")
 
 ASSUMED_DPI: Final = f"resolution unknown; {STANDARD_DPI:g} dpi assumed"
-_HEAD_BYTES: Final = 4096
 _STDERR: Final = 2
 
 
@@ -59,7 +58,7 @@ class PrintReader:
         self, path: Path, *, polarity: Polarity = "auto", dpi: float | None = None
     ) -> GreyImage | TemplateRecord:
         """Read a file of minutiae alone as a template, and any other file as an image."""
-        if _contains_minutiae_only(_head_of(path)):
+        if _contains_minutiae_only(read_head(path)):
             from fpmatch.formats.files import load_record  # noqa: PLC0415  (imports all formats)
 
             return load_record(path)
@@ -77,7 +76,7 @@ def decode_print(
     data: bytes, name: str, limits: ImageLimits = DEFAULT_LIMITS
 ) -> GreyImage | TemplateRecord:
     """Decode the bytes of a file as `PrintReader` reads the file; messages call it `name`."""
-    if not _contains_minutiae_only(data[:_HEAD_BYTES]):
+    if not _contains_minutiae_only(data[:HEAD_BYTES]):
         return decode_image(data, name, limits=limits)
     from fpmatch.formats.files import decode_record  # noqa: PLC0415
 
@@ -164,17 +163,6 @@ def _contains_minutiae_only(head: bytes) -> bool:
     from fpmatch.formats.files import is_of_minutiae_only  # noqa: PLC0415
 
     return is_of_minutiae_only(head)
-
-
-def _head_of(path: Path) -> bytes:
-    """Return the first bytes of a regular file; none where it cannot be read."""
-    try:
-        if not stat.S_ISREG(path.stat().st_mode):
-            return b""
-        with path.open("rb") as stream:
-            return stream.read(_HEAD_BYTES)
-    except (OSError, ValueError):
-        return b""
 
 
 @contextmanager

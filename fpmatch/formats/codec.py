@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,6 +12,7 @@ from fpmatch.errors import TemplateError
 from fpmatch.minutiae import Minutiae
 
 if TYPE_CHECKING:
+    import os
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike, NDArray
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from fpmatch.formats.record import Encoded, ReadingOptions, TemplateRecord, View
     from fpmatch.minutiae import Template
 
+HEAD_BYTES: Final = 4096  # enough to recognise a format
 LARGEST: Final = float(np.finfo(np.float32).max)  # of a coordinate, which templates keep as float32
 
 
@@ -49,6 +52,18 @@ class Codec:
     recognises: Callable[[bytes], bool]
     decode: Callable[[bytes, ReadingOptions], TemplateRecord]
     encode: Callable[[TemplateRecord], Encoded] | None = None
+
+
+def read_head(path: str | os.PathLike[str]) -> bytes:
+    """Return the first bytes of a regular file; none where it cannot be read."""
+    file = Path(path)
+    try:
+        if file.is_file():
+            with file.open("rb") as stream:
+                return stream.read(HEAD_BYTES)
+    except (OSError, ValueError):
+        pass
+    return b""
 
 
 def minutiae_from_columns(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from fpmatch.errors import FpmatchError, TemplateError
 from fpmatch.formats.an2 import holds_image
+from fpmatch.formats.codec import HEAD_BYTES, read_head
 from fpmatch.formats.fmr_header import MAGIC
 from fpmatch.formats.record import ReadingOptions, TemplateRecord, View
 from fpmatch.formats.registry import codec_of_content, codec_of_name, codec_of_suffix
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     import os
 
     from fpmatch.minutiae import Template
-
-HEAD_BYTES: Final = 4096  # enough to recognise a format
 
 
 def load_template(path: str | os.PathLike[str]) -> Template:
@@ -146,12 +145,12 @@ def save_record(
 
 def is_template_file(path: str | os.PathLike[str]) -> bool:
     """Return whether a file begins as a template; False if it is missing or unreadable."""
-    return _begins_as_template(_read_head(path))
+    return _begins_as_template(read_head(path))
 
 
 def holds_minutiae_only(path: str | os.PathLike[str]) -> bool:
     """Return whether a file is a template without an image record (as ANSI/NIST-ITL may have)."""
-    return is_of_minutiae_only(_read_head(path))
+    return is_of_minutiae_only(read_head(path))
 
 
 def is_of_minutiae_only(data: bytes) -> bool:
@@ -172,14 +171,6 @@ def _begins_as_template(head: bytes) -> bool:
     except TemplateError:
         return head.startswith(MAGIC)
     return True
-
-
-def _read_head(path: str | os.PathLike[str]) -> bytes:
-    """Return the first bytes of a regular file, none if it cannot be read."""
-    try:
-        return _read(path, HEAD_BYTES - 1)
-    except TemplateError:
-        return b""
 
 
 def _read(path: str | os.PathLike[str], most: int) -> bytes:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from fpmatch.engine.workers import results_of_each
 from fpmatch.errors import DatasetError, ImageError, ImageReadError, QualityError, TemplateError
+from fpmatch.formats.codec import read_head
 from fpmatch.formats.record import TemplateRecord
 from fpmatch.image.io.dataset_folder import images_in, read_dataset_info
 from fpmatch.minutiae import check_dpi
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     Reader = Callable[[Path], GreyImage | TemplateRecord]
 
 _COMMON_SUFFIXES: Final = (".json", ".csv")
-_HEAD_BYTES: Final = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,12 +191,7 @@ def _templates_in(folder: Path) -> list[Path]:
 
 def _is_other_content(path: Path) -> bool:
     """Return whether a file named JSON or CSV is neither, or cannot be read."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(_HEAD_BYTES)
-    except OSError:
-        return True
-    text = head.decode("utf-8", errors="replace").removeprefix("\ufeff").lstrip()
+    text = read_head(path).decode("utf-8", errors="replace").removeprefix("\ufeff").lstrip()
     if not text or "\0" in text or "\ufffd" in text[:-4]:  # the last character may be cut through
         return True
     first_line = text.splitlines()[0]

@@ -54,9 +54,9 @@ def of_class(root, tag, *words):
     return [e for e in root.iter(SVG + tag) if set(words) <= set(e.get("class", "").split())]
 
 
-def prints_of(root):
+def prints_of(sides, verification):
     """Return the part of an overlay that shows the prints, without caption and legend."""
-    return of_class(root, "g", "prints")[0]
+    return of_class(svg_of(sides, verification), "g", "prints")[0]
 
 
 @pytest.mark.parametrize("side_by_side", [False, True])
@@ -64,7 +64,8 @@ def test_is_an_rgb_picture_and_the_same_every_time(sides, compared, side_by_side
     before = [image.copy() for image in sides]
     first = draw(*sides, compared(), side_by_side=side_by_side)
     assert (first.dtype, first.shape[2:]) == (np.uint8, (3,))
-    np.testing.assert_array_equal(first, draw(*sides, compared(), side_by_side=side_by_side))
+    holders = (SimpleNamespace(pixels=image) for image in sides)
+    np.testing.assert_array_equal(first, draw(*holders, compared(), side_by_side=side_by_side))
     assert all((old == new).all() for old, new in zip(before, sides, strict=True))
 
 
@@ -89,26 +90,21 @@ def test_ridges_that_agree_turn_dark_and_others_do_not(sides, compared):
 
 
 def test_marks_of_a_pair_lie_where_picture_and_transform_say(sides, compared):
-    verification = compared()
-    root = svg_of(sides, verification)
-    picture = draw(*sides, verification)
-    probe_dots = of_class(prints_of(root), "circle", "probe", "paired", "ending")
-    reference_rings = of_class(prints_of(root), "circle", "reference", "paired", "ending")
-    assert len(probe_dots) == len(reference_rings) == 1  # pair (1, 1) is the one of two endings
-    x, y = (float(probe_dots[0].get(k)) for k in ("cx", "cy"))
-    ring_x, ring_y = (float(reference_rings[0].get(k)) for k in ("cx", "cy"))
+    root, picture = prints_of(sides, compared()), draw(*sides, compared())
+    (dot,) = of_class(root, "circle", "probe", "paired", "ending")
+    (ring,) = of_class(root, "circle", "reference", "paired", "ending")
+    x, y = (float(dot.get(k)) for k in ("cx", "cy"))
+    ring_x, ring_y, radius = (float(ring.get(k)) for k in ("cx", "cy", "r"))
     assert tuple(picture[int(y), int(x)]) == PROBE_MARK
-    radius = float(reference_rings[0].get("r"))
-    above = picture[int(ring_y - radius), int(ring_x)]
-    assert tuple(above) == REFERENCE_MARK
+    assert tuple(picture[int(ring_y - radius), int(ring_x)]) == REFERENCE_MARK
     # The reference is at (1, -2) from the moved probe, at the zoom of 3 that so small a print gets.
     assert (ring_x - x, ring_y - y) == pytest.approx((3.0, -6.0), abs=0.05)
 
 
 def test_ticks_point_in_the_moved_direction(sides, compared):
-    root = svg_of(sides, compared())
-    ticks = of_class(prints_of(root), "line", "tick", "probe", "paired")
-    reference_ticks = of_class(prints_of(root), "line", "tick", "reference", "paired")
+    root = prints_of(sides, compared())
+    ticks = of_class(root, "line", "tick", "probe", "paired")
+    reference_ticks = of_class(root, "line", "tick", "reference", "paired")
     assert len(ticks) == len(reference_ticks) == 3
 
     def angle(tick):
@@ -122,9 +118,8 @@ def test_ticks_point_in_the_moved_direction(sides, compared):
 
 
 def test_unpaired_minutiae_are_fainter(sides, compared):
-    root = svg_of(sides, compared())
-    paired = of_class(prints_of(root), "line", "tick", "paired")
-    unpaired = of_class(prints_of(root), "line", "tick", "unpaired")
+    root = prints_of(sides, compared())
+    paired, unpaired = (of_class(root, "line", "tick", word) for word in ("paired", "unpaired"))
     assert (len(paired), len(unpaired)) == (6, 4)
     assert {e.get("opacity") for e in paired} == {None}
     assert all(float(e.get("opacity")) < 1 for e in unpaired)
@@ -160,6 +155,8 @@ def test_stands_side_by_side_where_there_is_no_transform(sides, compared):
     nothing = compared(match=False, transform=None, pairs=NO_PAIRS, reason="no common region")
     beside = draw(*sides, nothing, side_by_side=True)
     np.testing.assert_array_equal(draw(*sides, nothing), beside)
+    blank = draw(*(np.full_like(image, 200) for image in sides), without_minutiae(nothing))
+    assert (blank[blank.shape[0] // 2, 60 : blank.shape[1] // 2 - 60] == 255).all()
 
 
 @settings(
@@ -193,9 +190,7 @@ def test_images_of_any_shape_are_drawn(shape, side_by_side, compared):
     assert max(picture.shape) <= 2 * LARGEST_PANEL_SIDE + 200
 
 
-def test_prints_of_unlike_resolution_agree_when_scaled(
-    sides, probe_image, reference_image, compared
-):
+def test_prints_of_unlike_resolution_agree_when_scaled(probe_image, reference_image, compared):
     double = cv2.resize(probe_image, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
     verification = without_minutiae(compared())
     half = Similarity(0.5, 0.0, -0.25, -0.25)
@@ -205,20 +200,6 @@ def test_prints_of_unlike_resolution_agree_when_scaled(
     fine = draw(double, reference_image, replace(scaled, probe=probe))
     assert coarse.shape == fine.shape
     assert np.abs(panel_of(coarse) - panel_of(fine)).mean() < 6
-
-
-def test_blank_prints_leave_the_paper_bare(compared):
-    blank = np.full((170, 180), 200, np.uint8)
-    template = Template(Minutiae.empty(), 180, 170)
-    verification = compared(probe=template, reference=template, pairs=NO_PAIRS, transform=None)
-    picture = draw(blank, blank, verification)
-    middle = picture[picture.shape[0] // 2, 60 : picture.shape[1] // 2 - 60]
-    assert (middle == 255).all()
-
-
-def test_takes_objects_that_hold_pixels(sides, compared):
-    held = draw(*(SimpleNamespace(pixels=image) for image in sides), compared())
-    np.testing.assert_array_equal(held, draw(*sides, compared()))
 
 
 @pytest.mark.parametrize(

@@ -69,14 +69,11 @@ def test_minutiae_come_from_top_to_bottom() -> None:
         pytest.param([(-100, 100), (-100 + 7j, 100 + 7j), (0, 7j)], id="a bridge"),
         pytest.param([(100 - 3, 100 + 3)], id="beyond the border"),
         pytest.param([(MIDDLE - 6, 100)], id="at the border"),
+        pytest.param([(y * 1j - 99, y * 1j + 99) for y in range(-70, 71)], id="ridge all over"),
     ],
 )
 def test_flaws_are_no_minutiae(lines: list[Line]) -> None:
     assert len(minutiae_of(lines)) == 0
-
-
-def test_a_ridge_all_over_has_no_minutiae() -> None:
-    assert len(minutiae_of([(y * 1j - 99, y * 1j + 99) for y in range(-70, 71)])) == 0
 
 
 def test_two_endings_side_by_side_but_far_enough_are_both_listed() -> None:

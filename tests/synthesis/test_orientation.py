@@ -1,4 +1,4 @@
-"""Singular where it should be, smooth elsewhere, arching."""
+"""Classes in natural shares; ridges singular where they should be, smooth elsewhere, arching."""
 
 from __future__ import annotations
 
@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fpmatch.synthesis.classes import PatternClass, SingularPoints, draw_singular_points
+from fpmatch.synthesis.classes import (
+    NATURAL_SHARES,
+    SINGULAR_RANGES,
+    PatternClass,
+    SingularPoints,
+    draw_pattern,
+    draw_singular_points,
+)
 from fpmatch.synthesis.orientation import (
     ORIENTATION_LEVELS,
     OrientationParameters,
@@ -29,6 +36,28 @@ def field_of(pattern: PatternClass, seed: int = 0) -> tuple[np.ndarray, Singular
     rng = np.random.default_rng(seed)
     points = draw_singular_points(pattern, CENTRE, rng, SIZE)
     return ridge_orientation(pattern, points, SHAPE, rng, OrientationParameters(), SIZE), points
+
+
+def test_shares_are_those_of_nature(rng: np.random.Generator) -> None:
+    assert sum(NATURAL_SHARES.values()) == pytest.approx(1.0)
+    n = 4000
+    drawn = [draw_pattern(rng) for _ in range(n)]
+    for pattern, share in NATURAL_SHARES.items():
+        assert abs(drawn.count(pattern) / n - share) < 4 * np.sqrt(share * (1 - share) / n)
+
+
+@given(st.sampled_from(PatternClass), st.integers(0, 2**32), st.floats(0.2, 1.2))
+def test_points_are_those_of_the_class_and_lie_in_their_places(pattern, seed, size) -> None:
+    points = draw_singular_points(pattern, CENTRE, np.random.default_rng(seed), size)
+    count = {PatternClass.ARCH: 0, PatternClass.WHORL: 2}.get(pattern, 1)
+    assert points.cores.shape == points.deltas.shape == (count, 2)
+    if count:
+        assert points.cores[:, 1].max() < points.deltas[:, 1].min()
+    farthest = max(np.abs(SINGULAR_RANGES[pattern].deltas).ravel(), default=0)
+    assert np.abs(points.deltas - CENTRE).max(initial=0) <= size * farthest + 1e-9
+    to_the_right = (points.deltas - points.cores)[:, 0] > 0
+    assert pattern is not PatternClass.LEFT_LOOP or to_the_right.all()
+    assert pattern is not PatternClass.RIGHT_LOOP or not to_the_right.any()
 
 
 def turns(angles: np.ndarray) -> float:
@@ -69,9 +98,11 @@ def test_ridges_rise_on_the_left_and_fall_on_the_right_of_the_tip(pattern: Patte
 
 
 def test_fingers_of_a_class_differ() -> None:
-    one, other = (field_of(PatternClass.ARCH, seed)[0] for seed in (1, 2))
+    (one, _), (other, _) = (field_of(PatternClass.ARCH, seed) for seed in (1, 2))
     turn = np.abs(np.mod(one - other + np.pi / 2, np.pi) - np.pi / 2)
     assert np.degrees(turn.mean()) > 2
+    cores = [field_of(PatternClass.WHORL, seed)[1].cores for seed in range(10)]
+    assert np.std(cores, axis=0).min() > 5 * SIZE
 
 
 def test_without_variation_an_arch_is_level_along_the_middle(rng: np.random.Generator) -> None:

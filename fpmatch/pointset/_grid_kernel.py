@@ -24,18 +24,12 @@ def bounding_box(points, box):
     top = bottom = points[0, 1]
     finite = True
     for i in range(points.shape[0]):
-        x = points[i, 0]
-        y = points[i, 1]
+        x, y = points[i, 0], points[i, 1]
         if not (-most <= x <= most and -most <= y <= most):
             finite = False
-        left = min(left, x)
-        right = max(right, x)
-        top = min(top, y)
-        bottom = max(bottom, y)
-    box[0] = left
-    box[1] = right
-    box[2] = top
-    box[3] = bottom
+        left, right = min(left, x), max(right, x)
+        top, bottom = min(top, y), max(bottom, y)
+    box[0], box[1], box[2], box[3] = left, right, top, bottom
     return finite
 
 
@@ -67,14 +61,11 @@ class CellGrid:
     )  # fmt: skip
     def __init__(self, points, count, x0, y0, side, columns, rows):
         cells = columns * rows
-        self.x = np.empty(count)
-        self.y = np.empty(count)
+        self.x, self.y = np.empty(count), np.empty(count)
         self.order = np.empty(count, np.intc)
         self.start = start = np.zeros(cells + 1, np.intc)
-        self.x0 = x0
-        self.y0 = y0
-        self.x1 = x0 + side * columns
-        self.y1 = y0 + side * rows
+        self.x0, self.y0 = x0, y0
+        self.x1, self.y1 = x0 + side * columns, y0 + side * rows
         self.per_unit = 1.0 / side
         self.columns = columns
         self.rows = rows
@@ -85,8 +76,7 @@ class CellGrid:
         # from here on start[k] runs ahead to the end of cell k, which is the start of the next
         for i in range(count):
             k = self._cell(points[0, i], points[1, i])
-            self.x[start[k]] = points[0, i]
-            self.y[start[k]] = points[1, i]
+            self.x[start[k]], self.y[start[k]] = points[0, i], points[1, i]
             self.order[start[k]] = cython.cast(cython.int, i)
             start[k] += 1
         for k in range(cells, 0, -1):
@@ -114,8 +104,7 @@ class CellGrid:
             for k in range(
                 self.start[row * self.columns + left], self.start[row * self.columns + right]
             ):
-                dx = self.x[k] - x
-                dy = self.y[k] - y
+                dx, dy = self.x[k] - x, self.y[k] - y
                 distance2 = dx * dx + dy * dy
                 if distance2 < reach2:
                     reach2 = distance2
@@ -133,8 +122,7 @@ class CellGrid:
             for k in range(
                 self.start[row * self.columns + left], self.start[row * self.columns + right]
             ):
-                dx = self.x[k] - x
-                dy = self.y[k] - y
+                dx, dy = self.x[k] - x, self.y[k] - y
                 d2 = dx * dx + dy * dy
                 if d2 > reach2 or (found == most and d2 >= distance2[at + found - 1]):
                     continue

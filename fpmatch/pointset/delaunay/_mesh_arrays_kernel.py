@@ -72,8 +72,7 @@ def collect_arrays(
     edges = edges_at + 2 * edges
     for i in range(n):
         if place[i] < 0:
-            flat[edges] = -1 - place[i]
-            flat[edges + 1] = cython.cast(cython.int, i)
+            flat[edges], flat[edges + 1] = -1 - place[i], cython.cast(cython.int, i)
             edges += 2
     found.setflags(write=False)
     flags.setflags(write=False)
@@ -118,8 +117,7 @@ def _write_rings(
         point=cython.int, other=cython.int, entry=cython.int, t=cython.Py_ssize_t,
         e=cython.Py_ssize_t,
     )  # fmt: skip
-    t = 0
-    e = 0
+    t = e = 0
     for i in range(distinct):
         point = order[i]
         entry = start[point]
@@ -143,12 +141,9 @@ def _write_rings(
             other = order[j]
             ring[entry] = other
             entry += 1
-            edge[e] = min(point, other)
-            edge[e + 1] = max(point, other)
+            edge[e], edge[e + 1] = min(point, other), max(point, other)
             e += 2 * (i < j)
-            triangle[t] = point
-            triangle[t + 1] = other
-            triangle[t + 2] = order[k]
+            triangle[t], triangle[t + 1], triangle[t + 2] = point, other, order[k]
             t += 3 * ((i < j) & (i < k) & (g != gap))
             if g == h:
                 break

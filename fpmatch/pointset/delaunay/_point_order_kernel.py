@@ -185,8 +185,7 @@ def _take_distinct(
         else:
             place[point] = cython.cast(cython.int, count)
             order[count] = point
-            x[count] = given_x[point]
-            y[count] = given_y[point]
+            x[count], y[count] = given_x[point], given_y[point]
             count += 1
     return count
 
@@ -200,12 +199,10 @@ def _is_flat(
     cython.declare(i=cython.Py_ssize_t)
     axis_x = axis_y = longest = 0.0
     for i in range(1, count):
-        dx = x[i] - x[0]
-        dy = y[i] - y[0]
+        dx, dy = x[i] - x[0], y[i] - y[0]
         if dx * dx + dy * dy > longest:
             longest = dx * dx + dy * dy
-            axis_x = dx
-            axis_y = dy
+            axis_x, axis_y = dx, dy
     for i in range(1, count):
         if abs(axis_x * (y[i] - y[0]) - axis_y * (x[i] - x[0])) > flatness * longest:
             return False

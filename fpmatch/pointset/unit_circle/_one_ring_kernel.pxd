@@ -17,7 +17,8 @@ cdef bint shape_preserving_weights(
 ) noexcept nogil
 @cython.locals(
     k=cython.Py_ssize_t, a=cython.Py_ssize_t, b=cython.Py_ssize_t, degree=cython.Py_ssize_t,
-    shift=cython.Py_ssize_t,
+    shift=cython.Py_ssize_t, px=cython.double[::1], py=cython.double[::1], qx=cython.double[::1],
+    qy=cython.double[::1],
 )
 cpdef fit_ring_pairs(
     int[:, ::1] pair, double[:, ::1] p_point, int[::1] p_centre, int[::1] p_start,
